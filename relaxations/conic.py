@@ -1,0 +1,171 @@
+"""A relaxation with an objective as a conic program, and multipliers read back out of a solver's dual.
+
+    minimise  q'y   subject to   A y + s = b,   s in K,
+
+over the moments ``y`` without the constant one. Rows of A come in the order: equalities (zero cone), 1 x 1 blocks
+(nonnegative orthant), 2 x 2 blocks (second-order cones: ``[[a, c], [c, e]]`` is semidefinite exactly when
+``(a + e, a - e, 2 c)`` lies in the Lorentz cone), wider blocks (scaled upper triangle, columns stacked).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from relaxations.balls import Array, Index
+from relaxations.moment import Blocks, Relaxation
+
+
+@dataclass(frozen=True)
+class Cones:
+    """Sizes of the cones, in the order of the rows."""
+
+    zero: int
+    nonnegative: int
+    second_order: tuple[int, ...]
+    semidefinite: tuple[int, ...]  # widths
+
+
+@dataclass(frozen=True)
+class ConicProgram:
+    """``minimise q'y + offset : A y + s = b, s in K``; shared by all objectives over one relaxation."""
+
+    matrix: sparse.csc_matrix
+    rhs: Array
+    cones: Cones
+    slices: tuple[slice, ...]  # rows of each Blocks group of the relaxation
+
+    @property
+    def n_rows(self) -> int:
+        """Return the number of rows of A."""
+        return int(self.matrix.shape[0])
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """What a certificate needs of a dual solution.
+
+    Parameters
+    ----------
+    equalities : ndarray, shape (n_equalities,)
+    factors : tuple of ndarray, each (count, size, rank)
+        The semidefinite multiplier of block k of a group is ``F_k F_k'``: nothing else can come of it.
+    """
+
+    equalities: Array
+    factors: tuple[Array, ...]
+
+
+def conic_program(relaxation: Relaxation) -> ConicProgram:
+    """Lay out the constraints of a relaxation for a solver."""
+    row_parts, moment_parts, value_parts = (
+        [relaxation.equality_row],
+        [relaxation.equality_moment],
+        [relaxation.equality_coefficient.mid],
+    )
+    start = relaxation.n_equalities
+    nonnegative = 0
+    second_order: list[int] = []
+    semidefinite: list[int] = []
+    slices: dict[int, slice] = {}
+    groups = sorted(range(len(relaxation.blocks)), key=lambda g: min(_width(relaxation.blocks[g]), 3))
+    for g in groups:
+        blocks = relaxation.blocks[g]
+        rows, moments, values, height = _rows(blocks)
+        row_parts.append(rows + start)
+        moment_parts.append(moments)
+        value_parts.append(-values)
+        slices[g] = slice(start, start + height)
+        start += height
+        width = _width(blocks)
+        if width == 1:
+            nonnegative += blocks.count
+        elif width == 2:
+            second_order += [3] * blocks.count
+        else:
+            semidefinite += [width] * blocks.count
+    full = sparse.csc_matrix(
+        (np.concatenate(value_parts), (np.concatenate(row_parts), np.concatenate(moment_parts))),
+        shape=(start, relaxation.n_moments),
+    )
+    return ConicProgram(
+        full[:, 1:],
+        -full[:, [0]].toarray().ravel(),
+        Cones(relaxation.n_equalities, nonnegative, tuple(second_order), tuple(semidefinite)),
+        tuple(slices[g] for g in range(len(relaxation.blocks))),
+    )
+
+
+def _width(blocks: Blocks) -> int:
+    return blocks.size if blocks.congruence is None else int(blocks.congruence.shape[2])
+
+
+def _rows(blocks: Blocks) -> tuple[Index, Index, Array, int]:
+    """Return the triplets of ``s(y)`` for a group, and its number of rows."""
+    width = _width(blocks)
+    if blocks.congruence is None:
+        block, i, j, moment, value = blocks.block, blocks.i, blocks.j, blocks.moment, blocks.coefficient.mid
+    else:
+        block, i, j, moment, value = _congruent(blocks)
+    if width == 1:
+        return block, moment, value, blocks.count
+    if width == 2:
+        diagonal = i == j
+        first = 3 * block
+        rows = np.concatenate([first[diagonal], first[diagonal] + 1, first[~diagonal] + 2])
+        values = np.concatenate(
+            [value[diagonal], np.where(i[diagonal] == 0, 1.0, -1.0) * value[diagonal], 2.0 * value[~diagonal]]
+        )
+        moments = np.concatenate([moment[diagonal], moment[diagonal], moment[~diagonal]])
+        return rows, moments, values, 3 * blocks.count
+    triangle = width * (width + 1) // 2
+    rows = block * triangle + j * (j + 1) // 2 + i
+    return rows, moment, np.where(i == j, 1.0, np.sqrt(2.0)) * value, blocks.count * triangle
+
+
+def _congruent(blocks: Blocks) -> tuple[Index, Index, Index, Index, Array]:
+    """Return the entries of V' M V, block by block."""
+    assert blocks.congruence is not None
+    i, j = np.triu_indices(_width(blocks))
+    parts = []
+    for k in range(blocks.count):
+        mine = blocks.block == k
+        v = blocks.congruence[k]
+        left, right = v[blocks.i[mine]], v[blocks.j[mine]]
+        off = (blocks.i[mine] != blocks.j[mine])[:, None]
+        value = left[:, i] * right[:, j] + np.where(off, right[:, i] * left[:, j], 0.0)
+        value *= blocks.coefficient.mid[mine][:, None]
+        entry, kept = np.nonzero(np.abs(value) > 1e-14)
+        moment = blocks.moment[mine][entry]
+        parts.append((np.full(len(entry), k), i[kept], j[kept], moment, value[entry, kept]))
+    block, rows, columns, moment, value = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return block, rows, columns, moment, value
+
+
+def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> Multipliers:
+    """Turn a solver's dual vector into factors of semidefinite matrices: the projection into the dual cone."""
+    factors = []
+    for blocks, rows in zip(relaxation.blocks, program.slices, strict=True):
+        width = _width(blocks)
+        z = dual[rows]
+        matrix = np.zeros((blocks.count, width, width))
+        if width == 1:
+            matrix[:, 0, 0] = z
+        elif width == 2:
+            z = z.reshape(-1, 3)
+            matrix[:, 0, 0], matrix[:, 1, 1] = z[:, 0] + z[:, 1], z[:, 0] - z[:, 1]
+            matrix[:, 0, 1] = matrix[:, 1, 0] = z[:, 2]
+        else:
+            j, i = np.tril_indices(width)  # columns of the upper triangle, stacked
+            z = z.reshape(blocks.count, -1)
+            matrix[:, i, j] = matrix[:, j, i] = z * np.where(i == j, 1.0, np.sqrt(0.5))
+        if width == 1:
+            root = np.sqrt(np.maximum(matrix, 0.0))
+        else:
+            values, vectors = np.linalg.eigh(matrix)
+            root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        factors.append(root if blocks.congruence is None else blocks.congruence @ root)
+    # The solver adds z to q where the certificate subtracts lambda h m.
+    return Multipliers(-dual[: relaxation.n_equalities], tuple(factors))

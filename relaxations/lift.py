@@ -1,0 +1,180 @@
+"""The parametric lift: moments in the few complicating variables, everything else enters linearly.
+
+Let ``p`` be a smallest set of variables such that every constraint is affine in the others, ``z``. The lift of order
+d keeps the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d`` only:
+
+- an equality ``h(p, z) = 0`` of degree k in p gives ``L(h p^a) = 0`` for ``|a| <= 2d - k``;
+- an inequality ``g(p, z) >= 0`` with ``2d - k = 2m`` gives ``L(g b_m b_m') >= 0`` and, for every i,
+  ``L(g (1 - p_i^2) b_{m-1} b_{m-1}') >= 0``; with ``2d - k = 2m + 1`` it gives
+  ``L(g (1 +- p_i) b_m b_m') >= 0``, which imply the one without a box factor. On an interval these are all
+  nonnegative polynomials of that degree (Lukacs);
+- the box ``1 +- z_i >= 0`` counts as an inequality of degree 0, and so does ``1 >= 0``.
+
+At every fixed ``p`` the problem is linear in ``z``; by linear programming duality with multipliers that are polynomial
+in ``p`` the bounds converge as d grows.
+
+References
+----------
+C. W. Scherer and C. W. J. Hol, "Matrix sum-of-squares relaxations for robust semi-definite programs",
+Mathematical Programming 107 (2006) 189-211.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from relaxations.balls import Balls, Index
+from relaxations.errors import ProblemError
+from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
+from relaxations.polynomial import Factors, Polynomials, unique
+from relaxations.problem import PolynomialProblem
+
+MOST_COMPLICATING = 8
+
+
+def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICATING) -> Index | None:
+    """Return the smallest set of variables without which every monomial is affine; None if over ``most``.
+
+    A monomial is affine in the rest exactly when the set covers every pair of its factors: a minimum vertex cover of
+    the graph of pairs, found by branching on the vertex of highest degree.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> a, x, y = sympy.symbols("a x y")
+    >>> problem, _ = from_sympy(None, [], [x + a * y - 1], [a, x, y])
+    >>> complicating_variables(problem)
+    array([0])
+    """
+    squared: set[int] = set()
+    neighbours: dict[int, set[int]] = {}
+    for family in (problem.equalities, problem.inequalities):
+        high = unique(family.factors[family.term_degrees >= 2])[0]
+        for left in range(high.shape[1]):
+            for right in range(left + 1, high.shape[1]):
+                pair = high[high[:, left] >= 0][:, [left, right]]
+                for u, v in np.unique(pair, axis=0).tolist():
+                    if u == v:
+                        squared.add(u)
+                    else:
+                        neighbours.setdefault(u, set()).add(v)
+                        neighbours.setdefault(v, set()).add(u)
+    if len(squared) > most:
+        return None
+    rest = {v: n - squared for v, n in neighbours.items() if v not in squared}
+    for size in range(most - len(squared) + 1):
+        cover = _vertex_cover({v: n for v, n in rest.items() if n}, size)
+        if cover is not None:
+            return np.array(sorted(squared | cover), dtype=np.int64)
+    return None
+
+
+def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None:
+    if not neighbours:
+        return set()
+    if size == 0:
+        return None
+    vertex = max(neighbours, key=lambda v: (len(neighbours[v]), -v))
+    for chosen in ({vertex}, neighbours[vertex]):
+        if len(chosen) <= size:
+            remaining = {v: n - chosen for v, n in neighbours.items() if v not in chosen}
+            cover = _vertex_cover({v: n for v, n in remaining.items() if n}, size - len(chosen))
+            if cover is not None:
+                return cover | chosen
+    return None
+
+
+def least_order(problem: PolynomialProblem, complicating: Index) -> int:
+    """Return the least order at which every constraint fits."""
+    degree = max(
+        int(_degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities)
+    )
+    return max(1, -(-degree // 2))
+
+
+def lift(problem: PolynomialProblem, order: int) -> Relaxation:
+    """Build the parametric lift of a scaled problem (all variables in [-1, 1]).
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
+    order : int
+        d >= 1.
+
+    Raises
+    ------
+    ProblemError
+        Where no small set of complicating variables exists, or the order is too low for the degrees.
+    """
+    complicating = complicating_variables(problem)
+    if complicating is None:
+        raise ProblemError(
+            f"more than {MOST_COMPLICATING} variables would have to be complicating: the parametric lift does not "
+            "apply; choose method='sparse'"
+        )
+    least = least_order(problem, complicating)
+    if order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+
+    equalities = []
+    for degree, members in _by_degree(problem.equalities, complicating):
+        equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
+
+    own = np.setdiff1d(np.arange(problem.n_variables), complicating)
+    one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
+    inequalities = Polynomials.join(
+        [one, problem.inequalities, Polynomials.variables(own, -1.0, 1.0), Polynomials.variables(own, 1.0, 1.0)]
+    )
+    localisers: list[Localiser] = []
+    for degree, members in _by_degree(inequalities, complicating):
+        half, odd = divmod(2 * order - degree, 2)
+        basis = monomials_up_to(complicating, half)
+        if odd and len(complicating):
+            for factor in _affine_box_factors(complicating):
+                localisers.append(localise(_times(members, factor), basis))
+            continue
+        localisers.append(localise(members, basis))
+        if half:
+            smaller = monomials_up_to(complicating, half - 1)
+            for factor in _square_box_factors(complicating):
+                localisers.append(localise(_times(members, factor), smaller))
+    return assemble("lift", order, problem.n_variables, equalities, localisers, [_singles(problem.n_variables)])
+
+
+def _degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
+    degrees = np.zeros(polynomials.n_rows, dtype=np.int64)
+    np.maximum.at(degrees, polynomials.rows, np.isin(polynomials.factors, complicating).sum(axis=1))
+    return degrees
+
+
+def _by_degree(polynomials: Polynomials, complicating: Index) -> list[tuple[int, Polynomials]]:
+    degrees = _degrees_in(polynomials, complicating)
+    return [(int(k), polynomials.take(np.flatnonzero(degrees == k))) for k in np.unique(degrees)]
+
+
+def _affine_box_factors(complicating: Index) -> list[Polynomials]:
+    return [
+        Polynomials.from_terms([{(): 1.0, (int(p),): sign}]) for p in complicating for sign in (1.0, -1.0)
+    ]
+
+
+def _square_box_factors(complicating: Index) -> list[Polynomials]:
+    return [Polynomials.from_terms([{(): 1.0, (int(p), int(p)): -1.0}]) for p in complicating]
+
+
+def _times(members: Polynomials, factor: Polynomials) -> Polynomials:
+    """Return members times one polynomial whose coefficients are +-1, so that nothing is rounded."""
+    parts = members.times_monomials(factor.factors)
+    count = len(factor.factors)
+    signs = factor.coefficients.mid[parts.rows % count]
+    return Polynomials(
+        members.n_rows,
+        parts.rows // count,
+        parts.factors,
+        Balls(parts.coefficients.mid * signs, parts.coefficients.rad),
+    )
+
+
+def _singles(n_variables: int) -> Factors:
+    return np.arange(n_variables, dtype=np.int64).reshape(-1, 1)

@@ -1,0 +1,203 @@
+"""Relaxations as cones over scaled moments, and the assembly that all of them share.
+
+A relaxation replaces each monomial ``m`` of a scaled point (all variables in [-1, 1]) by a variable ``y_m`` in
+[-1, 1], ``y_1 = 1``, and asks
+
+    L(h m) = 0                    for equalities h and multipliers m,
+    L(g b b') positive semidefinite   for inequalities g and bases b of monomials,
+
+where ``L`` puts the moment in place of its monomial. Which m and b: that is what tells the lift from Lasserre's
+dense and sparse hierarchies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.polynomial import Factors, Polynomials, multiply, pad, unique
+
+
+@dataclass(frozen=True)
+class Localiser:
+    """``count`` symbolic blocks ``g b b'`` of one size, before moments are numbered.
+
+    ``entries`` is a family of polynomials, one row per (block, i, j) with i <= j, ordered by block.
+    ``congruence`` (count, size, reduced) holds the V of a facial reduction: V' M V is asked to be semidefinite
+    instead of M. None where nothing was reduced.
+    """
+
+    size: int
+    count: int
+    entries: Polynomials
+    congruence: Array | None = None
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """``count`` semidefinite blocks of one size; entry (block, i, j), i <= j, is a sum of coefficient * moment."""
+
+    size: int
+    count: int
+    block: Index
+    i: Index
+    j: Index
+    moment: Index
+    coefficient: Balls
+    congruence: Array | None
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """A convex outer description of a scaled polynomial set; objectives are added at solve time.
+
+    Parameters
+    ----------
+    method : str
+        ``"lift"``, ``"sparse"``, ``"dense"`` or ``"textbook"``.
+    order : int
+    n_variables : int
+        Variables of the scaled problem.
+    monomials : ndarray, shape (n_moments, degree)
+        Monomial of each moment; row 0 is the constant 1.
+    equality_row, equality_moment, equality_coefficient
+        Triplets of the linear equalities ``L(h m) = 0``.
+    n_equalities : int
+    blocks : tuple of Blocks
+    """
+
+    method: str
+    order: int
+    n_variables: int
+    monomials: Factors
+    n_equalities: int
+    equality_row: Index
+    equality_moment: Index
+    equality_coefficient: Balls
+    blocks: tuple[Blocks, ...]
+
+    @property
+    def n_moments(self) -> int:
+        """Return the number of moments, the constant included."""
+        return len(self.monomials)
+
+    @property
+    def largest_block(self) -> int:
+        """Return the width of the widest block."""
+        return max((b.size for b in self.blocks), default=0)
+
+    def moments_of(self, polynomials: Polynomials) -> tuple[Index, Index]:
+        """Return for each term of ``polynomials`` its moment's number, or -1 where there is none; and the rows."""
+        degree = max(self.monomials.shape[1], polynomials.factors.shape[1])
+        stacked = np.concatenate([pad(self.monomials, degree), pad(polynomials.factors, degree)])
+        _, which = unique(stacked)
+        place = np.full(int(which.max(initial=0)) + 1, -1, dtype=np.int64)
+        place[which[: self.n_moments]] = np.arange(self.n_moments)
+        return place[which[self.n_moments :]], polynomials.rows
+
+    def first_order(self, moments: Array) -> Array:
+        """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none."""
+        point = np.full(self.n_variables, np.nan)
+        single = np.flatnonzero((self.monomials >= 0).sum(axis=1) == 1)
+        point[self.monomials[single].max(axis=1)] = moments[single]
+        return point
+
+
+def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
+    """Return all monomials in ``variables`` of at most ``degree``, by degree, the constant first."""
+    rows = [
+        [-1] * (degree - k) + list(choice)
+        for k in range(degree + 1)
+        for choice in combinations_with_replacement([int(v) for v in variables], k)
+    ]
+    return np.array(rows, dtype=np.int64).reshape(len(rows), degree)
+
+
+def localise(polynomials: Polynomials, basis: Factors, congruence: Array | None = None) -> Localiser:
+    """Return the blocks ``g b b'`` for every member g of a family."""
+    size = len(basis)
+    i, j = np.triu_indices(size)
+    products = multiply(basis[i], basis[j]) if size > 1 else basis
+    return Localiser(size, polynomials.n_rows, polynomials.times_monomials(products), congruence)
+
+
+def assemble(
+    method: str,
+    order: int,
+    n_variables: int,
+    equalities: Sequence[Polynomials],
+    localisers: Sequence[Localiser],
+    monomials: Sequence[Factors] = (),
+) -> Relaxation:
+    """Number the moments and collect the coefficients: one pass of NumPy over all terms.
+
+    ``monomials`` are kept as moments even where no constraint mentions them.
+    """
+    equality = Polynomials.join(list(equalities)) if equalities else Polynomials.empty()
+    parts = [equality.factors, *(loc.entries.factors for loc in localisers), *monomials]
+    degree = max((p.shape[1] for p in parts), default=0)
+    everything = np.concatenate([np.full((1, degree), -1, dtype=np.int64), *(pad(p, degree) for p in parts)])
+    numbered, which = unique(everything)
+    # The packed words sort -1 first, so the constant is moment 0.
+    cuts = np.cumsum([1, *(len(p) for p in parts)])
+    moments = [which[a:b] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+
+    row, moment, coefficient = _collect(equality, moments[0], len(numbered))
+    blocks = tuple(
+        _blocks(loc, m, len(numbered)) for loc, m in zip(localisers, moments[1 : 1 + len(localisers)], strict=True)
+    )
+    return Relaxation(
+        method, order, n_variables, numbered, equality.n_rows, row, moment, coefficient, merge(blocks)
+    )
+
+
+def _collect(polynomials: Polynomials, moments: Index, n_moments: int) -> tuple[Index, Index, Balls]:
+    key, place = np.unique(polynomials.rows * n_moments + moments, return_inverse=True)
+    total = polynomials.coefficients.segment_sum(place.reshape(-1), len(key))
+    return key // n_moments, key % n_moments, total
+
+
+def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
+    row, moment, coefficient = _collect(localiser.entries, moments, n_moments)
+    i, j = np.triu_indices(localiser.size)
+    block, entry = np.divmod(row, len(i))
+    return Blocks(
+        localiser.size, localiser.count, block, i[entry], j[entry], moment, coefficient, localiser.congruence
+    )
+
+
+def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:
+    """Join blocks of equal size, so that a solver and a certificate meet each size once."""
+    groups: dict[tuple[int, int], list[Blocks]] = {}
+    for b in blocks:
+        if b.count:
+            reduced = b.size if b.congruence is None else b.congruence.shape[2]
+            groups.setdefault((b.size, reduced), []).append(b)
+    merged = []
+    for (size, reduced), members in groups.items():
+        offsets = np.cumsum([0, *(b.count for b in members)])
+        whole = np.eye(size)
+        merged.append(
+            Blocks(
+                size,
+                int(offsets[-1]),
+                np.concatenate([b.block + o for b, o in zip(members, offsets[:-1], strict=True)]),
+                np.concatenate([b.i for b in members]),
+                np.concatenate([b.j for b in members]),
+                np.concatenate([b.moment for b in members]),
+                concatenate([b.coefficient for b in members]),
+                None
+                if reduced == size and all(b.congruence is None for b in members)
+                else np.concatenate(
+                    [
+                        np.broadcast_to(whole, (b.count, size, size)) if b.congruence is None else b.congruence
+                        for b in members
+                    ]
+                ),
+            )
+        )
+    return tuple(merged)

@@ -1,0 +1,172 @@
+"""A polynomial problem: a box, equalities, inequalities, and (given at solve time) an objective."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+import sympy
+
+from relaxations.balls import Array, Balls, concatenate
+from relaxations.errors import ProblemError
+from relaxations.polynomial import Polynomials
+
+
+@dataclass(frozen=True)
+class PolynomialProblem:
+    """The set ``{x : lower <= x <= upper, equalities(x) == 0, inequalities(x) >= 0}``.
+
+    Parameters
+    ----------
+    names : tuple of str, length n
+        Names of the variables.
+    lower, upper : ndarray, shape (n,)
+        The box; infinite where nothing is known.
+    equalities, inequalities : Polynomials
+        Members are ``== 0`` and ``>= 0``.
+
+    Raises
+    ------
+    ProblemError
+        When lengths disagree, a bound is NaN, or a lower bound lies above its upper one.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> problem, objective = from_sympy(x**2 - x, [], [], [x], {x: (0, 2)})
+    >>> problem.n_variables, objective.degree
+    (1, 2)
+    """
+
+    names: tuple[str, ...]
+    lower: Array
+    upper: Array
+    equalities: Polynomials
+    inequalities: Polynomials
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.lower) == len(self.upper):
+            raise ProblemError(
+                f"{len(self.names)} names, {len(self.lower)} lower and {len(self.upper)} upper bounds: "
+                "give one of each per variable"
+            )
+        wrong = np.flatnonzero(~(self.lower <= self.upper))
+        if len(wrong):
+            k = int(wrong[0])
+            raise ProblemError(
+                f"the box of {self.names[k]} is [{self.lower[k]}, {self.upper[k]}]: "
+                "give a lower bound that is not above the upper one"
+            )
+
+    @property
+    def n_variables(self) -> int:
+        """Return the number of variables."""
+        return len(self.names)
+
+    @property
+    def unbounded(self) -> tuple[str, ...]:
+        """Return the names of the variables without a finite box."""
+        return tuple(self.names[k] for k in np.flatnonzero(~np.isfinite(self.upper - self.lower)))
+
+    @property
+    def degree(self) -> int:
+        """Return the largest degree among the constraints."""
+        return max(self.equalities.degree, self.inequalities.degree)
+
+    def with_box(self, lower: Array, upper: Array) -> PolynomialProblem:
+        """Return the problem on another box."""
+        return replace(self, lower=lower, upper=upper)
+
+    def with_inequalities(self, more: Polynomials) -> PolynomialProblem:
+        """Return the problem with further inequalities."""
+        return replace(self, inequalities=Polynomials.join([self.inequalities, more]))
+
+    def variable(self, index: int, sign: float = 1.0) -> Polynomials:
+        """Return the objective ``sign * x[index]``."""
+        return Polynomials.variables(np.array([index]), sign)
+
+
+def from_sympy(
+    objective: sympy.Expr | None,
+    inequalities: Sequence[sympy.Expr],
+    equalities: Sequence[sympy.Expr],
+    variables: Sequence[sympy.Symbol],
+    bounds: Mapping[sympy.Symbol, tuple[float | None, float | None]] | None = None,
+) -> tuple[PolynomialProblem, Polynomials]:
+    """Read a problem written in sympy.
+
+    Parameters
+    ----------
+    objective : sympy expression or None
+        To be minimised; ``None`` is the constant zero.
+    inequalities, equalities : sequences of sympy expressions
+        Meant as ``>= 0`` and ``== 0``.
+    variables : sequence of sympy symbols
+        Order of the variables.
+    bounds : mapping symbol -> (lower, upper), optional
+        ``None`` stands for no bound.
+
+    Returns
+    -------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+
+    Raises
+    ------
+    ProblemError
+        When an expression is not a polynomial in ``variables``.
+    """
+    bounds = bounds or {}
+    lower, upper = np.array(
+        [[-np.inf if b[0] is None else b[0], np.inf if b[1] is None else b[1]] for b in
+         (bounds.get(v, (None, None)) for v in variables)],
+        dtype=np.float64,
+    ).reshape(-1, 2).T
+    problem = PolynomialProblem(
+        tuple(str(v) for v in variables),
+        lower,
+        upper,
+        polynomials_from_sympy(equalities, variables),
+        polynomials_from_sympy(inequalities, variables),
+    )
+    return problem, polynomials_from_sympy([sympy.S(0) if objective is None else objective], variables)
+
+
+def polynomials_from_sympy(
+    expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]
+) -> Polynomials:
+    """Convert sympy expressions to one family; numbers that no float holds keep their rounding error."""
+    members, coefficients = [], []
+    for expression in expressions:
+        try:
+            poly = sympy.Poly(sympy.sympify(expression), *variables)
+        except sympy.PolynomialError as error:
+            raise ProblemError(f"{expression} is no polynomial in {variables}: {error}") from error
+        terms = {}
+        for exponents, value in poly.terms():
+            if value.free_symbols:
+                raise ProblemError(f"{expression} contains {value.free_symbols}: list them as variables")
+            key = tuple(k for k, e in enumerate(exponents) for _ in range(e))
+            terms[key] = exact_ball(value)
+        members.append({key: 1.0 for key in terms})
+        coefficients.append(terms)
+    shape = Polynomials.from_terms(members)
+    if not len(shape.rows):
+        return shape
+    values = [
+        coefficients[row][tuple(int(v) for v in factor if v >= 0)]
+        for row, factor in zip(shape.rows, shape.factors, strict=True)
+    ]
+    flat = concatenate([Balls(np.atleast_1d(v.mid), np.atleast_1d(v.rad)) for v in values])
+    return Polynomials(len(expressions), shape.rows, shape.factors, flat).collect()
+
+
+def exact_ball(value: sympy.Expr) -> Balls:
+    """Return the ball around a sympy number; a Float stands for the binary fraction that it is."""
+    if not value.is_Number:
+        raise ProblemError(f"the coefficient {value} is no rational number: give a decimal or a fraction")
+    rational = sympy.Rational(value)
+    return Balls.enclose(Fraction(int(rational.p), int(rational.q)))

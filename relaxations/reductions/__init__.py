@@ -1,0 +1,1 @@
+"""Steps that give an equivalent problem: ``apply`` makes it, the result carries answers back."""

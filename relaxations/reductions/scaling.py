@@ -1,0 +1,66 @@
+"""Scaling: every variable to [-1, 1], every constraint to coefficients near one.
+
+The box must be finite: the certificate (MATHS: ``q'y >= -b'z + r_0 - sum |r_i|``) needs every moment in [-1, 1].
+``x = centre + scale * t``; the floats ``centre`` and ``scale`` are exact by decree, and ``scale`` is rounded up until
+the image of [-1, 1] covers the box. Rows are multiplied by powers of two, which rounds nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.balls import EPSILON, Array
+from relaxations.errors import ProblemError
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """The map ``x = centre + scale * t`` with t in [-1, 1]; arrays of shape (n_variables,)."""
+
+    centre: Array
+    scale: Array
+
+    @staticmethod
+    def of_box(problem: PolynomialProblem) -> Scaling:
+        """Choose the map from the problem's box; ProblemError where the box is not finite."""
+        if problem.unbounded:
+            raise ProblemError(
+                f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: "
+                "give it lower and upper bounds, or derive them with relaxations.derive_box"
+            )
+        centre = 0.5 * problem.lower + 0.5 * problem.upper
+        scale = np.maximum(problem.upper - centre, centre - problem.lower)
+        slack = np.where(scale > 0, 4 * EPSILON * (np.abs(centre) + scale), 0.0)
+        # Two numbers have the same midpoint as box: a variable fixed to a float needs no width at all.
+        fixed = problem.lower == problem.upper
+        return Scaling(np.where(fixed, problem.lower, centre), np.where(fixed, 0.0, scale + slack))
+
+    def apply(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem in ``t``, rows normalised by powers of two."""
+        ones = np.ones(problem.n_variables)
+        return PolynomialProblem(
+            problem.names,
+            -ones,
+            ones,
+            _normalise(self.polynomials(problem.equalities)),
+            _normalise(self.polynomials(problem.inequalities)),
+        )
+
+    def polynomials(self, polynomials: Polynomials) -> Polynomials:
+        """Rewrite polynomials of ``x`` in ``t``."""
+        return polynomials.substitute_affine(self.centre, self.scale)
+
+    def recover(self, point: Array) -> Array:
+        """Map a point ``t`` back to ``x``."""
+        return np.asarray(self.centre + self.scale * point, dtype=np.float64)
+
+
+def _normalise(polynomials: Polynomials) -> Polynomials:
+    largest = np.zeros(polynomials.n_rows)
+    np.maximum.at(largest, polynomials.rows, np.abs(polynomials.coefficients.mid))
+    largest[largest == 0] = 1.0
+    return polynomials.scale_rows(2.0 ** -np.ceil(np.log2(largest)))

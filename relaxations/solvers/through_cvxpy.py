@@ -1,0 +1,85 @@
+"""Any conic solver that cvxpy knows, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cvxpy as cp
+import numpy as np
+
+from relaxations.balls import Array
+from relaxations.conic import ConicProgram
+from relaxations.solvers.interface import Stop
+
+_STOPS = {
+    "optimal": Stop.SOLVED,
+    "optimal_inaccurate": Stop.INEXACT,
+    "infeasible": Stop.INFEASIBLE,
+    "infeasible_inaccurate": Stop.INFEASIBLE,
+    "unbounded": Stop.UNBOUNDED,
+    "unbounded_inaccurate": Stop.UNBOUNDED,
+    "user_limit": Stop.LIMIT,
+}
+
+
+def run_for(solver: str) -> Callable[[ConicProgram, Array], tuple[Stop, str, Array, Array]]:
+    """Return the function that solves with one of cvxpy's solvers."""
+
+    def run(program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
+        y = cp.Variable(program.matrix.shape[1])
+        slack = program.rhs - program.matrix @ y
+        constraints: list[cp.Constraint] = []
+        position = 0
+        for count, build in ((program.cones.zero, cp.Zero), (program.cones.nonnegative, cp.NonNeg)):
+            if count:
+                constraints.append(build(slack[position : position + count]))
+                position += count
+        for size in program.cones.second_order:
+            constraints.append(cp.SOC(slack[position], slack[position + 1 : position + size]))
+            position += size
+        for width in program.cones.semidefinite:
+            height = width * (width + 1) // 2
+            constraints.append(cp.PSD(_matrix(slack[position : position + height], width)))
+            position += height
+        problem = cp.Problem(cp.Minimize(objective @ y), constraints)
+        try:
+            problem.solve(solver=solver)
+        except cp.SolverError as error:
+            return Stop.FAILED, str(error), np.full(y.shape, np.nan), np.full(program.n_rows, np.nan)
+        stop = _STOPS.get(str(problem.status), Stop.FAILED)
+        x = np.full(y.shape, np.nan) if y.value is None else np.asarray(y.value)
+        return stop, str(problem.status), x, _dual(constraints, program)
+
+    return run
+
+
+def _matrix(triangle: cp.Expression, width: int) -> cp.Expression:
+    """Return the symmetric matrix of a scaled upper triangle, columns stacked."""
+    spread = np.zeros((width * width, width * (width + 1) // 2))
+    j, i = np.tril_indices(width)
+    value = np.where(i == j, 1.0, np.sqrt(0.5))
+    place = np.arange(len(i))
+    spread[i * width + j, place] = value
+    spread[j * width + i, place] = value
+    return cp.reshape(spread @ triangle, (width, width), order="C")
+
+
+def _dual(constraints: list[cp.Constraint], program: ConicProgram) -> Array:
+    """Stack the duals in the order of the rows; NaN where the solver gave none."""
+    parts = []
+    for constraint in constraints:
+        value = constraint.dual_value
+        if value is None:
+            return np.full(program.n_rows, np.nan)
+        if isinstance(constraint, cp.Zero):
+            # cvxpy's Lagrangian adds the equality's dual; here A y + s = b takes it away.
+            parts.append(-np.asarray(value).ravel())
+        elif isinstance(constraint, cp.PSD):
+            matrix = np.asarray(value)
+            j, i = np.tril_indices(matrix.shape[0])
+            parts.append(matrix[i, j] * np.where(i == j, 1.0, np.sqrt(2.0)))
+        elif isinstance(constraint, cp.SOC):
+            parts.append(np.concatenate([np.ravel(v) for v in value]))
+        else:
+            parts.append(np.asarray(value).ravel())
+    return np.concatenate(parts) if parts else np.zeros(0)
