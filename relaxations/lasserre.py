@@ -1,0 +1,115 @@
+"""Lasserre's moment relaxations: dense, sparse over cliques, and the textbook's, which breaks down on equalities.
+
+For each clique I of variables (one clique of all of them: the dense hierarchy), with ``b_d`` all monomials in x_I up
+to degree d:
+
+    L(b_d b_d') >= 0,   L(g b b') >= 0 with deg(g b b') <= 2 d,   L(h m) = 0 with deg(h m) <= 2 d,
+
+and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there; ``"sparse"`` and ``"dense"``
+reduce every semidefinite block to its face (:mod:`relaxations.reductions.facial`) and drop dependent equalities.
+
+References
+----------
+J. B. Lasserre, "Global optimization with polynomials and the problem of moments", SIAM Journal on Optimization 11
+(2001) 796-817. Waki, Kim, Kojima, Muramatsu (2006), see :mod:`relaxations.reductions.sparsity`.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from relaxations.balls import Array, Balls
+from relaxations.errors import ProblemError
+from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+from relaxations.reductions import facial
+from relaxations.reductions.sparsity import cliques, row_variables
+
+METHODS = ("sparse", "dense", "textbook")
+WIDEST = 500  # a wider semidefinite block does not fit a workstation's memory once it is factorised
+
+
+def lasserre(
+    problem: PolynomialProblem, order: int, method: str = "sparse", objective: Polynomials | None = None
+) -> Relaxation:
+    """Build a Lasserre relaxation of a scaled problem (all variables in [-1, 1]).
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    order : int
+        At least half of every degree.
+    method : {"sparse", "dense", "textbook"}
+    objective : Polynomials, optional
+        Objectives with products of variables that share no constraint must be known here.
+
+    Raises
+    ------
+    ProblemError
+        Where the order is too low (the least one is named) or a block would be too wide for memory.
+    """
+    least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
+    if order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    groups = (
+        (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
+    )
+    widest = max(comb(len(c) + order, order) for c in groups)
+    if widest > WIDEST:
+        raise ProblemError(
+            f"order {order} with {max(len(c) for c in groups)} variables in a clique asks for a semidefinite block of "
+            f"width {widest} (at most {WIDEST}): lower the order, or choose method='lift' or 'sparse'"
+        )
+    one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
+    equalities, localisers = [], []
+    own_equalities = _assign(problem.equalities, groups)
+    own_inequalities = _assign(problem.inequalities, groups)
+    boxed: set[int] = set()
+    for k, clique in enumerate(groups):
+        equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
+        products = facial.multiplied(equal, clique, 2 * order)
+        if method != "textbook" and products.n_rows > 1:
+            vectors = facial.coordinates(products, monomials_up_to(clique, 2 * order))
+            products = products.take(facial.independent(vectors))
+        equalities.append(products)
+        faces = {
+            degree: None if method == "textbook" else facial.complement(equal, clique, degree)
+            for degree in range(order + 1)
+        }
+        new = [v for v in clique if v not in boxed]
+        boxed.update(new)
+        unequal = Polynomials.join(
+            [
+                one,
+                problem.inequalities.take(np.array(own_inequalities[k], dtype=np.int64)),
+                *(Polynomials.from_terms([{(): 1.0, (v, v): -1.0}]) for v in new),
+            ]
+        )
+        for degree in np.unique(unequal.row_degrees()).tolist():
+            members = unequal.take(np.flatnonzero(unequal.row_degrees() == degree))
+            half = order - -(-degree // 2)
+            localisers.append(_localise(members, clique, half, faces[half]))
+    return assemble(method, order, problem.n_variables, equalities, localisers)
+
+
+def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> list[list[int]]:
+    """Return for each clique the members that it is the first to hold."""
+    sets = [set(g) for g in groups]
+    holding: dict[int, list[int]] = {}
+    for number, group in enumerate(groups):
+        for v in group:
+            holding.setdefault(v, []).append(number)
+    assigned: list[list[int]] = [[] for _ in groups]
+    for row, variables in enumerate(row_variables(polynomials)):
+        candidates = min((holding[v] for v in variables), key=len) if variables else [0]
+        assigned[next(c for c in candidates if variables <= sets[c])].append(row)
+    return assigned
+
+
+def _localise(members: Polynomials, clique: tuple[int, ...], degree: int, face: Array | None) -> Localiser:
+    basis = monomials_up_to(clique, degree)
+    congruence = None if face is None else np.broadcast_to(face, (members.n_rows, *face.shape))
+    return localise(members, basis, congruence)

@@ -1,0 +1,57 @@
+"""Correlative sparsity: the cliques of a chordal extension of the graph "two variables share a constraint".
+
+References
+----------
+H. Waki, S. Kim, M. Kojima and M. Muramatsu, "Sums of squares and semidefinite program relaxations for polynomial
+optimization problems with structured sparsity", SIAM Journal on Optimization 17 (2006) 218-242.
+"""
+
+from __future__ import annotations
+
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+
+def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) -> tuple[tuple[int, ...], ...]:
+    """Return the maximal cliques of a chordal extension, by elimination of least-degree vertices.
+
+    The variables of one constraint lie in one clique; those of a monomial of the objective too.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x = sympy.symbols("x0:3")
+    >>> problem, _ = from_sympy(None, [], [x[0] * x[1], x[1] * x[2]], x)
+    >>> cliques(problem)
+    ((0, 1), (1, 2))
+    """
+    neighbours: list[set[int]] = [set() for _ in range(problem.n_variables)]
+    groups = [*row_variables(problem.equalities), *row_variables(problem.inequalities)]
+    if objective is not None:
+        groups += [{v for v in factor if v >= 0} for factor in objective.factors.tolist()]
+    for group in groups:
+        for v in group:
+            neighbours[v] |= group
+    for v, mine in enumerate(neighbours):
+        mine.discard(v)
+
+    found: list[set[int]] = []
+    alive = set(range(problem.n_variables))
+    while alive:
+        vertex = min(alive, key=lambda v: (len(neighbours[v]), v))
+        clique = neighbours[vertex] | {vertex}
+        if not any(clique <= other for other in found):
+            found.append(clique)
+        for v in neighbours[vertex]:
+            neighbours[v] |= neighbours[vertex]
+            neighbours[v] -= {v, vertex}
+        alive.remove(vertex)
+    return tuple(sorted(tuple(sorted(c)) for c in found))
+
+
+def row_variables(polynomials: Polynomials) -> list[set[int]]:
+    """Return the set of variables of each member."""
+    sets: list[set[int]] = [set() for _ in range(polynomials.n_rows)]
+    for row, factor in zip(polynomials.rows.tolist(), polynomials.factors.tolist(), strict=True):
+        sets[row].update(v for v in factor if v >= 0)
+    return sets

@@ -1,0 +1,299 @@
+"""Witnesses: points that are proven to lie in the feasible set, and a local search that looks for good ones.
+
+*Verification.* Equalities cannot be checked at floats: some variables are taken at their float values, and each equality
+then *defines* one further variable, in an order found by peeling (a variable that occurs in one remaining equality only,
+linearly, is defined by it). For the models of :mod:`smid` that is simulation: parameters, initial state and input noise
+are given, each sample's output noise follows. The defined variables are computed as intervals, in precision that is
+doubled until they are narrow, for rounding errors grow along an oscillating recursion far faster than in a simulation
+in floating point. If every box and inequality then holds for the whole interval, a feasible point exists, and the
+objective's upper end over the intervals bounds the optimum from above.
+
+*Search.* Sequential linear programming: linearise, solve with a trust region on the complicating variables, restore
+feasibility by a linear program in the others, which is exact where they enter linearly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from mpmath.ctx_iv import MPIntervalContext
+from scipy import sparse
+from scipy.optimize import linprog
+
+from relaxations.balls import Array, Index
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+_PRECISIONS = (80, 160, 640, 2560)  # bits
+_NARROW = 1e-15
+# The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
+# push the verified point outside; a wider margin is tried where a narrower one was not enough.
+MARGINS = (1e-9, 1e-7, 1e-5)
+_HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A feasible point, proven to exist.
+
+    Parameters
+    ----------
+    point : ndarray, shape (n_variables,)
+        Midpoints; the exact feasible point differs from them by the width of the last digits.
+    value : float
+        Upper bound, rounded up, of the objective at the exact point.
+    """
+
+    point: Array
+    value: float
+
+
+def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
+    """Prove that a feasible point exists near ``point``; None if it cannot be shown.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    point : ndarray, shape (n_variables,)
+    """
+    order = definition_order(problem.equalities)
+    if order is None:
+        return None
+    for bits in _PRECISIONS:
+        context = MPIntervalContext()
+        context.prec = bits
+        values = _define(context, problem.equalities, order, point)
+        if values is None:
+            return None
+        widest = max((float(v.delta.b) for v in values), default=0.0)
+        if widest <= _NARROW * max(1.0, float(np.max(np.abs(point), initial=0.0))):
+            break
+    if not _holds(context, problem, values):
+        return None
+    value = _evaluate(context, objective, values)[0]
+    return Witness(np.array([float(v.mid.a) for v in values]), float(np.nextafter(float(value.b), np.inf)))
+
+
+def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
+    """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order."""
+    linear = equalities.term_degrees == 1
+    own = equalities.factors.max(axis=1, initial=-1)
+    in_row: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    plain: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    twice: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    bilinear: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    for row, factor, is_linear, variable in zip(
+        equalities.rows.tolist(), equalities.factors.tolist(), linear.tolist(), own.tolist(), strict=True
+    ):
+        if is_linear:
+            plain[row].add(variable)
+        real = [v for v in factor if v >= 0]
+        in_row[row].update(real)
+        if not is_linear:
+            bilinear[row].update(real)
+        twice[row].update(v for v in real if real.count(v) > 1)
+    rows_of: dict[int, set[int]] = {}
+    for row, variables in enumerate(in_row):
+        for v in variables:
+            rows_of.setdefault(v, set()).add(row)
+
+    order: list[tuple[int, int]] = []
+    queue = [v for v, rows in rows_of.items() if len(rows) == 1]
+    remaining = equalities.n_rows
+    while remaining:
+        # A constant divisor first: it cannot vanish. A variable one only where nothing else is left.
+        pick = next((v for v in reversed(queue) if _defines(v, rows_of, plain, bilinear)), None)
+        if pick is None:
+            pick = next((v for v in queue if len(rows_of[v]) == 1 and v not in twice[next(iter(rows_of[v]))]), None)
+        if pick is None:
+            return None
+        row = next(iter(rows_of[pick]))
+        order.append((row, pick))
+        remaining -= 1
+        queue = [v for v in queue if v != pick]
+        for v in in_row[row]:
+            rows_of[v].discard(row)
+            if len(rows_of[v]) == 1:
+                queue.append(v)
+            elif not rows_of[v] and v in queue:
+                queue.remove(v)
+    return order[::-1]
+
+
+def _defines(v: int, rows_of: dict[int, set[int]], plain: list[set[int]], bilinear: list[set[int]]) -> bool:
+    if len(rows_of[v]) != 1:
+        return False
+    row = next(iter(rows_of[v]))
+    return v in plain[row] and v not in bilinear[row]
+
+
+def _terms(polynomials: Polynomials) -> list[list[tuple[float, float, list[int]]]]:
+    """Return (midpoint, radius, variables) of each term, row by row, as Python objects."""
+    members: list[list[tuple[float, float, list[int]]]] = [[] for _ in range(polynomials.n_rows)]
+    for row, mid, rad, factor in zip(
+        polynomials.rows.tolist(),
+        polynomials.coefficients.mid.tolist(),
+        polynomials.coefficients.rad.tolist(),
+        polynomials.factors.tolist(),
+        strict=True,
+    ):
+        members[row].append((mid, rad, [v for v in factor if v >= 0]))
+    return members
+
+
+def _product(context, mid, rad, variables, values):  # type: ignore[no-untyped-def]
+    term = context.mpf(mid) if rad == 0 else context.mpf(mid) + context.mpf([-rad, rad])
+    for v in variables:
+        term = term * values[v]
+    return term
+
+
+def _define(context, equalities, order, point):  # type: ignore[no-untyped-def]
+    """Return every variable as an interval: floats where free, computed where defined."""
+    values = [context.mpf(float(x)) for x in point]
+    terms = _terms(equalities)
+    for row, variable in order:
+        rest, divisor = context.mpf(0), context.mpf(0)
+        for mid, rad, variables in terms[row]:
+            if variable in variables:
+                divisor = divisor + _product(context, mid, rad, [v for v in variables if v != variable], values)
+            else:
+                rest = rest + _product(context, mid, rad, variables, values)
+        if divisor.a <= 0 <= divisor.b:
+            return None
+        values[variable] = -rest / divisor
+    return values
+
+
+def _evaluate(context, polynomials, values):  # type: ignore[no-untyped-def]
+    return [
+        sum((_product(context, *term, values) for term in member), context.mpf(0)) for member in _terms(polynomials)
+    ]
+
+
+def _holds(context, problem, values) -> bool:  # type: ignore[no-untyped-def]
+    for value, lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
+        if not (value.a >= lower and value.b <= upper):
+            return False
+    return all(bool(g.a >= 0) for g in _evaluate(context, problem.inequalities, values))
+
+
+def search(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    start: Array,
+    margin: float,
+    radius: float = 0.1,
+    steps: int = 25,
+) -> Array | None:
+    """Improve a point by sequential linear programming; None where no feasible point was met.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to magnitudes near one; affine in all variables but the ``complicating`` ones.
+    objective : Polynomials
+        One row.
+    complicating : ndarray of int
+        Variables that the trust region holds.
+    start : ndarray, shape (n_variables,)
+        Only its complicating entries are used.
+    margin : float
+        Distance kept from every limit.
+    radius : float
+        First trust-region radius.
+    steps : int
+        At most so many linearisations.
+    """
+    best = _linear_step(problem, objective, complicating, start, 0.0, margin)
+    if best is None:
+        return None
+    point, violation, value = best
+    for _ in range(steps):
+        if radius < 1e-10:
+            break
+        trial = _linear_step(problem, objective, complicating, point, radius, margin)
+        restored = (
+            None if trial is None else _linear_step(problem, objective, complicating, trial[0], 0.0, margin)
+        )
+        if restored is None:
+            radius *= 0.25
+            continue
+        feasible = restored[1] <= 0.0
+        if violation > 0.0:
+            better = restored[1] < violation
+        else:
+            better = feasible and restored[2] < value
+        if not better:
+            radius *= 0.25
+            continue
+        gain = value - restored[2] if violation <= 0.0 else np.inf
+        point, violation, value = restored
+        radius *= 2.0
+        if gain < 1e-11:
+            break
+    return point if violation <= 0.0 else None
+
+
+def _linear_step(
+    problem: PolynomialProblem, objective: Polynomials, complicating: Index, point: Array, radius: float, margin: float
+) -> tuple[Array, float, float] | None:
+    """Solve the linear program at ``point`` with the complicating variables free within ``radius``.
+
+    Returns the new point, the violation of the linearised constraints and the objective's value. First the violation
+    is driven to zero (one elastic variable), then the objective is minimised.
+    """
+    n = problem.n_variables
+    base = np.clip(np.where(np.isfinite(point), point, 0.0), problem.lower, problem.upper)
+    width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 0.0)
+    lower, upper = problem.lower + 0.5 * margin * width, problem.upper - 0.5 * margin * width
+    lower[complicating] = np.maximum(lower[complicating], base[complicating] - radius)
+    upper[complicating] = np.minimum(upper[complicating], base[complicating] + radius)
+    lower[complicating] = np.minimum(lower[complicating], upper[complicating])
+
+    equal, equal_value = _linearised(problem.equalities, base)
+    unequal, unequal_value = _linearised(problem.inequalities, base)
+    cost, _ = _linearised(objective, base)
+    cost = cost.toarray().ravel()
+    bounds = np.stack([lower - base, upper - base], axis=1)
+    elastic = sparse.csr_matrix(np.ones((unequal.shape[0], 1)))
+    plain = linprog(
+        cost,
+        A_ub=-unequal if unequal.shape[0] else None,
+        b_ub=unequal_value - margin if unequal.shape[0] else None,
+        A_eq=equal if equal.shape[0] else None,
+        b_eq=-equal_value if equal.shape[0] else None,
+        bounds=bounds,
+        method="highs",
+        options=_HIGHS,
+    )
+    if plain.status == 0:
+        moved = base + plain.x
+        return moved, 0.0, float(objective.evaluate(moved)[0])
+    if plain.status != 2 or not equal.shape[0]:
+        return None
+    ones = sparse.csr_matrix(np.ones((equal.shape[0], 1)))
+    relaxed = linprog(
+        np.r_[np.zeros(n), 1.0],
+        A_ub=sparse.vstack(
+            [sparse.hstack([equal, -ones]), sparse.hstack([-equal, -ones]), sparse.hstack([-unequal, -elastic])]
+        ),
+        b_ub=np.concatenate([-equal_value, equal_value, unequal_value - margin]),
+        bounds=np.r_[bounds, [[0.0, np.inf]]],
+        method="highs",
+        options=_HIGHS,
+    )
+    if relaxed.status != 0:
+        return None
+    moved = base + relaxed.x[:-1]
+    return moved, float(relaxed.x[-1]), float(objective.evaluate(moved)[0])
+
+
+def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:
+    rows, columns, values = polynomials.jacobian(point)
+    matrix = sparse.csr_matrix((values, (rows, columns)), shape=(polynomials.n_rows, len(point)))
+    return matrix, polynomials.evaluate(point)
