@@ -1,0 +1,57 @@
+# Every target sets up what it needs. A fresh machine needs only make and Python 3.11 or newer.
+# Another interpreter: make test PYTHON=python3.12
+
+PYTHON ?= python3
+WORKERS ?= 2
+
+# The stamps say when the environment was last brought in line with pyproject.toml.
+READY := .venv/ready.stamp
+BENCH_READY := .venv/bench.stamp
+
+# One thread per process: two workers on two cores do not fight, and timings can be compared.
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_NUM_THREADS=1
+
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bench clean
+
+help:
+	@echo "make demo    identify the bundled clutch record and write a report"
+	@echo "make test    run the tests"
+	@echo "make check   lint, format, types and import layers"
+	@echo "make bench   run the benchmarks"
+	@echo "make clean   remove the environment and every cache"
+
+demo: $(READY)
+	.venv/bin/smid demo
+
+test: $(READY)
+	$(ONE_THREAD) .venv/bin/pytest -n $(WORKERS)
+
+check: $(READY)
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports
+
+bench: $(BENCH_READY)
+	$(ONE_THREAD) .venv/bin/python -m benchmarks
+
+clean:
+	rm -rf .venv build dist .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(READY): pyproject.toml
+	@command -v "$(PYTHON)" >/dev/null || { \
+		echo "smid needs Python 3.11 or newer, and '$(PYTHON)' was not found." >&2; \
+		echo "Name your interpreter: make $(MAKECMDGOALS) PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "smid needs Python 3.11 or newer, and '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1)." >&2; \
+		echo "Name a newer one: make $(MAKECMDGOALS) PYTHON=/path/to/python3.11" >&2; exit 1; }
+	"$(PYTHON)" -m venv .venv
+	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev]"
+	@touch $@
+
+$(BENCH_READY): $(READY)
+	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev,bench]"
+	@touch $@

@@ -1,0 +1,452 @@
+"""Intervals of variables over a polynomial set: relax, certify, contract, witness, branch.
+
+Every bound of a round is computed on the same relaxation. Certified ends replace the box of their variables (the
+parameters asked for and the complicating ones), which makes the next round's relaxation tighter; this stops when the
+ends meet their witnesses or the box no longer shrinks. Whatever happens, interruption included, the ends returned are
+the certified ones.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from relaxations.balls import Array, Index
+from relaxations.certificate import Certificate, certify
+from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
+from relaxations.errors import ProblemError
+from relaxations.lasserre import METHODS, lasserre
+from relaxations.lift import complicating_variables, least_order, lift
+from relaxations.moment import Relaxation
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+from relaxations.reductions.scaling import Scaling
+from relaxations.solvers import Stop, solve
+from relaxations.solvers.interface import check_solver
+from relaxations.witness import MARGINS, Witness, search, verify
+
+Progress = Callable[[str], None]
+
+
+class Proof(Enum):
+    """What stands behind a number."""
+
+    PROVEN = "certified in ball arithmetic"
+    NUMERICAL = "computed, not certified"
+    BOX = "not tightened by the data: the prior box's own end"
+
+
+class Reason(Enum):
+    """Why the computation of intervals stopped."""
+
+    TIGHT = "every end meets its witness within the tolerance"
+    STALLED = "the box no longer shrinks at this order; raise the order to tighten"
+    ROUNDS = "the rounds asked for are used up"
+    EMPTY = "the feasible set is certified empty"
+    INTERRUPTED = "interrupted; the ends proven so far are returned"
+    MEMORY = "out of memory; the ends proven so far are returned"
+
+
+@dataclass(frozen=True)
+class Emptiness:
+    """A proof that no point satisfies all constraints.
+
+    Parameters
+    ----------
+    margin : float
+        How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
+    weights : ndarray, shape (n_equalities of the problem,)
+        Share of each equality in the proof; sums to one.
+    """
+
+    margin: float
+    weights: Array
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The range of one variable: certified outer ends, witnessed inner ends.
+
+    Parameters
+    ----------
+    name : str
+    lower, upper : float
+        Every feasible point lies between them; proven.
+    inner_lower, inner_upper : float
+        Values at verified feasible points; NaN where none was found.
+    from_box : tuple of bool
+        Whether each end is the prior box's own.
+    status : tuple of str
+        The solver's words for each end, in its last solve.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    inner_lower: float
+    inner_upper: float
+    from_box: tuple[bool, bool]
+    status: tuple[str, str]
+
+    @property
+    def width(self) -> float:
+        """Return the certified width."""
+        return self.upper - self.lower
+
+    @property
+    def centre(self) -> float:
+        """Return the middle of the certified interval."""
+        return 0.5 * self.lower + 0.5 * self.upper
+
+    @property
+    def gap(self) -> float:
+        """Return the larger distance of an outer end to its inner one; infinite without witness."""
+        gaps = (self.inner_lower - self.lower, self.upper - self.inner_upper)
+        return float("inf") if any(np.isnan(g) for g in gaps) else max(gaps)
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """Intervals of the variables asked for, and how they came about."""
+
+    intervals: tuple[Interval, ...]
+    witnesses: tuple[Array, ...]
+    empty: Emptiness | None
+    method: str
+    order: int
+    reason: Reason
+    rounds: int
+    solves: int
+    seconds: float
+    complicating: tuple[str, ...]
+    largest_block: int
+    n_moments: int
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A relaxation on one box, ready for any objective."""
+
+    problem: PolynomialProblem
+    scaling: Scaling
+    scaled: PolynomialProblem
+    relaxation: Relaxation
+    program: ConicProgram
+    solver: str
+
+    def bound(self, objective: Polynomials) -> Outcome:
+        """Return the certified lower bound of an objective in the problem's own variables."""
+        scaled = self.scaling.polynomials(objective)
+        cost = np.zeros(self.relaxation.n_moments)
+        moment, _ = self.relaxation.moments_of(scaled)
+        if (moment < 0).any():
+            raise ProblemError("the objective has a monomial that this relaxation has no moment for: raise the order")
+        np.add.at(cost, moment, scaled.coefficients.mid)
+        solution = solve(self.program, cost, self.solver)
+        dual = multipliers(self.relaxation, self.program, solution.dual)
+        if solution.stop is Stop.INFEASIBLE:
+            proof = certify(self.relaxation, Polynomials.from_terms([{}]), dual)
+            if proof.bound > 0:
+                return Outcome(np.inf, proof, solution.status, None)
+        proof = certify(self.relaxation, scaled, dual)
+        point = self.scaling.recover(self.relaxation.first_order(solution.moments))
+        return Outcome(proof.bound, proof, solution.status, point)
+
+    def emptiness(self, proof: Certificate) -> Emptiness:
+        """Return the proof of an empty set with the weight that each equality carries in it."""
+        return Emptiness(proof.bound, equality_weights(self.problem, self.relaxation, proof.multipliers))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One certified bound; infinite where the set is certified empty."""
+
+    bound: float
+    certificate: Certificate
+    status: str
+    point: Array | None
+
+
+def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
+    """Return the method, the order and the complicating variables that a call means; ProblemError if impossible.
+
+    ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
+    complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
+    """
+    complicating = complicating_variables(problem)
+    if method == "auto":
+        method = "sparse" if complicating is None else "lift"
+    if method not in ("lift", *METHODS):
+        raise ProblemError(f"unknown method {method!r}: choose auto, lift, {', '.join(METHODS)}")
+    if method == "lift" and complicating is None:
+        raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
+    if method == "lift":
+        assert complicating is not None
+        least, usual = least_order(problem, complicating), 2 if len(complicating) <= 2 else 1
+    else:
+        least, usual = max(1, -(-problem.degree // 2)), 2
+    if order is not None and order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    return method, order or max(least, usual), np.zeros(0, dtype=np.int64) if complicating is None else complicating
+
+
+def relax(
+    problem: PolynomialProblem,
+    method: str,
+    order: int,
+    solver: str = "clarabel",
+    objective: Polynomials | None = None,
+) -> Relaxed:
+    """Scale a problem with a finite box and build its relaxation."""
+    scaling = Scaling.of_box(problem)
+    scaled = scaling.apply(problem)
+    relaxation = lift(scaled, order) if method == "lift" else lasserre(scaled, order, method, objective)
+    return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
+
+
+def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
+    """Return the share of each of the problem's equalities in a dual solution.
+
+    The lift lists the multiples of the equalities in order of their degree and number; only families of one degree (all
+    that :mod:`smid` makes) are told apart, others share alike.
+    """
+    count = problem.equalities.n_rows
+    magnitude = np.abs(dual.equalities)
+    if not count or relaxation.method != "lift" or len(magnitude) % count:
+        return np.full(count, 1.0 / max(count, 1))
+    weights = magnitude.reshape(count, -1).sum(axis=1)
+    total = weights.sum()
+    return np.asarray(weights / total if total > 0 else np.full(count, 1.0 / count), dtype=np.float64)
+
+
+@dataclass
+class _Ends:
+    """The state of one pass: what is proven so far."""
+
+    lower: Array
+    upper: Array
+    pool: list[Array] = field(default_factory=list)
+    status: dict[tuple[int, int], str] = field(default_factory=dict)
+    solves: int = 0
+
+
+def intervals(
+    problem: PolynomialProblem,
+    targets: Sequence[int],
+    *,
+    method: str = "auto",
+    order: int | None = None,
+    solver: str = "clarabel",
+    tolerance: float = 1e-4,
+    rounds: int = 6,
+    witnesses: bool = True,
+    starts: Sequence[Array] = (),
+    progress: Progress | None = None,
+) -> Enclosure:
+    """Enclose the range of some variables over a polynomial set.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    targets : sequence of int
+        Variables whose intervals are asked for.
+    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    order : int, optional
+        Relaxation order; see :func:`resolve` for the default.
+    solver : str
+    tolerance : float
+        Stop once every gap is below ``tolerance`` times the interval's width.
+    rounds : int
+        At most so many contractions.
+    witnesses : bool
+        Search for inner ends. Without them an interval is outer only.
+    starts : sequence of ndarray
+        Points from which the search for witnesses may begin.
+    progress : callable, optional
+        Called with one line of text now and then.
+
+    Raises
+    ------
+    ProblemError
+        Before any solve: unknown method or solver, order too low, infinite box, block too wide.
+    """
+    started = time.perf_counter()
+    check_solver(solver)
+    if rounds < 1:
+        raise ProblemError(f"rounds is {rounds}: at least one is needed")
+    method, order, complicating = resolve(problem, method, order)
+    Scaling.of_box(problem)  # refuses an infinite box before any work
+    say = progress or (lambda _: None)
+    watched = sorted({*targets, *complicating.tolist()})
+    ends = _Ends(problem.lower.copy(), problem.upper.copy())
+    for start in starts:
+        _try_witness(problem, ends, complicating, start, None)
+    empty: Emptiness | None = None
+    reason, done, relaxed = Reason.ROUNDS, 0, None
+    try:
+        for done in range(1, rounds + 1):
+            current = problem.with_box(ends.lower, ends.upper)
+            relaxed = relax(current, method, order, solver)
+            before = (ends.lower.copy(), ends.upper.copy())
+            last = done == rounds
+            empty = _round(problem, relaxed, ends, targets, watched, complicating, tolerance, witnesses, last, say)
+            if empty is not None:
+                reason = Reason.EMPTY
+                break
+            if witnesses and _tight(ends, targets, tolerance):
+                reason = Reason.TIGHT
+                break
+            if not _shrunk(before, ends, watched):
+                reason = Reason.STALLED
+                break
+    except KeyboardInterrupt:
+        reason = Reason.INTERRUPTED
+    except MemoryError:
+        reason = Reason.MEMORY
+    return Enclosure(
+        tuple(_interval(problem, ends, k) for k in targets),
+        tuple(ends.pool),
+        empty,
+        method,
+        order,
+        reason,
+        done,
+        ends.solves,
+        time.perf_counter() - started,
+        tuple(problem.names[k] for k in complicating),
+        relaxed.relaxation.largest_block if relaxed else 0,
+        relaxed.relaxation.n_moments if relaxed else 0,
+    )
+
+
+def _round(
+    problem: PolynomialProblem,
+    relaxed: Relaxed,
+    ends: _Ends,
+    targets: Sequence[int],
+    watched: Sequence[int],
+    complicating: Index,
+    tolerance: float,
+    witnesses: bool,
+    last: bool,
+    say: Progress,
+) -> Emptiness | None:
+    """Bound every watched variable once; update the ends; return the proof where the set is empty."""
+    for k in watched:
+        for sign in (1, -1):
+            if k in targets and witnesses and _end_tight(ends, k, sign, tolerance):
+                continue
+            if ends.lower[k] == ends.upper[k]:
+                continue
+            outcome = relaxed.bound(problem.variable(k, sign))
+            ends.solves += 1
+            if outcome.bound == np.inf:
+                return relaxed.emptiness(outcome.certificate)
+            width = ends.upper[k] - ends.lower[k]
+            gained = _tighten(ends, k, sign, outcome.bound)
+            ends.status[k, sign] = outcome.status
+            if ends.lower[k] > ends.upper[k]:
+                # Two proven bounds that contradict each other: no point satisfies both.
+                return relaxed.emptiness(outcome.certificate)
+            # A witness is worth its linear programs once an end has settled.
+            settled = last or gained < 0.1 * width
+            if witnesses and k in targets and settled and outcome.point is not None:
+                _try_witness(problem, ends, complicating, outcome.point, (k, sign))
+            say(f"{problem.names[k]} in [{ends.lower[k]:.6g}, {ends.upper[k]:.6g}]")
+    return None
+
+
+def _tighten(ends: _Ends, k: int, sign: int, bound: float) -> float:
+    if sign > 0:
+        gained = max(bound - ends.lower[k], 0.0)
+        ends.lower[k] = max(ends.lower[k], bound)
+    else:
+        gained = max(ends.upper[k] + bound, 0.0)
+        ends.upper[k] = min(ends.upper[k], -bound)
+    return float(gained)
+
+
+def _try_witness(
+    problem: PolynomialProblem, ends: _Ends, complicating: Index, point: Array, end: tuple[int, int] | None
+) -> None:
+    """Look for a verified point that pushes an end outwards (any point, where no end is named)."""
+    objective = Polynomials.from_terms([{}]) if end is None else problem.variable(*end)
+    starts = [point]
+    if end is not None and ends.pool:
+        k, sign = end
+        starts.append(min(ends.pool, key=lambda p: sign * p[k]))
+    for start in starts:
+        found = find_witness(problem.with_box(ends.lower, ends.upper), problem, objective, complicating, start)
+        if found is not None:
+            ends.pool.append(found.point)
+            return
+
+
+def find_witness(
+    box: PolynomialProblem, problem: PolynomialProblem, objective: Polynomials, complicating: Index, start: Array
+) -> Witness | None:
+    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified."""
+    scaling = Scaling.of_box(box)
+    scaled = scaling.apply(box)
+    cost = scaling.polynomials(objective)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, -1, 1))
+    for margin in MARGINS:
+        point = search(scaled, cost, complicating, begin, margin)
+        witness = None if point is None else verify(problem, objective, scaling.recover(point))
+        if witness is not None:
+            return witness
+    return None
+
+
+def _inner(ends: _Ends, k: int) -> tuple[float, float]:
+    values = [p[k] for p in ends.pool]
+    return (min(values), max(values)) if values else (np.nan, np.nan)
+
+
+def _end_tight(ends: _Ends, k: int, sign: int, tolerance: float) -> bool:
+    inner = _inner(ends, k)
+    if np.isnan(inner[0]):
+        return False
+    gap = inner[0] - ends.lower[k] if sign > 0 else ends.upper[k] - inner[1]
+    return bool(gap <= tolerance * (ends.upper[k] - ends.lower[k]))
+
+
+def _tight(ends: _Ends, targets: Sequence[int], tolerance: float) -> bool:
+    return all(_end_tight(ends, k, sign, tolerance) for k in targets for sign in (1, -1))
+
+
+def _shrunk(before: tuple[Array, Array], ends: _Ends, watched: Sequence[int]) -> bool:
+    """Tell whether any watched width fell by more than one percent."""
+    old = before[1][watched] - before[0][watched]
+    new = ends.upper[watched] - ends.lower[watched]
+    return bool((new < 0.99 * old).any())
+
+
+def _interval(problem: PolynomialProblem, ends: _Ends, k: int) -> Interval:
+    lower, upper = float(ends.lower[k]), float(ends.upper[k])
+    inner = _inner(ends, k)
+    # Sharing a box end is not the box's doing where a witness shows that the end is attained to the last digits.
+    return Interval(
+        problem.names[k],
+        lower,
+        upper,
+        float(inner[0]),
+        float(inner[1]),
+        (bool(lower == problem.lower[k]), bool(upper == problem.upper[k])),
+        (ends.status.get((k, 1), "not solved"), ends.status.get((k, -1), "not solved")),
+    )
+
+
+def contracted(problem: PolynomialProblem, enclosure: Enclosure) -> PolynomialProblem:
+    """Return the problem on the box that an enclosure proves."""
+    place = {name: k for k, name in enumerate(problem.names)}
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    for interval in enclosure.intervals:
+        lower[place[interval.name]], upper[place[interval.name]] = interval.lower, interval.upper
+    return replace(problem, lower=lower, upper=upper)
