@@ -229,7 +229,9 @@ class _Ends:
 
     lower: Array
     upper: Array
-    pool: list[Array] = field(default_factory=list)
+    tolerance: float
+    absolute: float
+    pool: list[Array]
     status: dict[tuple[int, int], str] = field(default_factory=dict)
     solves: int = 0
 
@@ -244,7 +246,8 @@ def intervals(
     tolerance: float = 1e-4,
     rounds: int = 6,
     witnesses: bool = True,
-    starts: Sequence[Array] = (),
+    known: Sequence[Array] = (),
+    absolute: float = 0.0,
     progress: Progress | None = None,
 ) -> Enclosure:
     """Enclose the range of some variables over a polynomial set.
@@ -265,8 +268,10 @@ def intervals(
         At most so many contractions.
     witnesses : bool
         Search for inner ends. Without them an interval is outer only.
-    starts : sequence of ndarray
-        Points from which the search for witnesses may begin.
+    known : sequence of ndarray
+        Verified feasible points to begin with.
+    absolute : float
+        A gap below this is tight too, in the variable's unit.
     progress : callable, optional
         Called with one line of text now and then.
 
@@ -283,9 +288,7 @@ def intervals(
     Scaling.of_box(problem)  # refuses an infinite box before any work
     say = progress or (lambda _: None)
     watched = sorted({*targets, *complicating.tolist()})
-    ends = _Ends(problem.lower.copy(), problem.upper.copy())
-    for start in starts:
-        _try_witness(problem, ends, complicating, start, None)
+    ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
     empty: Emptiness | None = None
     reason, done, relaxed = Reason.ROUNDS, 0, None
     try:
@@ -294,11 +297,11 @@ def intervals(
             relaxed = relax(current, method, order, solver)
             before = (ends.lower.copy(), ends.upper.copy())
             last = done == rounds
-            empty = _round(problem, relaxed, ends, targets, watched, complicating, tolerance, witnesses, last, say)
+            empty = _round(problem, relaxed, ends, targets, watched, complicating, witnesses, last, say)
             if empty is not None:
                 reason = Reason.EMPTY
                 break
-            if witnesses and _tight(ends, targets, tolerance):
+            if witnesses and _tight(ends, targets):
                 reason = Reason.TIGHT
                 break
             if not _shrunk(before, ends, watched):
@@ -331,7 +334,6 @@ def _round(
     targets: Sequence[int],
     watched: Sequence[int],
     complicating: Index,
-    tolerance: float,
     witnesses: bool,
     last: bool,
     say: Progress,
@@ -339,7 +341,7 @@ def _round(
     """Bound every watched variable once; update the ends; return the proof where the set is empty."""
     for k in watched:
         for sign in (1, -1):
-            if k in targets and witnesses and _end_tight(ends, k, sign, tolerance):
+            if k in targets and witnesses and _end_tight(ends, k, sign):
                 continue
             if ends.lower[k] == ends.upper[k]:
                 continue
@@ -372,30 +374,38 @@ def _tighten(ends: _Ends, k: int, sign: int, bound: float) -> float:
 
 
 def _try_witness(
-    problem: PolynomialProblem, ends: _Ends, complicating: Index, point: Array, end: tuple[int, int] | None
+    problem: PolynomialProblem, ends: _Ends, complicating: Index, point: Array, end: tuple[int, int]
 ) -> None:
-    """Look for a verified point that pushes an end outwards (any point, where no end is named)."""
-    objective = Polynomials.from_terms([{}]) if end is None else problem.variable(*end)
+    """Look for a verified point that pushes an end outwards."""
+    k, sign = end
     starts = [point]
-    if end is not None and ends.pool:
-        k, sign = end
+    if ends.pool:
         starts.append(min(ends.pool, key=lambda p: sign * p[k]))
+    box = problem.with_box(ends.lower, ends.upper)
     for start in starts:
-        found = find_witness(problem.with_box(ends.lower, ends.upper), problem, objective, complicating, start)
+        found = find_witness(box, problem, problem.variable(k, sign), complicating, start)
         if found is not None:
             ends.pool.append(found.point)
             return
 
 
 def find_witness(
-    box: PolynomialProblem, problem: PolynomialProblem, objective: Polynomials, complicating: Index, start: Array
+    box: PolynomialProblem,
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    start: Array,
+    magnitude: Array | None = None,
 ) -> Witness | None:
-    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified."""
-    scaling = Scaling.of_box(box)
+    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
+
+    ``magnitude`` scales the variables that have no box.
+    """
+    scaling = Scaling.of_box(box, magnitude)
     scaled = scaling.apply(box)
     cost = scaling.polynomials(objective)
     with np.errstate(invalid="ignore", divide="ignore"):
-        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, -1, 1))
+        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
         point = search(scaled, cost, complicating, begin, margin)
         witness = None if point is None else verify(problem, objective, scaling.recover(point))
@@ -409,16 +419,16 @@ def _inner(ends: _Ends, k: int) -> tuple[float, float]:
     return (min(values), max(values)) if values else (np.nan, np.nan)
 
 
-def _end_tight(ends: _Ends, k: int, sign: int, tolerance: float) -> bool:
+def _end_tight(ends: _Ends, k: int, sign: int) -> bool:
     inner = _inner(ends, k)
     if np.isnan(inner[0]):
         return False
     gap = inner[0] - ends.lower[k] if sign > 0 else ends.upper[k] - inner[1]
-    return bool(gap <= tolerance * (ends.upper[k] - ends.lower[k]))
+    return bool(gap <= max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute))
 
 
-def _tight(ends: _Ends, targets: Sequence[int], tolerance: float) -> bool:
-    return all(_end_tight(ends, k, sign, tolerance) for k in targets for sign in (1, -1))
+def _tight(ends: _Ends, targets: Sequence[int]) -> bool:
+    return all(_end_tight(ends, k, sign) for k in targets for sign in (1, -1))
 
 
 def _shrunk(before: tuple[Array, Array], ends: _Ends, watched: Sequence[int]) -> bool:

@@ -25,27 +25,34 @@ class Scaling:
     scale: Array
 
     @staticmethod
-    def of_box(problem: PolynomialProblem) -> Scaling:
-        """Choose the map from the problem's box; ProblemError where the box is not finite."""
-        if problem.unbounded:
+    def of_box(problem: PolynomialProblem, magnitude: Array | None = None) -> Scaling:
+        """Choose the map from the problem's box.
+
+        Variables without a finite box are scaled by ``magnitude`` where it is given (good for a search, never for a
+        certificate); otherwise they raise ProblemError.
+        """
+        loose = ~np.isfinite(problem.upper - problem.lower)
+        if loose.any() and magnitude is None:
             raise ProblemError(
                 f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: "
-                "give it lower and upper bounds, or derive them with relaxations.derive_box"
+                "give it lower and upper bounds, or derive them with relaxations.boxes.derive_box"
             )
-        centre = 0.5 * problem.lower + 0.5 * problem.upper
-        scale = np.maximum(problem.upper - centre, centre - problem.lower)
+        reach = np.ones(problem.n_variables) if magnitude is None else magnitude
+        low, high = np.where(loose, -reach, problem.lower), np.where(loose, reach, problem.upper)
+        centre = 0.5 * low + 0.5 * high
+        scale = np.maximum(high - centre, centre - low)
         slack = np.where(scale > 0, 4 * EPSILON * (np.abs(centre) + scale), 0.0)
         # Two numbers have the same midpoint as box: a variable fixed to a float needs no width at all.
-        fixed = problem.lower == problem.upper
-        return Scaling(np.where(fixed, problem.lower, centre), np.where(fixed, 0.0, scale + slack))
+        fixed = low == high
+        return Scaling(np.where(fixed, low, centre), np.where(fixed, 0.0, scale + slack))
 
     def apply(self, problem: PolynomialProblem) -> PolynomialProblem:
         """Return the problem in ``t``, rows normalised by powers of two."""
-        ones = np.ones(problem.n_variables)
+        loose = ~np.isfinite(problem.upper - problem.lower)
         return PolynomialProblem(
             problem.names,
-            -ones,
-            ones,
+            np.where(loose, -np.inf, -1.0),
+            np.where(loose, np.inf, 1.0),
             _normalise(self.polynomials(problem.equalities)),
             _normalise(self.polynomials(problem.inequalities)),
         )

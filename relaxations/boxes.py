@@ -1,0 +1,181 @@
+"""A certified box for variables that have none.
+
+Let U be the unbounded variables, and let every constraint be affine in them together. Outside the cube
+``|x_k| <= m_k tau`` (k in U, tau >= 1) write ``x_k = m_k tau rho_k`` with ``max |rho_k| = 1`` and ``s = 1 / tau`` in
+[0, 1]. A row times s,
+
+    s f_0 + sum_k m_k rho_k f_k,
+
+is a polynomial again, over variables that are all bounded. A latent that enters the rows with s only, as ``s z``, becomes
+one variable ``z'`` with ``s l <= z' <= s u``, which keeps the problem linear in it. On each face ``rho_k = 1`` and
+``rho_k = -1`` a certified lower bound ``s_min > 0`` of s proves ``tau <= 1 / s_min`` there; an empty face proves
+``tau < 1``. The largest tau over all faces bounds every variable of U. Where ``s_min`` stays at zero the data do not
+bound the variables (or the order is too low to show it), and that is reported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.hierarchy import Progress, intervals
+from relaxations.lift import complicating_variables
+from relaxations.polynomial import Polynomials, pad
+from relaxations.problem import PolynomialProblem
+
+
+@dataclass(frozen=True)
+class DerivedBox:
+    """The outcome of :func:`derive_box`.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With the finite box where one was proven, unchanged otherwise.
+    derived : tuple of str
+        Variables whose box was proven.
+    unbounded : tuple of str
+        Variables for which none could be proven.
+    """
+
+    problem: PolynomialProblem
+    derived: tuple[str, ...]
+    unbounded: tuple[str, ...]
+
+
+def derive_box(
+    problem: PolynomialProblem,
+    magnitude: Array,
+    solver: str = "clarabel",
+    progress: Progress | None = None,
+) -> DerivedBox:
+    """Prove a finite box for the unbounded variables, or say that there is none to prove.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    magnitude : ndarray, shape (n_variables,)
+        Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
+    solver : str
+    progress : callable, optional
+    """
+    loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
+    if not len(loose):
+        return DerivedBox(problem, (), ())
+    names = tuple(problem.names[k] for k in loose)
+    if not _jointly_affine(problem, loose):
+        return DerivedBox(problem, (), names)
+    cone, scale = _homogenise(problem, loose, magnitude)
+    s = problem.n_variables
+    largest = 1.0
+    for k in loose:
+        for side in (1.0, -1.0):
+            if (side > 0 and problem.upper[k] <= 0) or (side < 0 and problem.lower[k] >= 0):
+                continue
+            lower, upper = cone.lower.copy(), cone.upper.copy()
+            lower[k] = upper[k] = side
+            face = cone.with_box(lower, upper)
+            least = _least_scale(face, s, solver, progress)
+            if least <= 0:
+                return DerivedBox(problem, (), names)
+            largest = max(largest, 1.0 / np.nextafter(least, 0))
+    reach = np.nextafter(largest * scale[loose] * (1 + 1e-12), np.inf)
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[loose] = np.maximum(lower[loose], -reach)
+    upper[loose] = np.minimum(upper[loose], reach)
+    return DerivedBox(problem.with_box(lower, upper), names, ())
+
+
+def _least_scale(face: PolynomialProblem, s: int, solver: str, progress: Progress | None) -> float:
+    """Return a certified lower bound of s over a face; infinite where the face is empty."""
+    found = intervals(face, [s], solver=solver, rounds=4, witnesses=False, progress=progress)
+    return np.inf if found.empty is not None else found.intervals[0].lower
+
+
+def _jointly_affine(problem: PolynomialProblem, loose: Index) -> bool:
+    return all(
+        int(np.isin(f.factors, loose).sum(axis=1).max(initial=0)) <= 1
+        for f in (problem.equalities, problem.inequalities)
+    )
+
+
+def _homogenise(
+    problem: PolynomialProblem, loose: Index, magnitude: Array
+) -> tuple[PolynomialProblem, Array]:
+    """Return the problem in (rho, z', s) and the scale of each loose variable."""
+    n = problem.n_variables
+    # A power of two: multiplying coefficients by it rounds nothing.
+    scale = np.ones(n)
+    guess = np.where(magnitude[loose] > 0, magnitude[loose], 1.0)
+    scale[loose] = 2.0 ** np.ceil(np.log2(guess))
+    riding = _riding(problem, loose)
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[riding], upper[riding] = np.minimum(lower[riding], 0.0), np.maximum(upper[riding], 0.0)
+    lower[loose] = np.where(problem.lower[loose] >= 0, 0.0, -1.0)
+    upper[loose] = np.where(problem.upper[loose] <= 0, 0.0, 1.0)
+    moved = PolynomialProblem(
+        (*problem.names, "s"),
+        np.append(lower, 0.0),
+        np.append(upper, 1.0),
+        _rows(problem.equalities, loose, riding, scale, n),
+        Polynomials.join(
+            [_rows(problem.inequalities, loose, riding, scale, n), _cone_of_box(problem, riding, n)]
+        ),
+    )
+    return moved, scale
+
+
+def _riding(problem: PolynomialProblem, loose: Index) -> Index:
+    """Return the bounded variables that may absorb s: linear, alone, and never beside a loose variable."""
+    complicating = complicating_variables(problem)
+    candidate = np.ones(problem.n_variables, dtype=bool)
+    candidate[loose] = False
+    if complicating is not None:
+        candidate[complicating] = False
+    for family in (problem.equalities, problem.inequalities):
+        factors = family.factors
+        real = factors >= 0
+        beside = np.isin(factors, loose).any(axis=1)
+        candidate[factors[beside][real[beside]]] = False
+        crowded = (candidate[factors] & real).sum(axis=1) > 1
+        candidate[factors[crowded][real[crowded]]] = False
+    return np.flatnonzero(candidate)
+
+
+def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int) -> Polynomials:
+    """Multiply the rows that hold a loose or riding variable by s, and put the new variables in."""
+    real = family.factors >= 0
+    is_loose = (np.isin(family.factors, loose) & real).any(axis=1)
+    is_riding = (np.isin(family.factors, riding) & real).any(axis=1)
+    touched = np.zeros(family.n_rows, dtype=bool)
+    touched[family.rows[is_loose | is_riding]] = True
+    times_s = touched[family.rows] & ~is_loose & ~is_riding
+    factors = pad(family.factors, family.factors.shape[1] + 1)
+    factors = np.sort(np.where(_first_column(factors) & times_s[:, None], s, factors), axis=1)
+    factor_scale = np.where(real & is_loose[:, None], scale[family.factors], 1.0).prod(axis=1)
+    return Polynomials(family.n_rows, family.rows, factors, family.coefficients.scaled(factor_scale)).collect()
+
+
+def _first_column(factors: Index) -> Array:
+    first = np.zeros(factors.shape, dtype=bool)
+    first[:, 0] = True
+    return first
+
+
+def _cone_of_box(problem: PolynomialProblem, riding: Index, s: int) -> Polynomials:
+    """Return ``s upper - z' >= 0`` and ``z' - s lower >= 0`` for riding variables."""
+    count = len(riding)
+    own = np.arange(2 * count)
+    return Polynomials(
+        2 * count,
+        np.concatenate([own, own]),
+        np.concatenate([riding, riding, np.full(2 * count, s)]).reshape(-1, 1),
+        concatenate(
+            [
+                Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(count)])),
+                Balls.exact(np.concatenate([problem.upper[riding], -problem.lower[riding]])),
+            ]
+        ),
+    )

@@ -1,0 +1,151 @@
+"""A finite, certified box for every parameter that the model leaves unbounded.
+
+The general derivation is :mod:`relaxations.boxes`. It sees nothing where a parameter occurs only in a product that can
+vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would do. There the
+product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy
+
+from relaxations.boxes import derive_box
+from relaxations.hierarchy import relax, resolve
+from relaxations.problem import PolynomialProblem, polynomials_from_sympy
+from smid.feasible import FeasibleSet, feasible_set
+from smid.models import Model, Parameter
+from smid.start import equation_error_fit, magnitudes
+from smid.template import flat_lines
+
+
+@dataclass(frozen=True)
+class Boxed:
+    """A feasible set with the box that was proven for it.
+
+    Parameters
+    ----------
+    feasible : FeasibleSet
+    derived : tuple of str
+        Parameters whose box was proven from the data.
+    unbounded : tuple of str
+        Parameters for which no box could be proven.
+    """
+
+    feasible: FeasibleSet
+    derived: tuple[str, ...]
+    unbounded: tuple[str, ...]
+
+
+def with_finite_box(
+    feasible: FeasibleSet, solver: str = "clarabel", progress: Callable[[str], None] | None = None
+) -> Boxed:
+    """Prove a finite box for the unbounded variables of a feasible set, or say for which there is none."""
+    names = feasible.problem.unbounded
+    if not names:
+        return Boxed(feasible, (), ())
+    factors = vanishing_factors(feasible.model, names)
+    if not factors:
+        box = derive_box(feasible.problem, _guess(feasible), solver, progress)
+        return Boxed(replace(feasible, problem=box.problem), box.derived, box.unbounded)
+
+    products = _in_products(feasible, factors)
+    box = derive_box(products.problem, _guess(products), solver, progress)
+    if box.unbounded:
+        return Boxed(feasible, (), names)
+    reach = _reach(products, box.problem, factors, solver)
+    if reach is None:
+        return Boxed(feasible, (), names)
+    problem = feasible.problem
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    place = {name: k for k, name in enumerate(problem.names)}
+    for name, limit in reach.items():
+        lower[place[name]] = max(lower[place[name]], -limit)
+        upper[place[name]] = min(upper[place[name]], limit)
+    # Parameters that were loose beside the products carry the box that was proven for them there.
+    shared = {n: k for k, n in enumerate(box.problem.names)}
+    for name in names:
+        if name not in reach:
+            lower[place[name]], upper[place[name]] = box.problem.lower[shared[name]], box.problem.upper[shared[name]]
+    return Boxed(replace(feasible, problem=problem.with_box(lower, upper)), names, ())
+
+
+def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
+    """Return for each parameter that occurs only times a factor q of other parameters that factor.
+
+    Examples
+    --------
+    >>> from smid.models import Hammerstein
+    >>> vanishing_factors(Hammerstein(powers=(3,), stable=True), ("gamma1",))
+    {'gamma1': alpha + 1}
+    """
+    symbols = {p.symbol for p in model.parameters}
+    found: dict[str, sympy.Expr] = {}
+    for parameter in model.parameters:
+        if parameter.name not in names:
+            continue
+        common: sympy.Expr | None = None
+        for line in flat_lines(model):
+            if parameter.symbol not in line.free_symbols:
+                continue
+            _, factors = sympy.factor_list(sympy.expand(sympy.diff(line, parameter.symbol)))
+            own = sympy.Mul(*(f**e for f, e in factors if f.free_symbols and f.free_symbols <= symbols))
+            common = own if common is None else sympy.gcd(common, own)
+        if common is not None and common.free_symbols:
+            found[parameter.name] = common
+    return found
+
+
+def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> FeasibleSet:
+    """Return the feasible set in delta = q gamma; priors on gamma are left out, which only enlarges it."""
+    model = feasible.model
+    gone = {model.parameter(name).symbol for name in factors}
+    model = replace(model, constraints=tuple(c for c in model.constraints if not c.free_symbols & gone), values={})
+    for name, factor in factors.items():
+        product = Parameter(f"{name}_product")
+        model = model.substitute(name, product.symbol / factor, [product])
+    free = feasible.free_channel
+    products = feasible_set(model, feasible.data, feasible.noise_bound, free=free)
+    # The box of the latents (and of a free noise bound) is the one that the caller has by now.
+    old = {name: k for k, name in enumerate(feasible.problem.names)}
+    lower, upper = products.problem.lower.copy(), products.problem.upper.copy()
+    for k, name in enumerate(products.problem.names):
+        if name in old:
+            lower[k], upper[k] = feasible.problem.lower[old[name]], feasible.problem.upper[old[name]]
+    return replace(products, problem=products.problem.with_box(lower, upper))
+
+
+def _reach(
+    products: FeasibleSet, boxed: PolynomialProblem, factors: dict[str, sympy.Expr], solver: str
+) -> dict[str, float] | None:
+    """Bound every q away from zero, contract the box on the way, and divide."""
+    from relaxations.hierarchy import contracted, intervals
+
+    place = {name: k for k, name in enumerate(boxed.names)}
+    method, order, complicating = resolve(boxed, "auto", None)
+    parameters = [place[p.name] for p in products.model.parameters]
+    enclosure = intervals(boxed, parameters, solver=solver, rounds=4, witnesses=False)
+    problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
+    relaxed = relax(problem, method, order, solver)
+    symbols = [sympy.Symbol(name, real=True) for name in problem.names[: len(products.model.parameters)]]
+    reach = {}
+    for name, factor in factors.items():
+        forward, backward = (
+            relaxed.bound(polynomials_from_sympy([sign * factor], symbols)).bound for sign in (1, -1)
+        )
+        away = max(forward, backward)  # q >= forward, or q <= -backward
+        if away <= 0:
+            return None
+        k = place[f"{name}_product"]
+        largest = max(abs(problem.lower[k]), abs(problem.upper[k]))
+        # An empty set is bounded by anything; the caller will prove it empty.
+        reach[name] = float(np.nextafter(largest / away * (1 + 1e-15), np.inf)) if np.isfinite(away) else largest
+    return reach
+
+
+def _guess(feasible: FeasibleSet) -> np.ndarray:
+    parameters, rms = equation_error_fit(feasible)
+    return magnitudes(feasible, parameters, rms)

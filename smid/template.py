@@ -1,0 +1,186 @@
+"""One dynamic equation of a model as a template, expanded once by sympy and stamped over all samples by NumPy.
+
+Each line that defines a state or a measured signal reads as an equality. A measured signal is replaced by "measurement
+minus noise" (or the sensor's inverse curve of it), static lines are substituted, other signals stay latent. What is
+left is a polynomial in parameters and latents whose coefficients are polynomials in the data; every coefficient is
+evaluated over all samples at once, in ball arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import sympy
+
+from relaxations.balls import Array, Balls
+from smid.models import Line, Measurement, Model, ModelError
+from smid.models.symbols import VALUE, references, signal, t
+
+Reference = tuple[str, int]  # (signal or channel, lag)
+
+
+@dataclass(frozen=True)
+class Term:
+    """One monomial of a template.
+
+    Parameters
+    ----------
+    parameters : tuple of str
+        With repetition.
+    latents : tuple of (name, lag)
+        With repetition.
+    data : tuple of (coefficient, ((channel, lag, power), ...))
+        The coefficient: a sum of rational multiples of products of samples.
+    """
+
+    parameters: tuple[str, ...]
+    latents: tuple[Reference, ...]
+    data: tuple[tuple[Fraction, tuple[tuple[str, int, int], ...]], ...]
+
+    def coefficients(self, channels: Mapping[str, Array], times: Array) -> Balls:
+        """Return the coefficient at each of ``times``, shape (len(times),)."""
+        total = Balls.exact(np.zeros(len(times)))
+        for factor, powers in self.data:
+            product = Balls.exact(np.ones(len(times)))
+            for channel, lag, power in powers:
+                product = product * Balls.exact(channels[channel][times - lag]) ** power
+            constant = Balls.enclose(factor)
+            value = product * Balls(np.full(len(times), constant.mid), np.full(len(times), constant.rad))
+            total = value if len(self.data) == 1 else total + value
+        return total
+
+
+@dataclass(frozen=True)
+class Template:
+    """The equality that one signal's line stands for; ``max_lag`` is how far back it reads."""
+
+    signal: str
+    terms: tuple[Term, ...]
+    max_lag: int
+
+    @property
+    def latents(self) -> frozenset[Reference]:
+        """Return the latents that occur, each with its lag."""
+        return frozenset(reference for term in self.terms for reference in term.latents)
+
+
+def templates(model: Model) -> tuple[Template, ...]:
+    """Expand a model's lines into templates.
+
+    Parameters
+    ----------
+    model : Model
+
+    Raises
+    ------
+    ModelError
+        Where a line is no polynomial in parameters, noises and latent signals.
+    """
+    measured = {m.signal: m for m in model.measurements}
+    kept, static = _split(model)
+    return tuple(_template(model, line, static, measured) for line in kept)
+
+
+def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
+    """Return ``target - expression`` of each dynamic line with the static lines put in."""
+    kept, static = _split(model)
+    return tuple(_substitute_static(line.target - line.expression, static) for line in kept)
+
+
+def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
+    """Return the lines that read as equalities, and the others by signal."""
+    dynamic = {*model.states, *(m.signal for m in model.measurements)}
+    kept = [line for line in model.lines if line.signal in dynamic]
+    return kept, {line.signal: line.expression for line in model.lines if line.signal not in dynamic}
+
+
+def _template(
+    model: Model, line: Line, static: Mapping[str, sympy.Expr], measured: Mapping[str, Measurement]
+) -> Template:
+    expression = _substitute_static(line.target - line.expression, static)
+    replacements: dict[sympy.Expr, sympy.Expr] = {}
+    data: dict[sympy.Symbol, Reference] = {}
+    latent: dict[sympy.Symbol, Reference] = {}
+
+    def symbol(table: dict[sympy.Symbol, Reference], name: str, lag: int) -> sympy.Symbol:
+        made = sympy.Symbol(f"{name}__{lag}", real=True)
+        table[made] = (name, lag)
+        return made
+
+    defined = {item.signal for item in model.lines}
+    for name, lag in sorted(references(expression)):
+        atom = signal(name)[t - lag]
+        measurement = measured.get(name)
+        if measurement is not None:
+            value = symbol(data, measurement.channel, lag)
+            if measurement.noise is not None:
+                value = value - symbol(latent, measurement.noise, lag)
+            if measurement.inverse is not None:
+                value = measurement.inverse.xreplace({VALUE: value})
+            replacements[atom] = value
+        elif name in defined:
+            replacements[atom] = symbol(latent, name, lag)
+        else:
+            replacements[atom] = symbol(data, name, lag)
+    flat = _exact(expression.xreplace(replacements))
+    if sympy.denom(sympy.together(flat)) != 1:
+        flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.box)
+    parameters = {p.symbol: p.name for p in model.parameters if p.symbol in flat.free_symbols}
+    unknowns = [*parameters, *sorted(latent, key=str)]
+    lags = [lag for _, lag in (*data.values(), *latent.values())]
+    return Template(
+        line.signal, _terms(line.signal, flat, unknowns, parameters, latent, data), max(lags, default=0)
+    )
+
+
+def _terms(
+    name: str,
+    flat: sympy.Expr,
+    unknowns: list[sympy.Symbol],
+    parameters: Mapping[sympy.Symbol, str],
+    latent: Mapping[sympy.Symbol, Reference],
+    data: Mapping[sympy.Symbol, Reference],
+) -> tuple[Term, ...]:
+    known = sorted(data, key=str)
+    try:
+        poly = sympy.Poly(flat, *unknowns, *known, domain="QQ")
+    except (sympy.PolynomialError, sympy.CoercionFailed):
+        raise ModelError(
+            f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
+            "write Max, Min, Abs or sign of an unknown as further equations, or simulate only"
+        ) from None
+    split = len(unknowns)
+    grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}
+    for exponents, value in poly.terms():
+        samples = tuple((*data[s], e) for s, e in zip(known, exponents[split:], strict=True) if e)
+        grouped.setdefault(exponents[:split], []).append((Fraction(int(value.p), int(value.q)), samples))
+    terms = []
+    for exponents, parts in grouped.items():
+        repeated = [s for s, e in zip(unknowns, exponents, strict=True) for _ in range(e)]
+        terms.append(
+            Term(
+                tuple(parameters[s] for s in repeated if s in parameters),
+                tuple(latent[s] for s in repeated if s in latent),
+                tuple(parts),
+            )
+        )
+    return tuple(terms)
+
+
+def _substitute_static(expression: sympy.Expr, static: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    """Put static lines in place of their signals, until none is left."""
+    while True:
+        found = [(name, lag) for name, lag in references(expression) if name in static]
+        if not found:
+            return expression
+        expression = expression.xreplace(
+            {signal(name)[t - lag]: static[name].xreplace({t: t - lag}) for name, lag in found}
+        )
+
+
+def _exact(expression: sympy.Expr) -> sympy.Expr:
+    """Turn every Float into the fraction that it is: sympy would round when it multiplies floats."""
+    return expression.xreplace({f: sympy.Rational(*float(f).as_integer_ratio()) for f in expression.atoms(sympy.Float)})
