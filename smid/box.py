@@ -16,7 +16,7 @@ import sympy
 from relaxations.boxes import derive_box
 from relaxations.hierarchy import relax, resolve
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
-from smid.feasible import FeasibleSet, feasible_set
+from smid.feasible import FeasibleSet
 from smid.models import Model, Parameter
 from smid.start import equation_error_fit, magnitudes
 from smid.template import flat_lines
@@ -50,7 +50,7 @@ def with_finite_box(
     factors = vanishing_factors(feasible.model, names)
     if not factors:
         box = derive_box(feasible.problem, _guess(feasible), solver, progress)
-        return Boxed(replace(feasible, problem=box.problem), box.derived, box.unbounded)
+        return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded)
 
     products = _in_products(feasible, factors)
     box = derive_box(products.problem, _guess(products), solver, progress)
@@ -70,7 +70,7 @@ def with_finite_box(
     for name in names:
         if name not in reach:
             lower[place[name]], upper[place[name]] = box.problem.lower[shared[name]], box.problem.upper[shared[name]]
-    return Boxed(replace(feasible, problem=problem.with_box(lower, upper)), names, ())
+    return Boxed(feasible.with_problem(problem.with_box(lower, upper)), names, ())
 
 
 def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
@@ -107,15 +107,14 @@ def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> Feasi
     for name, factor in factors.items():
         product = Parameter(f"{name}_product")
         model = model.substitute(name, product.symbol / factor, [product])
-    free = feasible.free_channel
-    products = feasible_set(model, feasible.data, feasible.noise_bound, free=free)
+    products = FeasibleSet(model, feasible.data, feasible.noise_bound, feasible.free_channel)
     # The box of the latents (and of a free noise bound) is the one that the caller has by now.
     old = {name: k for k, name in enumerate(feasible.problem.names)}
     lower, upper = products.problem.lower.copy(), products.problem.upper.copy()
     for k, name in enumerate(products.problem.names):
         if name in old:
             lower[k], upper[k] = feasible.problem.lower[old[name]], feasible.problem.upper[old[name]]
-    return replace(products, problem=products.problem.with_box(lower, upper))
+    return products.with_problem(products.problem.with_box(lower, upper))
 
 
 def _reach(

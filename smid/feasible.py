@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +15,7 @@ from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
 from relaxations.reductions.sparsity import cliques
+from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.models import Model, ModelError
 from smid.template import Template, templates
@@ -28,31 +30,55 @@ class FeasibleSet:
     Parameters
     ----------
     model : Model
+        Bound to the data's channels (:func:`smid.bind`).
     data : Dataset
-    noise_bound : mapping channel -> float
-        Bound of each noisy channel, in the channel's unit.
+        All its experiments take part; the parameters are shared.
+    noise_bound : float or mapping channel -> float
+        In the channel's unit; one number holds for every noisy channel. Kept as a mapping.
+    free_channel : str, optional
+        A channel whose bound becomes the last variable of the problem, ``noise_bound`` (phase 1).
+
+    Attributes
+    ----------
     problem : PolynomialProblem
         Variables: the parameters, then the noises and latent signals sample by sample.
     samples : ndarray of int, shape (n_equalities, 2)
         Experiment and time index that each equality belongs to.
-    free_channel : str or None
-        The channel whose noise bound is the problem's last variable, ``noise_bound`` (phase 1).
+
+    Raises
+    ------
+    ModelError, DataError
+        Where bound, model and data do not fit together.
 
     Examples
     --------
     >>> from smid.models import OutputError
-    >>> data = Dataset.from_arrays(input=[1.0, 1.0, 1.0], output=[0.0, 0.5, 0.7], sampling_time=1.0)
-    >>> fps = feasible_set(OutputError(na=1, stable=True), data, 0.1)
-    >>> fps.n_equalities, fps.degree
-    (2, 2)
+    >>> data = Dataset.from_arrays(input=[1.0, 1, 1, 1], output=[0.0, 0.5, 0.7, 0.8], sampling_time=1.0)
+    >>> feasible = FeasibleSet(OutputError(na=1, stable=True), data, 0.1)
+    >>> feasible.n_equalities, feasible.degree
+    (3, 2)
     """
 
     model: Model
     data: Dataset
     noise_bound: Mapping[str, float]
-    problem: PolynomialProblem
-    samples: Index
     free_channel: str | None = None
+    problem: PolynomialProblem = field(init=False)
+    samples: Index = field(init=False)
+
+    def __post_init__(self) -> None:
+        model = bind(self.model, self.data)
+        check_data(model, self.data)
+        bounds = check_noise_bound(model, self.noise_bound, self.free_channel)
+        problem, samples = _stamp_all(model, self.data, bounds, self.free_channel)
+        for name, value in (("model", model), ("noise_bound", bounds), ("problem", problem), ("samples", samples)):
+            object.__setattr__(self, name, value)
+
+    def with_problem(self, problem: PolynomialProblem) -> FeasibleSet:
+        """Return the same set with a tighter (proven) box."""
+        other = copy(self)
+        object.__setattr__(other, "problem", problem)
+        return other
 
     @property
     def n_variables(self) -> int:
@@ -134,7 +160,7 @@ def _to_sympy(polynomials: Polynomials, symbols: list[sympy.Symbol]) -> list[sym
 
 
 def check_noise_bound(
-    model: Model, noise_bound: float | Mapping[str, float], free: str | None = None
+    model: Model, noise_bound: float | Mapping[str, float], free: str | None
 ) -> dict[str, float]:
     """Return the bound of each noisy channel; ``free`` is a channel whose bound is not given.
 
@@ -178,28 +204,10 @@ def check_data(model: Model, data: Dataset) -> None:
             )
 
 
-def feasible_set(
-    model: Model, data: Dataset, noise_bound: float | Mapping[str, float], *, free: str | None = None
-) -> FeasibleSet:
-    """Stamp a model's equations over data.
-
-    Parameters
-    ----------
-    model : Model
-    data : Dataset
-        All its experiments take part; the parameters are shared.
-    noise_bound : float or mapping channel -> float
-        In the channel's unit; one number holds for every noisy channel.
-    free : str, optional
-        A channel whose bound becomes the last variable of the problem, ``noise_bound`` (phase 1).
-
-    Raises
-    ------
-    ModelError, DataError
-        Where bound, model and data do not fit together.
-    """
-    check_data(model, data)
-    bounds = check_noise_bound(model, noise_bound, free)
+def _stamp_all(
+    model: Model, data: Dataset, bounds: Mapping[str, float], free: str | None
+) -> tuple[PolynomialProblem, Index]:
+    """Stamp a model's equations over all experiments."""
     noise_channel = {m.noise: m.channel for m in model.measurements if m.noise is not None}
     parts = templates(model)
     place = {p.name: k for k, p in enumerate(model.parameters)}
@@ -242,7 +250,7 @@ def feasible_set(
         Polynomials.join(equalities),
         inequalities,
     )
-    return FeasibleSet(model, data, bounds, problem, np.concatenate(samples).astype(np.int64), free)
+    return problem, np.concatenate(samples).astype(np.int64)
 
 
 def _ranges(parts: tuple[Template, ...], n_samples: int) -> dict[str, tuple[int, int]]:

@@ -1,0 +1,48 @@
+"""Set-membership identification through polynomial optimization: parameter intervals that are theorems."""
+
+from smid.binding import bind
+from smid.data import DataError, Dataset
+from smid.error_bound import ErrorBound, error_bound
+from smid.estimate import CentreStatus, Estimate, ParameterInterval
+from smid.feasible import FeasibleSet
+from smid.identify import EmptyFeasibleSetError, identify
+from smid.lowest_order import LowestOrder, lowest_order
+from smid.models import (
+    ErrorsInVariables,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    Parameter,
+    Wiener,
+    load_model,
+)
+from smid.validate import Validation, validate
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "CentreStatus",
+    "DataError",
+    "Dataset",
+    "EmptyFeasibleSetError",
+    "ErrorBound",
+    "ErrorsInVariables",
+    "Estimate",
+    "FeasibleSet",
+    "Hammerstein",
+    "LowestOrder",
+    "Model",
+    "ModelError",
+    "OutputError",
+    "Parameter",
+    "ParameterInterval",
+    "Validation",
+    "Wiener",
+    "bind",
+    "error_bound",
+    "identify",
+    "load_model",
+    "lowest_order",
+    "validate",
+]

@@ -1,0 +1,60 @@
+"""Fit a model's channel names to the data's.
+
+A model written with the default names ``u`` and ``y`` is meant for whatever the data call their input and output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from smid.data import Dataset
+from smid.models import Line, Model
+from smid.models.symbols import rename_signals
+
+
+def bind(model: Model, data: Dataset) -> Model:
+    """Rename the model's only missing input and output channel to the data's only input and output.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+
+    Returns
+    -------
+    Model
+        The model itself where all its channels are in the data, or where no single pair fits (the check of the data
+        names what is missing).
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"current": [0, 1, 1]}, output={"pressure": [0, 0, 1]}, sampling_time=1.0)
+    >>> bind(OutputError(), data).channels
+    ('current', 'pressure')
+    """
+    names = {c.name for c in data.channels}
+    renamed: dict[str, str] = {}
+    for own, given in ((model.input_channels, data.inputs), (model.output_channels, data.outputs)):
+        missing = [c for c in own if c not in names]
+        if len(missing) == 1 and len(given) == 1:
+            renamed[missing[0]] = given[0]
+    return rename_channels(model, renamed) if renamed else model
+
+
+def rename_channels(model: Model, names: Mapping[str, str]) -> Model:
+    """Read other channels of the data in place of some.
+
+    Parameters
+    ----------
+    model : Model
+    names : mapping old channel -> new channel
+    """
+    measured = {m.channel for m in model.measurements}
+    exact = {old: new for old, new in names.items() if old not in measured}
+    return replace(
+        model,
+        lines=tuple(Line(line.target, rename_signals(line.expression, exact)) for line in model.lines),
+        measurements=tuple(replace(m, channel=names.get(m.channel, m.channel)) for m in model.measurements),
+    )

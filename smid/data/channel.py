@@ -1,0 +1,59 @@
+"""A named signal and its unit, and the search for a name."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured signal: its name and its unit.
+
+    Parameters
+    ----------
+    name : str
+        Name of the signal, unique in its data set.
+    unit : str
+        Unit as printed on axes and in tables; empty where it is unknown or the signal has none.
+
+    Examples
+    --------
+    >>> str(Channel("pressure", "bar"))
+    'pressure [bar]'
+    """
+
+    name: str
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+def name_hint(wanted: str, present: Iterable[str]) -> str:
+    """Say which existing names are nearest to a name that is not there.
+
+    Parameters
+    ----------
+    wanted : str
+        The name that was asked for.
+    present : iterable of str
+        The names there are.
+
+    Returns
+    -------
+    str
+        The end of an error message: the nearest names, or all of them where none is near.
+
+    Examples
+    --------
+    >>> name_hint("presure", ["time", "current", "pressure"])
+    "did you mean 'pressure'?"
+    >>> name_hint("flow", ["time", "current", "pressure"])
+    "choose among 'time', 'current', 'pressure'"
+    """
+    names = list(present)
+    by_folded_name = {name.casefold(): name for name in names}
+    near = [by_folded_name[name] for name in get_close_matches(wanted.casefold(), by_folded_name)]
+    if near:
+        return f"did you mean {' or '.join(map(repr, near))}?"
+    return f"choose among {', '.join(map(repr, names))}"

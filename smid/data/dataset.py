@@ -1,0 +1,508 @@
+"""The data set: experiments over shared channels, uniformly sampled, with the roles of the channels."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import edit, listing
+from smid.data.channel import Channel, name_hint
+from smid.data.columns import Names
+from smid.data.errors import DataError
+from smid.data.experiment import Experiment
+from smid.data.normalise import Normalisation, NormalisationMethod
+from smid.data.plot import plot
+from smid.data.resample import Resampling
+from smid.data.validate import validate
+
+if TYPE_CHECKING:
+    import pandas
+
+Paths = str | Path | Sequence[str | Path]
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Measured experiments that share channels, roles and sampling time.
+
+    Parameters
+    ----------
+    experiments : tuple of Experiment
+        The runs; each holds every channel.
+    channels : tuple of Channel
+        Names and units; a channel without a role (a temperature, say) is allowed.
+    inputs, outputs : tuple of str
+        Names of the channels in these roles.
+    sampling_time : float
+        In seconds.
+    n_init : int
+        Warm-up samples at the start of every experiment, kept out of all metrics.
+    resampling : tuple of Resampling
+        One per experiment where time stamps were read, otherwise empty.
+    source : str
+        Where the numbers come from, for reports.
+    normalisation : Normalisation, optional
+        The offsets and scales that were applied.
+    checksum : str
+        SHA-256 of names, samples and sampling time, in hexadecimal; computed.
+
+    Raises
+    ------
+    DataError
+        When the parts are not consistent or a sample is not finite.
+
+    Examples
+    --------
+    >>> data = Dataset.from_arrays(input=[0, 1, 1, 1], output=[0, 0, 0.5, 0.75], sampling_time=0.1)
+    >>> print(data)
+    Dataset: 1 experiment, 4 samples, sampling time 0.1 s
+    channel  unit  role    min   max    mean
+    input          input     0     1    0.75
+    output         output    0  0.75  0.3125
+    """
+
+    experiments: tuple[Experiment, ...]
+    channels: tuple[Channel, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    sampling_time: float
+    n_init: int = 0
+    resampling: tuple[Resampling, ...] = ()
+    source: str = ""
+    normalisation: Normalisation | None = None
+    checksum: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        validate(self)
+        object.__setattr__(self, "checksum", _checksum(self))
+
+    # Readers are imported where they are used: they construct data sets, so the import at the top would be a
+    # circle.
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        input: ArrayLike | Mapping[str, ArrayLike],
+        output: ArrayLike | Mapping[str, ArrayLike],
+        sampling_time: float,
+        units: Mapping[str, str] | None = None,
+        name: str = "experiment",
+        **others: ArrayLike,
+    ) -> Self:
+        """Make a data set of one experiment from arrays in memory.
+
+        Parameters
+        ----------
+        input, output : array, shape (N,), or mapping of str to such arrays
+            A bare array is named "input" or "output"; a mapping gives the names.
+        sampling_time : float
+            In seconds.
+        units : mapping of str to str, optional
+            Units by channel.
+        name : str
+            Name of the experiment.
+        **others : array, shape (N,)
+            Further channels by name.
+
+        Returns
+        -------
+        Dataset
+            With one experiment that starts at time 0.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input={"u": [0, 1]}, output={"y": [0, 2]}, sampling_time=1, T=[20, 21])
+        >>> data.names
+        ('u', 'y', 'T')
+        """
+        by_role = [
+            dict(given) if isinstance(given, Mapping) else {role: given}
+            for role, given in (("input", input), ("output", output))
+        ]
+        values: dict[str, Any] = {}
+        for group in (*by_role, others):
+            for channel, array in group.items():
+                if channel in values:
+                    raise DataError(f"channel {channel!r} occurs 2 times; give each a name of its own")
+                values[channel] = array
+        for channel in units or {}:
+            if channel not in values:
+                raise DataError(
+                    f"a unit is given for {channel!r}, which is no channel; {name_hint(channel, values)}"
+                )
+        return cls(
+            experiments=(Experiment(name, values),),
+            channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),
+            inputs=tuple(by_role[0]),
+            outputs=tuple(by_role[1]),
+            sampling_time=float(sampling_time),
+        )
+
+    @staticmethod
+    def from_csv(
+        path: Paths,
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        delimiter: str | None = None,
+        others: Names | None = None,
+    ) -> "Dataset":
+        r"""Read text files of columns, one experiment per file, named by the stem of the file.
+
+        Parameters
+        ----------
+        path : path or sequence of paths
+            The files. Separator and header are found out; units come from headers such as `pressure [bar]`.
+        input, output : str, int or sequence of these
+            Columns of the inputs and outputs; without a header the columns are "0", "1", ...
+        sampling_time : float, optional
+            In seconds. With time stamps the samples are interpolated to it; without them it is taken as it
+            is.
+        time : str, optional
+            Column of time stamps; a column called `time` is taken when not given. Seconds, unless the header
+            or `units` say ms, us, min or h. Stamps that are not uniform lead to linear resampling at
+            `sampling_time`, or else at the median interval, and to a `Resampling` record.
+        units : mapping of str to str, optional
+            Units by column; they replace those of the header.
+        delimiter : str, optional
+            The separator: ",", ";", "\t" or " " (any blanks).
+        others : str, int or sequence of these, optional
+            Further columns to keep; every column of numbers when not given.
+
+        Returns
+        -------
+        Dataset
+            `source` names the files and the columns that were left out because they hold no numbers.
+
+        Raises
+        ------
+        DataError
+            For a missing file or column, a cell that is no number (with its row), unsorted or repeated time
+            stamps, or when neither time stamps nor a sampling time are known.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> file = Path(tempfile.mkdtemp()) / "run.csv"
+        >>> _ = file.write_text("time,current [A],pressure [bar]\n0.0,0,1\n0.1,1,2\n0.2,1,3\n")
+        >>> data = Dataset.from_csv(file, input="current", output="pressure")
+        >>> data.sampling_time, data.channel("pressure").unit
+        (0.1, 'bar')
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_csv import read_csv
+
+        tables = [read_csv(file, delimiter) for file in _paths(path)]
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+
+    @staticmethod
+    def from_npz(
+        path: Paths,
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        others: Names | None = None,
+    ) -> "Dataset":
+        """Read NumPy archives, one experiment per file; the parameters are those of `from_csv`.
+
+        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths are left out.
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_arrays import read_npz
+
+        tables = [read_npz(file) for file in _paths(path)]
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+
+    @staticmethod
+    def from_mat(
+        path: Paths,
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        others: Names | None = None,
+    ) -> "Dataset":
+        """Read MATLAB files up to version 7, one experiment per file; the parameters are those of `from_csv`.
+
+        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths and structures are left
+        out.
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_arrays import read_mat
+
+        tables = [read_mat(file) for file in _paths(path)]
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+
+    @staticmethod
+    def from_pandas(
+        frame: "pandas.DataFrame",
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        others: Names | None = None,
+        name: str = "experiment",
+    ) -> "Dataset":
+        """Take the columns of a pandas frame; the parameters are those of `from_csv`.
+
+        A named index counts as a column; dates become seconds since the first.
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_arrays import table_of_frame
+
+        return dataset_of_tables(
+            [table_of_frame(frame, name)], input, output, sampling_time, time, units, others
+        )
+
+    @staticmethod
+    def merge(datasets: "Sequence[Dataset]") -> "Dataset":
+        """Put the experiments of several data sets together; channels, roles and sampling time must agree."""
+        return edit.merge(datasets)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all channels."""
+        return tuple(channel.name for channel in self.channels)
+
+    @property
+    def input(self) -> str:
+        """Name of the single input; DataError when there are several."""
+        return _only("input", self.inputs)
+
+    @property
+    def output(self) -> str:
+        """Name of the single output; DataError when there are several."""
+        return _only("output", self.outputs)
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples of all experiments together."""
+        return sum(run.n_samples for run in self.experiments)
+
+    def time(self, experiment: int = 0) -> NDArray[np.float64]:
+        """Return the sampling instants of an experiment, shape (N,), in seconds."""
+        run = self.experiments[experiment]
+        return run.start_time + self.sampling_time * np.arange(run.n_samples, dtype=np.float64)
+
+    def channel(self, name: str) -> Channel:
+        """Name and unit of a channel; DataError with the nearest names when there is none."""
+        for channel in self.channels:
+            if channel.name == name:
+                return channel
+        raise DataError(f"no channel {name!r}; {name_hint(name, self.names)}")
+
+    def role(self, name: str) -> str:
+        """Role of a channel: "input", "output" or "" for neither."""
+        self.channel(name)
+        return "input" if name in self.inputs else "output" if name in self.outputs else ""
+
+    def values(self, name: str, experiment: int = 0) -> NDArray[np.float64]:
+        """Return the samples of a channel in one experiment, shape (N,), read-only, in the channel's unit."""
+        self.channel(name)
+        return self.experiments[experiment].values[name]
+
+    def stacked(self, name: str) -> NDArray[np.float64]:
+        """Return the samples of a channel in all experiments, one after the other."""
+        self.channel(name)
+        return np.concatenate([run.values[name] for run in self.experiments])
+
+    def crop(self, start: int | None = None, stop: int | None = None) -> "Dataset":
+        """Keep the samples `start:stop` of every experiment, counted as in a Python slice."""
+        return edit.crop(self, start, stop)
+
+    def crop_time(self, start: float | None = None, stop: float | None = None) -> "Dataset":
+        """Keep the samples with start <= time < stop of every experiment, in seconds."""
+        return edit.crop_time(self, start, stop)
+
+    def split(self, fraction: float) -> "tuple[Dataset, Dataset]":
+        """Split every experiment in time: the first `fraction` for identification, the rest for validation.
+
+        Both parts keep `n_init`: each starts from an unknown state.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=[0, 1, 2, 3], output=[0, 0, 1, 2], sampling_time=1)
+        >>> identification, validation = data.split(0.75)
+        >>> identification.n_samples, validation.time()
+        (3, array([3.]))
+        """
+        return edit.split(self, fraction)
+
+    def decimate(self, factor: int, antialias: bool = True) -> "Dataset":
+        """Lower the sampling rate by a whole factor.
+
+        Parameters
+        ----------
+        factor : int
+            Every `factor`-th sample is kept.
+        antialias : bool
+            Filter every channel first with a zero-phase FIR low-pass (no phase shift between input and
+            output). The noise bounds of the raw samples hold no more then: the filter h turns |noise| <= D
+            into D sum|h|, and the ends of the record are extrapolated. False keeps the raw samples, and with
+            them their noise bounds.
+
+        Returns
+        -------
+        Dataset
+            With the longer sampling time, `n_init` shortened accordingly, and a note in `source`.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=[0, 1, 2, 3], output=[0, 0, 1, 2], sampling_time=1)
+        >>> data.decimate(2, antialias=False).values("input")
+        array([0., 2.])
+        """
+        return edit.decimate(self, factor, antialias)
+
+    def normalise(self, method: NormalisationMethod | Normalisation = "unit") -> "Dataset":
+        """Bring the channels to comparable ranges and record how.
+
+        Parameters
+        ----------
+        method : {"unit", "standard"} or Normalisation
+            "unit" maps each range onto [-1, 1], "standard" gives mean 0 and standard deviation 1; the record
+            of another data set applies the same maps, as validation data need it.
+
+        Returns
+        -------
+        Dataset
+            Its channels have no units; `normalisation` holds the record.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=[0, 4], output=[1, 2], sampling_time=1)
+        >>> data.normalise().values("input")
+        array([-1.,  1.])
+        """
+        return edit.normalise(self, method)
+
+    def denormalise(self) -> "Dataset":
+        """Undo `normalise`, up to rounding."""
+        return edit.denormalise(self)
+
+    def with_experiments(self, experiments: Sequence[Experiment]) -> "Dataset":
+        """Return the same channels and roles with other experiments; resampling records are dropped."""
+        return replace(self, experiments=tuple(experiments), resampling=())
+
+    def with_n_init(self, n_init: int) -> "Dataset":
+        """Return the same data with another number of warm-up samples."""
+        return replace(self, n_init=n_init)
+
+    def select(self, names: str | Sequence[str]) -> "Dataset":
+        """Keep the experiments of these names, in this order."""
+        return edit.select(self, names)
+
+    def plot(self) -> Figure:
+        """Draw every channel over time with its unit, outputs on top."""
+        return plot(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers, strings, lists and dictionaries; `from_dict` makes the data set again."""
+        return {
+            "experiments": [
+                {
+                    "name": run.name,
+                    "start_time": run.start_time,
+                    "values": {name: run.values[name].tolist() for name in self.names},
+                }
+                for run in self.experiments
+            ],
+            "channels": [{"name": channel.name, "unit": channel.unit} for channel in self.channels],
+            "inputs": list(self.inputs),
+            "outputs": list(self.outputs),
+            "sampling_time": self.sampling_time,
+            "n_init": self.n_init,
+            "resampling": [record.to_dict() for record in self.resampling],
+            "source": self.source,
+            "normalisation": None if self.normalisation is None else self.normalisation.to_dict(),
+            "checksum": self.checksum,
+        }
+
+    @classmethod
+    def from_dict(cls, record: Mapping[str, Any]) -> Self:
+        """Make the data set that `to_dict` described; DataError when the checksum does not fit."""
+        given = record["normalisation"]
+        dataset = cls(
+            experiments=tuple(Experiment(**run) for run in record["experiments"]),
+            channels=tuple(Channel(**channel) for channel in record["channels"]),
+            inputs=tuple(record["inputs"]),
+            outputs=tuple(record["outputs"]),
+            sampling_time=record["sampling_time"],
+            n_init=record["n_init"],
+            resampling=tuple(Resampling(**entry) for entry in record["resampling"]),
+            source=record["source"],
+            normalisation=None if given is None else Normalisation(**given),
+        )
+        if dataset.checksum != record["checksum"]:
+            raise DataError("the numbers do not fit their checksum; write the record again with to_dict")
+        return dataset
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a frame of one column per channel, with the index `time` in seconds.
+
+        Several experiments have an index of two levels, `experiment` and `time`.
+
+        Raises
+        ------
+        DataError
+            When pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise DataError("to_pandas needs pandas; install it with: pip install smid[pandas]") from None
+        frames = [
+            pandas.DataFrame(
+                {name: run.values[name] for name in self.names}, index=pandas.Index(self.time(k), name="time")
+            )
+            for k, run in enumerate(self.experiments)
+        ]
+        if len(frames) == 1:
+            return frames[0]
+        return pandas.concat(frames, keys=[run.name for run in self.experiments], names=["experiment"])
+
+    def __str__(self) -> str:
+        return listing.as_text(self)
+
+    def __repr__(self) -> str:
+        # The generated one would print every sample.
+        return f"<{listing.as_text(self).splitlines()[0]}>"
+
+    def _repr_html_(self) -> str:
+        return listing.as_html(self)
+
+
+def _only(role: str, names: tuple[str, ...]) -> str:
+    if len(names) > 1:
+        raise DataError(
+            f"there are {len(names)} {role}s ({', '.join(names)}); choose one from dataset.{role}s"
+        )
+    return names[0]
+
+
+def _paths(path: Paths) -> list[Path]:
+    return [Path(path)] if isinstance(path, (str, Path)) else [Path(one) for one in path]
+
+
+def _checksum(dataset: Dataset) -> str:
+    # Lengths go in before contents, so that no two different data sets feed the same bytes.
+    digest = hashlib.sha256(np.float64(dataset.sampling_time).astype("<f8").tobytes())
+    for run in dataset.experiments:
+        for name in sorted(dataset.names):
+            array = run.values[name]
+            for label in (run.name, name):
+                digest.update(f"{len(label.encode())}:".encode() + label.encode())
+            digest.update(f"{array.size}:".encode() + array.astype("<f8").tobytes())
+    return digest.hexdigest()

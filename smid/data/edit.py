@@ -1,0 +1,210 @@
+"""Parts and transformations of a data set; `Dataset` offers each as a method."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import decimate as filter_and_decimate
+
+from smid.data.channel import Channel, name_hint
+from smid.data.errors import DataError
+from smid.data.experiment import Experiment
+from smid.data.normalise import Normalisation, NormalisationMethod, measure_normalisation
+from smid.data.resample import Resampling
+
+if TYPE_CHECKING:
+    from smid.data.dataset import Dataset
+
+
+def slice_samples(experiment: Experiment, samples: range, sampling_time: float) -> Experiment:
+    """Keep a range of samples of an experiment; its start time follows.
+
+    Examples
+    --------
+    >>> run = slice_samples(Experiment("run", {"u": [0.0, 1.0, 2.0, 3.0]}), range(1, 3), 0.5)
+    >>> run.values["u"], run.start_time
+    (array([1., 2.]), 0.5)
+    """
+    values = {
+        name: array[samples.start : max(samples.start, samples.stop)]
+        for name, array in experiment.values.items()
+    }
+    return Experiment(experiment.name, values, experiment.start_time + samples.start * sampling_time)
+
+
+def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
+    """See `Dataset.crop`."""
+    for bound in (start, stop):
+        if bound is not None and not isinstance(bound, (int, np.integer)):
+            raise DataError(f"crop counts samples but got {bound!r}; use crop_time for seconds")
+    return replace(
+        dataset,
+        experiments=tuple(
+            slice_samples(run, range(run.n_samples)[start:stop], dataset.sampling_time)
+            for run in dataset.experiments
+        ),
+    )
+
+
+def crop_time(dataset: "Dataset", start: float | None, stop: float | None) -> "Dataset":
+    """See `Dataset.crop_time`."""
+
+    def first_at_or_after(run: Experiment, time: float) -> int:
+        # The slack keeps a sample whose instant k Ts misses the asked time by rounding alone.
+        k = int(np.ceil((time - run.start_time) / dataset.sampling_time - 1e-6))
+        return min(max(k, 0), run.n_samples)
+
+    runs = []
+    for run in dataset.experiments:
+        first = 0 if start is None else first_at_or_after(run, start)
+        last = run.n_samples if stop is None else first_at_or_after(run, stop)
+        runs.append(slice_samples(run, range(first, last), dataset.sampling_time))
+    return replace(dataset, experiments=tuple(runs))
+
+
+def split(dataset: "Dataset", fraction: float) -> "tuple[Dataset, Dataset]":
+    """See `Dataset.split`."""
+    heads, tails = [], []
+    for run in dataset.experiments:
+        n_head = round(fraction * run.n_samples) if 0 < fraction < 1 else 0
+        if not 0 < n_head < run.n_samples:
+            raise DataError(
+                f"split({fraction}) leaves a part of experiment {run.name!r} empty "
+                f"({run.n_samples} samples); give a fraction strictly between 0 and 1 "
+                "that leaves samples on both sides"
+            )
+        heads.append(slice_samples(run, range(n_head), dataset.sampling_time))
+        tails.append(slice_samples(run, range(n_head, run.n_samples), dataset.sampling_time))
+    return replace(dataset, experiments=tuple(heads)), replace(dataset, experiments=tuple(tails))
+
+
+def decimate(dataset: "Dataset", factor: int, antialias: bool) -> "Dataset":
+    """See `Dataset.decimate`."""
+    if not isinstance(factor, (int, np.integer)) or factor < 1:
+        raise DataError(f"the decimation factor is {factor!r}; give a whole number from 1 on")
+    if factor == 1:
+        return dataset
+    thin = _filtered if antialias else _every
+    filtered = "zero-phase FIR filter" if antialias else "no filter"
+    return replace(
+        dataset,
+        experiments=tuple(
+            replace(run, values={name: thin(array, factor) for name, array in run.values.items()})
+            for run in dataset.experiments
+        ),
+        sampling_time=dataset.sampling_time * factor,
+        n_init=-(-dataset.n_init // factor),
+        source=f"{dataset.source}; decimated by {factor} ({filtered})".removeprefix("; "),
+    )
+
+
+def _every(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
+    return array[::factor]
+
+
+def _filtered(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
+    # scipy continues the signal with zeros, which drags the ends of a signal with an offset towards zero. Odd
+    # reflection about the end samples continues its level and its slope instead.
+    if array.size == 1:
+        return array
+    half_length = 10 * factor
+    extended = np.pad(array, half_length, mode="reflect", reflect_type="odd")
+    thinned: NDArray[np.float64] = filter_and_decimate(extended, factor, ftype="fir", zero_phase=True)
+    first = half_length // factor
+    return thinned[first : first + -(-array.size // factor)]
+
+
+def _map_channels(
+    dataset: "Dataset", change: Callable[[str, NDArray[np.float64]], NDArray[np.float64]]
+) -> tuple[Experiment, ...]:
+    return tuple(
+        replace(run, values={name: change(name, array) for name, array in run.values.items()})
+        for run in dataset.experiments
+    )
+
+
+def normalise(dataset: "Dataset", method: "NormalisationMethod | Normalisation") -> "Dataset":
+    """See `Dataset.normalise`."""
+    if dataset.normalisation is not None:
+        raise DataError("the data are normalised already; call denormalise() first")
+    if isinstance(method, Normalisation):
+        record = method
+        for channel in dataset.channels:
+            if channel.name not in record.offset:
+                raise DataError(
+                    f"the normalisation has no channel {channel.name!r}; "
+                    f"{name_hint(channel.name, record.offset)}"
+                )
+    else:
+        everything = {name: dataset.stacked(name) for name in dataset.names}
+        record = measure_normalisation(everything, {c.name: c.unit for c in dataset.channels}, method)
+    return replace(
+        dataset,
+        experiments=_map_channels(dataset, lambda name, x: (x - record.offset[name]) / record.scale[name]),
+        channels=tuple(Channel(name) for name in dataset.names),
+        normalisation=record,
+    )
+
+
+def denormalise(dataset: "Dataset") -> "Dataset":
+    """See `Dataset.denormalise`."""
+    record = dataset.normalisation
+    if record is None:
+        raise DataError("the data are not normalised; there is nothing to undo, leave denormalise() out")
+    return replace(
+        dataset,
+        experiments=_map_channels(dataset, lambda name, x: record.offset[name] + record.scale[name] * x),
+        channels=tuple(Channel(name, record.units.get(name, "")) for name in dataset.names),
+        normalisation=None,
+    )
+
+
+def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
+    """See `Dataset.select`."""
+    wanted = (names,) if isinstance(names, str) else tuple(names)
+    positions = {run.name: k for k, run in enumerate(dataset.experiments)}
+    for name in wanted:
+        if name not in positions:
+            raise DataError(f"no experiment {name!r}; {name_hint(name, positions)}")
+    return replace(
+        dataset,
+        experiments=tuple(dataset.experiments[positions[name]] for name in wanted),
+        resampling=tuple(dataset.resampling[positions[name]] for name in wanted)
+        if dataset.resampling
+        else (),
+    )
+
+
+def merge(datasets: "Sequence[Dataset]") -> "Dataset":
+    """See `Dataset.merge`."""
+    if not datasets:
+        raise DataError("no data sets were given to merge; give at least one")
+    first = datasets[0]
+    for other in datasets[1:]:
+        for what, mine, theirs in (
+            ("channels", set(first.channels), set(other.channels)),
+            ("inputs", first.inputs, other.inputs),
+            ("outputs", first.outputs, other.outputs),
+            ("sampling time", first.sampling_time, other.sampling_time),
+            ("warm-up", first.n_init, other.n_init),
+            ("normalisation", first.normalisation, other.normalisation),
+        ):
+            if mine != theirs:
+                raise DataError(
+                    f"the data sets to merge differ in their {what}; bring them to the same {what} first"
+                )
+    records: list[Resampling] = []
+    if any(dataset.resampling for dataset in datasets):
+        for dataset in datasets:
+            records += dataset.resampling or [
+                Resampling("none", dataset.sampling_time, 0.0, 0.0, run.n_samples)
+                for run in dataset.experiments
+            ]
+    return replace(
+        first,
+        experiments=tuple(run for dataset in datasets for run in dataset.experiments),
+        resampling=tuple(records),
+        source=", ".join(dict.fromkeys(dataset.source for dataset in datasets if dataset.source)),
+    )

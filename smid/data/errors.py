@@ -1,0 +1,13 @@
+"""The error raised for a mistake in the data."""
+
+
+class DataError(ValueError):
+    """The data, or the way they were asked for, cannot be used; the message names cause and cure.
+
+    Examples
+    --------
+    >>> raise DataError("no column 'pressur'; did you mean 'pressure'?")
+    Traceback (most recent call last):
+    ...
+    smid.data.errors.DataError: no column 'pressur'; did you mean 'pressure'?
+    """

@@ -1,0 +1,206 @@
+"""From columns to a data set: roles, units, time stamps."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data.channel import Channel, name_hint
+from smid.data.columns import Names, Table, as_names, split_unit
+from smid.data.dataset import Dataset
+from smid.data.errors import DataError
+from smid.data.experiment import Experiment
+from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
+
+SECONDS_PER_UNIT: Mapping[str, float] = {
+    "": 1.0,
+    "s": 1.0,
+    "sec": 1.0,
+    "seconds": 1.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "µs": 1e-6,
+    "min": 60.0,
+    "h": 3600.0,
+}
+
+
+def _time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
+    """Name of the column of time stamps: the one asked for, or else one that is called `time`."""
+    if time is not None:
+        return table.find(time)
+    named = [name for name in table.cells if name.casefold() == "time"]
+    if not named and sampling_time is None:
+        raise DataError(
+            f"{table.origin}: neither a column of time stamps nor a sampling time is known; "
+            f"give time=... ({name_hint('time', table.cells)}) or sampling_time=... in seconds"
+        )
+    return named[0] if named else None
+
+
+def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str], list[str]]:
+    """Return the columns beside the roles that are numbers over the same rows everywhere, and the rest."""
+    kept: list[str] = []
+    left_out: list[str] = []
+    n_rows = [len(table.cells[next(name for name in taken if name in table.cells)]) for table in tables]
+    for name in dict.fromkeys(name for table in tables for name in table.cells if name not in taken):
+        try:
+            usable = all(
+                name in table.cells and table.numbers(name).size == rows
+                for table, rows in zip(tables, n_rows, strict=True)
+            )
+        # Not an error: nobody asked for this column; the data set's source tells that it was left out.
+        except DataError:
+            usable = False
+        (kept if usable else left_out).append(name)
+    return kept, left_out
+
+
+def _stamps(table: Table, column: str, unit: str) -> tuple[NDArray[np.float64], float]:
+    """Return the time stamps of a table and the unit of their last printed digit, both in seconds."""
+    if unit not in SECONDS_PER_UNIT:
+        raise DataError(
+            f"{table.origin}: the time unit {unit!r} is not known; "
+            f"give units={{{column!r}: 's'}} ({', '.join(filter(None, SECONDS_PER_UNIT))} are known)"
+        )
+    stamps = table.numbers(column) * SECONDS_PER_UNIT[unit]
+    check_increasing(stamps, table.origin)
+    return stamps, table.resolution(column) * SECONDS_PER_UNIT[unit]
+
+
+def _common_interval(stamped: Sequence[tuple[NDArray[np.float64], float]], tables: Sequence[Table]) -> float:
+    intervals = []
+    for stamps, resolution in stamped:
+        uniform = uniform_interval(stamps, resolution)
+        intervals.append(float(np.median(np.diff(stamps))) if uniform is None else uniform)
+    if max(intervals) - min(intervals) > RELATIVE_TOLERANCE * min(intervals):
+        listed = ", ".join(f"{table.name} {h:g} s" for table, h in zip(tables, intervals, strict=True))
+        raise DataError(
+            f"the files differ in sampling time ({listed}); give sampling_time=... for all of them"
+        )
+    return intervals[0]
+
+
+def dataset_of_tables(
+    tables: Sequence[Table],
+    input: Names,
+    output: Names,
+    sampling_time: float | None = None,
+    time: str | None = None,
+    units: Mapping[str, str] | None = None,
+    others: Names | None = None,
+) -> Dataset:
+    """Turn tables of columns, one per experiment, into a data set.
+
+    Parameters
+    ----------
+    tables : sequence of Table
+        One per experiment.
+    input, output : str, int or sequence of these
+        Columns of the inputs and of the outputs.
+    sampling_time : float, optional
+        In seconds; from the time stamps when not given.
+    time : str, optional
+        Column of time stamps; a column called `time` is taken when not given.
+    units : mapping of str to str, optional
+        Units by column; they replace those of the headers.
+    others : str, int or sequence of these, optional
+        Further columns to keep; when not given, every column of numbers that the tables share.
+
+    Returns
+    -------
+    Dataset
+        Its source names the files and the columns that were left out.
+
+    Raises
+    ------
+    DataError
+        For a missing column, a cell that is no number, bad time stamps, or no sampling time.
+
+    Examples
+    --------
+    >>> table = Table("run", "run.csv", {"u": ("0", "1"), "y": ("0", "2")})
+    >>> dataset_of_tables([table], "u", "y", sampling_time=0.1).n_samples
+    2
+    """
+    if not tables:
+        raise DataError("no files were given; give at least one path")
+    inputs = tuple(tables[0].find(name) for name in as_names(input))
+    outputs = tuple(tables[0].find(name) for name in as_names(output))
+    time_columns = [_time_column(table, time, sampling_time) for table in tables]
+    taken = {*inputs, *outputs, *filter(None, time_columns)}
+    if others is None:
+        kept, left_out = _other_columns(tables, taken)
+    else:
+        kept, left_out = [tables[0].find(name) for name in as_names(others)], []
+    names = tuple(dict.fromkeys((*inputs, *outputs, *kept)))
+
+    known_units = {**tables[0].units, **{split_unit(name)[0]: unit for name, unit in (units or {}).items()}}
+    for name in known_units:
+        tables[0].find(name)
+    values = [{name: table.numbers(table.find(name)) for name in names} for table in tables]
+
+    starts = [0.0] * len(tables)
+    records: tuple[Resampling, ...] = ()
+    if all(column is not None for column in time_columns):
+        stamped = [
+            _stamps(table, column, known_units.get(column, ""))
+            for table, column in zip(tables, time_columns, strict=True)
+            if column is not None
+        ]
+        for table, channels, (stamps, _) in zip(tables, values, stamped, strict=True):
+            for name, array in channels.items():
+                _check_before_interpolation(table, name, array, stamps)
+        interval = _common_interval(stamped, tables) if sampling_time is None else _positive(sampling_time)
+        resampled = [
+            resample(stamps, channels, interval, resolution)
+            for channels, (stamps, resolution) in zip(values, stamped, strict=True)
+        ]
+        values = [channels for channels, _ in resampled]
+        records = tuple(record for _, record in resampled)
+        starts = [float(stamps[0]) for stamps, _ in stamped]
+    elif sampling_time is not None and not any(time_columns):
+        interval = _positive(sampling_time)
+    else:
+        raise DataError("some files have a column of time stamps and some have none; name it with time=...")
+
+    source = ", ".join(table.origin for table in tables)
+    if left_out:
+        source += f" (left out: {', '.join(left_out)})"
+    return Dataset(
+        experiments=tuple(
+            Experiment(table.name, channels, start)
+            for table, channels, start in zip(tables, values, starts, strict=True)
+        ),
+        channels=tuple(Channel(name, known_units.get(name, "")) for name in names),
+        inputs=inputs,
+        outputs=outputs,
+        sampling_time=interval,
+        resampling=records,
+        source=source,
+    )
+
+
+def _positive(sampling_time: float) -> float:
+    if not (np.isfinite(sampling_time) and sampling_time > 0):
+        raise DataError(f"sampling_time = {sampling_time} is not positive; give it in seconds")
+    return float(sampling_time)
+
+
+def _check_before_interpolation(
+    table: Table, name: str, array: NDArray[np.float64], stamps: NDArray[np.float64]
+) -> None:
+    # Interpolation would smear one bad sample over its neighbours and the message would name the wrong
+    # instant.
+    if array.size != stamps.size:
+        raise DataError(
+            f"{table.origin}: column {name!r} has {array.size} samples but there are {stamps.size} stamps; "
+            "cut them to the same instants"
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        k = int(bad[0])
+        raise DataError(
+            f"channel {name!r} of experiment {table.name!r} is {array[k]} at sample {k} "
+            f"(t = {stamps[k]:g} s); correct it, or crop the record around it"
+        )

@@ -1,0 +1,96 @@
+"""Offsets and scales that bring channels to comparable ranges."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data.errors import DataError
+
+NormalisationMethod = Literal["unit", "standard"]
+
+
+@dataclass(frozen=True)
+class Normalisation:
+    """Offset and scale of every channel: normalised = (value - offset) / scale.
+
+    Parameters
+    ----------
+    method : {"unit", "standard"}
+        "unit" maps the measured range onto [-1, 1]; "standard" gives mean 0 and standard deviation 1.
+    offset, scale : mapping of str to float
+        Per channel, in its original unit; every scale is positive.
+    units : mapping of str to str
+        The original units; normalised channels have none.
+
+    Examples
+    --------
+    >>> Normalisation("unit", {"u": 1.0}, {"u": 0.5}, {"u": "A"}).scale["u"]
+    0.5
+    """
+
+    method: NormalisationMethod
+    offset: Mapping[str, float] = field(hash=False)
+    scale: Mapping[str, float] = field(hash=False)
+    units: Mapping[str, str] = field(hash=False)
+
+    def __str__(self) -> str:
+        maps = ", ".join(f"{n} = {o:.4g} + {self.scale[n]:.4g} x" for n, o in self.offset.items())
+        return f"normalised ({self.method}): {maps}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings; `Normalisation(**record.to_dict())` is the record again."""
+        return {
+            "method": self.method,
+            "offset": dict(self.offset),
+            "scale": dict(self.scale),
+            "units": dict(self.units),
+        }
+
+
+def measure_normalisation(
+    values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str], method: NormalisationMethod
+) -> Normalisation:
+    """Offsets and scales of measured channels.
+
+    Parameters
+    ----------
+    values : mapping of str to array, shape (N,)
+        All samples of each channel.
+    units : mapping of str to str
+        Their units.
+    method : {"unit", "standard"}
+        See `Normalisation`.
+
+    Returns
+    -------
+    Normalisation
+        A constant channel gets scale 1, so that it becomes 0 instead of a division by zero.
+
+    Raises
+    ------
+    DataError
+        When the method is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> record = measure_normalisation({"u": np.array([0.0, 4.0])}, {"u": "V"}, "unit")
+    >>> record.offset["u"], record.scale["u"]
+    (2.0, 2.0)
+    """
+    if method not in ("unit", "standard"):
+        raise DataError(f"unknown normalisation {method!r}; choose 'unit' or 'standard'")
+    offset: dict[str, float] = {}
+    scale: dict[str, float] = {}
+    for name, array in values.items():
+        lowest, highest = float(np.min(array)), float(np.max(array))
+        if method == "unit":
+            # Halves before the sum: the sum of two huge samples could overflow.
+            offset[name], spread = 0.5 * lowest + 0.5 * highest, 0.5 * highest - 0.5 * lowest
+        else:
+            offset[name], spread = float(np.mean(array)), float(np.std(array))
+        scale[name] = spread if highest > lowest and spread > 0 else 1.0
+    return Normalisation(method, offset, scale, dict(units))

@@ -1,0 +1,155 @@
+"""Columns from NumPy archives, MATLAB files and pandas frames."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+
+from smid.data.columns import Table, split_unit
+from smid.data.errors import DataError
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def _columns(arrays: Mapping[str, Any]) -> dict[str, NDArray[np.generic]]:
+    """Vectors by name; a matrix `u` of two columns gives `u0` and `u1`, anything else is not a column."""
+    cells: dict[str, NDArray[np.generic]] = {}
+    for name, value in arrays.items():
+        array = np.asarray(value)
+        if array.ndim == 1 or (array.ndim == 2 and 1 in array.shape):
+            cells[name] = array.reshape(-1)
+        elif array.ndim == 2:
+            tall = array if array.shape[0] >= array.shape[1] else array.T
+            cells.update({f"{name}{k}": tall[:, k] for k in range(tall.shape[1])})
+    return cells
+
+
+def _require_file(path: Path) -> None:
+    if not path.is_file():
+        raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
+
+
+def read_npz(path: Path) -> Table:
+    """Read the vectors of a NumPy archive.
+
+    Parameters
+    ----------
+    path : Path
+        A file written by `numpy.savez` or `numpy.savez_compressed`.
+
+    Returns
+    -------
+    Table
+        Its vectors; the columns of a matrix `u` are named `u0`, `u1`, ...
+
+    Raises
+    ------
+    DataError
+        When the file is missing or no archive of plain numbers.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "run.npz"
+    >>> np.savez(file, u=np.array([1.0, 2.0]))
+    >>> read_npz(file).numbers("u")
+    array([1., 2.])
+    """
+    _require_file(path)
+    try:
+        # Pickled objects could run code on loading, so they are refused.
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, AttributeError, TypeError, EOFError):
+        raise DataError(f"{path.name} is no archive of plain arrays; write it with numpy.savez") from None
+    return Table(path.stem, path.name, _columns(arrays))
+
+
+def read_mat(path: Path) -> Table:
+    """Read the vectors of a MATLAB file up to version 7.
+
+    Parameters
+    ----------
+    path : Path
+        A MAT file.
+
+    Returns
+    -------
+    Table
+        Its vectors; the columns of a matrix `u` are named `u0`, `u1`, ...; structures are left out.
+
+    Raises
+    ------
+    DataError
+        When the file is missing, damaged, or of version 7.3 (which is HDF5).
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from scipy.io import savemat
+    >>> file = Path(tempfile.mkdtemp()) / "run.mat"
+    >>> savemat(file, {"u": np.array([1.0, 2.0])})
+    >>> read_mat(file).numbers("u")
+    array([1., 2.])
+    """
+    _require_file(path)
+    try:
+        content = loadmat(path)
+    except NotImplementedError:
+        raise DataError(
+            f"{path.name} is a MATLAB file of version 7.3; save it in MATLAB with save(..., '-v7')"
+        ) from None
+    # scipy answers damaged files with many kinds of exception; all mean the same to the user.
+    except Exception as error:
+        raise DataError(f"{path.name} cannot be read as a MATLAB file ({error}); save it again") from None
+    arrays = {
+        name: value
+        for name, value in content.items()
+        if not name.startswith("__") and np.asarray(value).dtype.kind in "buifc"
+    }
+    return Table(path.stem, path.name, _columns(arrays))
+
+
+def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
+    """Columns of a pandas frame; a named index counts as a column, dates become seconds since the first.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The data, one row per instant.
+    name : str
+        Name of the experiment.
+
+    Returns
+    -------
+    Table
+        The columns as arrays, with the units of headers such as `pressure [bar]`.
+
+    Raises
+    ------
+    DataError
+        When two columns have the same name or the index has several levels.
+    """
+    if frame.index.nlevels > 1:
+        raise DataError("the frame has an index of several levels; give one frame per experiment and merge")
+    whole = frame.reset_index() if frame.index.name is not None else frame
+    cells: dict[str, NDArray[np.generic]] = {}
+    units: dict[str, str] = {}
+    for position, title in enumerate(whole.columns):
+        column, unit = split_unit(str(title))
+        if column in cells:
+            raise DataError(f"two columns of the frame are named {column!r}; rename one")
+        # Missing values must arrive as NaN, which the data set then names, whatever the dtype of the frame.
+        values = whole.iloc[:, position].to_numpy()
+        if values.dtype.kind == "M":
+            values = (values - values[:1]) / np.timedelta64(1, "s")
+        elif values.dtype.kind == "m":
+            values = values / np.timedelta64(1, "s")
+        cells[column] = values
+        if unit:
+            units[column] = unit
+    return Table(name, "frame", cells, units)

@@ -1,0 +1,144 @@
+"""Text files of columns: separator, header and units are found out."""
+
+import csv
+import re
+from pathlib import Path
+
+from smid.data.columns import Table, is_number, split_unit
+from smid.data.errors import DataError
+
+# A unit in brackets belongs to the word before it, also where blanks separate the columns.
+_BLANKS = re.compile(r"\s+(?![\[(])")
+
+
+def read_text(path: Path) -> str:
+    """Text of a file, UTF-8 or else Latin-1 (the micro and degree signs of older instruments).
+
+    Raises
+    ------
+    DataError
+        When there is no such file.
+    """
+    if not path.is_file():
+        raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
+    raw = path.read_bytes()
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def sniff_delimiter(line: str) -> str:
+    r"""Find the separator of a line of a text file: semicolon, comma, tab, or else blanks.
+
+    The semicolon comes first because files that use it may write decimal commas.
+
+    Examples
+    --------
+    >>> sniff_delimiter("0,1;2,5"), sniff_delimiter("1,2"), sniff_delimiter("  1.0   2.0 ")
+    (';', ',', ' ')
+    """
+    for delimiter in (";", ",", "\t"):
+        if delimiter in line.strip():
+            return delimiter
+    return " "
+
+
+def _rows(text: str, delimiter: str | None, origin: str) -> tuple[str, list[tuple[int, list[str]]]]:
+    """Return the separator, and line number and stripped cells of every row of data or header."""
+    lines = text.splitlines()
+    first = next(
+        (k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None
+    )
+    if first is None:
+        raise DataError(f"{origin}: the file holds no rows; export the data again")
+    separator = delimiter or sniff_delimiter(lines[first])
+    if separator.isspace() and separator != "\t":
+        rows = [_BLANKS.split(line.strip()) for line in lines[first:]]
+    elif len(separator) == 1:
+        rows = list(csv.reader(lines[first:], delimiter=separator, skipinitialspace=True))
+        if len(rows) != len(lines) - first:
+            raise DataError(
+                f"{origin}: a quoted cell spans several lines; remove the line break or the quote"
+            )
+    else:
+        raise DataError(
+            f"{origin}: delimiter {separator!r} is not one character; give ',', ';', ' ' or '\\t'"
+        )
+    numbered = ((first + k + 1, [cell.strip() for cell in row]) for k, row in enumerate(rows))
+    return separator, [(number, row) for number, row in numbered if any(row)]
+
+
+def read_csv(path: Path, delimiter: str | None = None) -> Table:
+    r"""Read a text file of columns.
+
+    Lines at the top that start with `#` are skipped. A first row with a cell that is no number is the header;
+    columns without one are named "0", "1", ... A column without header and cells (a separator at the end of
+    the lines) is dropped. Where the separator is not a comma, a decimal comma is read as a point.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    delimiter : str, optional
+        The separator: ",", ";", "\t" or " " (any blanks); found out when not given.
+
+    Returns
+    -------
+    Table
+        The columns as text, named and with the units of the header.
+
+    Raises
+    ------
+    DataError
+        When the file is missing or empty, a header name occurs twice, or a row has more cells than the
+        header.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> _ = (folder / "run.csv").write_text("current [A];pressure (bar)\n1,5;2,0\n")
+    >>> table = read_csv(folder / "run.csv")
+    >>> table.cells["current"], table.units
+    (('1.5',), {'current': 'A', 'pressure': 'bar'})
+    """
+    origin = path.name
+    separator, rows = _rows(read_text(path), delimiter, origin)
+    if separator != ",":
+        rows = [
+            (
+                number,
+                row if index == 0 and not _all_numbers(row) else [cell.replace(",", ".") for cell in row],
+            )
+            for index, (number, row) in enumerate(rows)
+        ]
+    has_header = not _all_numbers(rows[0][1])
+    header = rows[0][1] if has_header else [str(k) for k in range(len(rows[0][1]))]
+    body = rows[1:] if has_header else rows
+    if not body:
+        raise DataError(f"{origin}: there is a header but no row of numbers; export the data again")
+    width = len(header)
+    for number, row in body:
+        if any(row[width:]):
+            raise DataError(
+                f"{origin}: line {number} has {len(row)} cells but the first row has {width}; "
+                "check the delimiter and the header"
+            )
+    padded = [(row + [""] * width)[:width] for _, row in body]
+    cells: dict[str, tuple[str, ...]] = {}
+    units: dict[str, str] = {}
+    for title, column in zip(header, zip(*padded, strict=True), strict=True):
+        if not any(column) and (not has_header or not title):
+            continue
+        name, unit = split_unit(title)
+        if name in cells:
+            raise DataError(f"{origin}: two columns are named {name!r}; rename one in the header")
+        cells[name] = column
+        if unit:
+            units[name] = unit
+    return Table(path.stem, origin, cells, units, tuple(number for number, _ in body))
+
+
+def _all_numbers(row: list[str]) -> bool:
+    return all(not cell or is_number(cell) or is_number(cell.replace(",", ".")) for cell in row)

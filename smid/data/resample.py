@@ -1,0 +1,241 @@
+r"""Time stamps: are they uniform, and if not, linear resampling to a uniform grid.
+
+With stamps :math:`t_k`, the record is uniform when a straight line :math:`t_0 + k h` meets every stamp to
+within :math:`10^{-6} h` plus the rounding of the printed stamps. Otherwise each channel is interpolated
+linearly.
+
+An interpolated sample is a convex combination of two measured ones, so a noise bound :math:`|\eta| \le D`
+holds for it too; but the true signal between two samples leaves the chord by up to :math:`|f''| h^2 / 8`. The
+record carries an estimate of that error, which the user adds to the noise bound.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data.errors import DataError
+
+RELATIVE_TOLERANCE = 1e-6
+# Rounding of the stamps excuses at most this share of the interval: integer seconds must not make every
+# record of about one sample per second look uniform.
+LARGEST_ROUNDING_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """What was done to the time stamps of one experiment.
+
+    Parameters
+    ----------
+    method : {"none", "linear"}
+        "none" when the stamps were uniform, "linear" when the channels were interpolated.
+    mean_interval : float
+        Mean of the original intervals, in seconds.
+    jitter_max : float
+        Largest deviation of the original intervals from their median, in seconds.
+    jitter_rms : float
+        Root mean square of these deviations, in seconds.
+    n_original : int
+        Number of samples before resampling.
+    curvature_error : mapping of str to float
+        Per channel, in its unit: estimate max |second difference| / 8 of what linear interpolation adds to
+        the error of a sample. The estimate contains the noise of the samples (up to D / 2), so it errs on the
+        large side.
+
+    Examples
+    --------
+    >>> Resampling("linear", 0.1, 0.02, 0.01, 500, {"pressure": 0.003}).method
+    'linear'
+    """
+
+    method: Literal["none", "linear"]
+    mean_interval: float
+    jitter_max: float
+    jitter_rms: float
+    n_original: int
+    curvature_error: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def __str__(self) -> str:
+        done = "uniform time stamps" if self.method == "none" else "resampled linearly"
+        text = (
+            f"{done}: {self.n_original} samples, mean interval {self.mean_interval:.6g} s, "
+            f"jitter {self.jitter_max:.3g} s max, {self.jitter_rms:.3g} s rms"
+        )
+        errors = ", ".join(f"{name} {error:.3g}" for name, error in self.curvature_error.items())
+        return f"{text}; estimated interpolation error: {errors}" if errors else text
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings; `Resampling(**record.to_dict())` is the record again."""
+        return {
+            "method": self.method,
+            "mean_interval": self.mean_interval,
+            "jitter_max": self.jitter_max,
+            "jitter_rms": self.jitter_rms,
+            "n_original": self.n_original,
+            "curvature_error": dict(self.curvature_error),
+        }
+
+
+def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bool:
+    """Whether a uniform grid of this interval meets every stamp to within tolerance and rounding."""
+    deviation = stamps - interval * np.arange(stamps.size)
+    # The first stamp is rounded like every other, so the grid may be shifted: half the spread is what
+    # remains.
+    half_spread = 0.5 * float(np.max(deviation) - np.min(deviation))
+    rounding = resolution + 4 * np.finfo(np.float64).eps * float(np.max(np.abs(stamps)))
+    return half_spread <= RELATIVE_TOLERANCE * interval + min(rounding, LARGEST_ROUNDING_SHARE * interval)
+
+
+def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> float | None:
+    """Find the sampling time of uniform stamps.
+
+    Parameters
+    ----------
+    stamps : array, shape (N,)
+        Strictly increasing time stamps, in seconds.
+    resolution : float
+        Unit of the last printed digit of the stamps, in seconds.
+
+    Returns
+    -------
+    float or None
+        The shortest decimal number that fits the stamps, in seconds; None when they are not uniform.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> uniform_interval(np.array([0.0, 0.1, 0.2, 0.30000000000000004]))
+    0.1
+    >>> uniform_interval(np.array([0.0, 0.1, 0.25])) is None
+    True
+    """
+    instants = np.arange(stamps.size) - 0.5 * (stamps.size - 1)
+    slope = float(instants @ (stamps - np.mean(stamps)) / (instants @ instants))
+    if not _fits(stamps, slope, resolution):
+        return None
+    for digits in range(1, 16):
+        shortest = float(f"{slope:.{digits}g}")
+        if _fits(stamps, shortest, resolution):
+            return shortest
+    return slope
+
+
+def check_increasing(stamps: NDArray[np.float64], origin: str) -> None:
+    """Refuse stamps that are too few, not finite, unsorted or repeated.
+
+    Parameters
+    ----------
+    stamps : array, shape (N,)
+        Time stamps, in seconds.
+    origin : str
+        Name of the file, for the message.
+
+    Raises
+    ------
+    DataError
+        With the first offending row, counted from 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> check_increasing(np.array([0.0, 1.0, 1.0]), "run.csv")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    smid.data.errors.DataError: run.csv: row 3 repeats the time stamp 1 s of row 2; ...
+    """
+    if stamps.size < 2:
+        raise DataError(f"{origin}: {stamps.size} time stamps tell no interval; give at least two rows")
+    bad = np.flatnonzero(~np.isfinite(stamps))
+    if bad.size:
+        raise DataError(
+            f"{origin}: the time stamp of row {bad[0] + 1} is not finite; correct or drop the row"
+        )
+    steps = np.diff(stamps)
+    backward = np.flatnonzero(steps <= 0)
+    if backward.size:
+        row = int(backward[0]) + 2
+        if steps[row - 2] == 0:
+            raise DataError(
+                f"{origin}: row {row} repeats the time stamp {stamps[row - 1]:.12g} s of row {row - 1}; "
+                "keep one row per time stamp"
+            )
+        raise DataError(
+            f"{origin}: the time stamp of row {row} ({stamps[row - 1]:.12g} s) lies before that "
+            f"of row {row - 1} ({stamps[row - 2]:.12g} s); sort the rows by time, "
+            "or load the parts as separate experiments"
+        )
+
+
+def _curvature_error(stamps: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+    if stamps.size < 3:
+        return 0.0
+    steps = np.diff(stamps)
+    slopes = np.diff(values) / steps
+    second_derivative = 2.0 * np.diff(slopes) / (stamps[2:] - stamps[:-2])
+    widest = np.maximum(steps[1:], steps[:-1])
+    return float(np.max(np.abs(second_derivative) * widest**2) / 8.0)
+
+
+def resample(
+    stamps: NDArray[np.float64],
+    values: Mapping[str, NDArray[np.float64]],
+    sampling_time: float,
+    resolution: float = 0.0,
+) -> tuple[dict[str, NDArray[np.float64]], Resampling]:
+    """Bring channels to a uniform grid that starts at the first stamp.
+
+    Parameters
+    ----------
+    stamps : array, shape (N,)
+        Strictly increasing time stamps, in seconds.
+    values : mapping of str to array, shape (N,)
+        Samples of each channel at the stamps.
+    sampling_time : float
+        Interval of the grid, in seconds.
+    resolution : float
+        Unit of the last printed digit of the stamps, in seconds.
+
+    Returns
+    -------
+    dict of str to array, shape (M,)
+        The channels on the grid; the very same samples when the stamps already lie on it.
+    Resampling
+        What was done.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values, record = resample(np.array([0.0, 1.0, 3.0]), {"y": np.array([0.0, 2.0, 6.0])}, 1.0)
+    >>> values["y"]
+    array([0., 2., 4., 6.])
+    >>> record.method, record.curvature_error["y"]
+    ('linear', 0.0)
+    """
+    steps = np.diff(stamps)
+    jitter = steps - np.median(steps)
+    uniform = _fits(stamps, sampling_time, resolution)
+    record = Resampling(
+        method="none" if uniform else "linear",
+        mean_interval=float(np.mean(steps)),
+        jitter_max=float(np.max(np.abs(jitter))),
+        jitter_rms=float(np.sqrt(np.mean(jitter**2))),
+        n_original=stamps.size,
+        curvature_error={}
+        if uniform
+        else {name: _curvature_error(stamps, array) for name, array in values.items()},
+    )
+    if uniform:
+        return dict(values), record
+    # A last stamp that misses its instant by rounding alone must still give a sample; np.interp holds the end
+    # value.
+    n_intervals = int(np.floor((stamps[-1] - stamps[0]) / sampling_time + RELATIVE_TOLERANCE))
+    if n_intervals < 1:
+        raise DataError(
+            f"sampling_time = {sampling_time:g} s is longer than the record ({stamps[-1] - stamps[0]:g} s); "
+            "check the units of time and sampling_time (both are taken in seconds)"
+        )
+    grid = stamps[0] + sampling_time * np.arange(n_intervals + 1)
+    return {name: np.interp(grid, stamps, array) for name, array in values.items()}, record

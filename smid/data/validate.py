@@ -1,0 +1,78 @@
+"""The checks every data set passes before any work is done on it."""
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from smid.data.channel import name_hint
+from smid.data.errors import DataError
+
+if TYPE_CHECKING:
+    from smid.data.dataset import Dataset
+
+
+def validate(dataset: "Dataset") -> None:
+    """Refuse a data set that is not consistent.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The data set under construction.
+
+    Raises
+    ------
+    DataError
+        For a sampling time that is not positive; names that are missing, unknown or occur twice; samples that
+        are not finite (with channel, experiment, sample index and time); a warm-up that leaves no sample.
+    """
+    if not (np.isfinite(dataset.sampling_time) and dataset.sampling_time > 0):
+        raise DataError(f"sampling_time = {dataset.sampling_time} is not positive; give it in seconds")
+    if not dataset.experiments:
+        raise DataError("the data set has no experiments; give at least one")
+    _refuse_duplicates("channel", dataset.names)
+    _refuse_duplicates("experiment", (run.name for run in dataset.experiments))
+    for role, names in (("input", dataset.inputs), ("output", dataset.outputs)):
+        if not names:
+            raise DataError(f"no {role} is named; name at least one channel as {role}")
+        for name in names:
+            if name not in dataset.names:
+                raise DataError(f"the {role} {name!r} is no channel; {name_hint(name, dataset.names)}")
+    _refuse_duplicates("input or output", (*dataset.inputs, *dataset.outputs))
+    for run in dataset.experiments:
+        for name in dataset.names:
+            if name not in run.values:
+                raise DataError(
+                    f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}"
+                )
+        for name, array in run.values.items():
+            if name not in dataset.names:
+                raise DataError(
+                    f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
+                    "add it to the channels or leave it out"
+                )
+            bad = np.flatnonzero(~np.isfinite(array))
+            if bad.size:
+                k = int(bad[0])
+                instant = run.start_time + k * dataset.sampling_time
+                raise DataError(
+                    f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
+                    f"(t = {instant:g} s); correct it, or crop the record around it"
+                )
+        if not 0 <= dataset.n_init < run.n_samples:
+            raise DataError(
+                f"n_init = {dataset.n_init} leaves no sample of experiment {run.name!r} "
+                f"({run.n_samples} samples); choose a warm-up from 0 to below the number of samples"
+            )
+    if len(dataset.resampling) not in (0, len(dataset.experiments)):
+        raise DataError(
+            f"{len(dataset.resampling)} resampling records for {len(dataset.experiments)} experiments; "
+            "give one for each or none"
+        )
+
+
+def _refuse_duplicates(what: str, names: Iterable[str]) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise DataError(f"{what} {name!r} occurs {count} times; give each a name of its own")

@@ -1,0 +1,199 @@
+"""Phase 1: an enclosure of the least noise bound under which the model explains the data.
+
+The least bound is the optimum of a polynomial problem itself: minimise D subject to the model's equations and
+``|noise| <= D``. A verified point gives its upper end; with ``D`` no larger than that, the lift contracts towards the
+optimum and certifies the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
+identify with a larger one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from relaxations.balls import Array
+from relaxations.hierarchy import Reason, find_witness, intervals, resolve
+from relaxations.problem import PolynomialProblem
+from relaxations.solvers.interface import check_solver
+from smid.binding import bind
+from smid.box import with_finite_box
+from smid.data import Dataset
+from smid.feasible import FREE_BOUND, FeasibleSet
+from smid.models import Model, ModelError
+from smid.start import equation_error_fit, magnitudes
+
+
+@dataclass(frozen=True)
+class ErrorBound:
+    """An enclosure of the least noise bound.
+
+    Parameters
+    ----------
+    channel : str
+        Channel whose noise is meant.
+    unit : str
+    lower : float
+        Certified: with any smaller bound the feasible set is empty.
+    upper : float
+        Witnessed: with this bound it is not.
+    parameters : mapping str -> float
+        Parameters of the witness: a minimax fit.
+    fixed : mapping channel -> float
+        Bounds of the other noisy channels.
+    reason : Reason
+        Why the computation stopped.
+    seconds : float
+    """
+
+    channel: str
+    unit: str
+    lower: float
+    upper: float
+    parameters: Mapping[str, float]
+    fixed: Mapping[str, float]
+    reason: Reason
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Return the width of the enclosure."""
+        return self.upper - self.lower
+
+    def __str__(self) -> str:
+        return (
+            f"least noise bound of {self.channel}: in [{self.lower:.6g}, {self.upper:.6g}] {self.unit}".rstrip()
+            + " (lower end certified, upper end witnessed)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; the reason by its name."""
+        return {**asdict(self), "reason": self.reason.name.lower()}
+
+
+def error_bound(
+    model: Model,
+    data: Dataset,
+    fixed: Mapping[str, float] | None = None,
+    *,
+    method: str = "auto",
+    order: int | None = None,
+    solver: str = "clarabel",
+    tolerance: float = 1e-3,
+    rounds: int = 12,
+    progress: Callable[[str], None] | None = None,
+) -> ErrorBound:
+    """Enclose the least noise bound of the output (phase 1 of the clutch thesis, 3.2.3).
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+    fixed : mapping channel -> float, optional
+        Bounds of the other noisy channels (errors in variables); exactly one noisy channel must remain.
+    method, order, solver
+        See :func:`smid.identify`.
+    tolerance : float
+        Stop once the enclosure is narrower than this share of its upper end.
+    rounds : int
+        At most so many contractions.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    ErrorBound
+
+    Raises
+    ------
+    ModelError, DataError
+        Where model, data and fixed bounds do not fit together, or no feasible point could be verified.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> bound = error_bound(OutputError(na=1, stable=True), data)
+    >>> 0 < bound.lower <= bound.upper < 0.05
+    True
+    """
+    check_solver(solver)
+    model = bind(model, data)
+    noisy = [m.channel for m in model.measurements if m.noise is not None]
+    open_channels = [c for c in noisy if c not in (fixed or {})]
+    if len(open_channels) != 1:
+        raise ModelError(
+            f"noise bounds to find: {', '.join(open_channels) or 'none'}; give the known ones in fixed={{channel: "
+            "bound}} so that exactly one remains"
+        )
+    channel = open_channels[0]
+    feasible = FeasibleSet(model, data, fixed or {}, channel)
+    resolve(feasible.problem, method, order)
+    point, reach = _minimax(feasible)
+    if point is None:
+        raise ModelError(
+            "no feasible point could be verified for any noise bound: check the priors and parameter bounds of the model"
+        )
+    problem = _capped(feasible.problem, reach)
+    boxed = with_finite_box(feasible.with_problem(problem), solver, progress)
+    last = problem.n_variables - 1
+    parameters = {p.name: float(point[k]) for k, p in enumerate(model.parameters)}
+    unit = data.channel(channel).unit
+    if boxed.unbounded:
+        return ErrorBound(channel, unit, 0.0, reach, parameters, dict(fixed or {}), Reason.STALLED, 0.0)
+    enclosure = intervals(
+        boxed.feasible.problem,
+        [last],
+        method=method,
+        order=order,
+        solver=solver,
+        tolerance=0.0,
+        absolute=tolerance * reach,
+        rounds=rounds,
+        known=[point],
+        progress=progress,
+    )
+    best = min(enclosure.witnesses, key=lambda w: w[last])
+    return ErrorBound(
+        channel,
+        unit,
+        max(enclosure.intervals[0].lower, 0.0),
+        float(np.nextafter(best[last], np.inf)),
+        {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
+        dict(fixed or {}),
+        enclosure.reason,
+        enclosure.seconds,
+    )
+
+
+def _minimax(feasible: FeasibleSet) -> tuple[Array | None, float]:
+    """Return a verified point of small noise bound, and that bound rounded up."""
+    problem = feasible.problem
+    last = problem.n_variables - 1
+    assert problem.names[last] == FREE_BOUND
+    parameters, rms = equation_error_fit(feasible)
+    magnitude = magnitudes(feasible, parameters, max(rms, 1e-9))
+    *_, complicating = resolve(problem, "auto", None)
+    start = np.zeros(problem.n_variables)
+    best: tuple[Array | None, float] = (None, np.inf)
+    for shrink in (1.0, 0.9, 0.5):  # towards zero: an equation-error fit errs, and towards instability at worst
+        start[: len(parameters)] = shrink * parameters
+        found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
+        if found is not None and found.value < best[1]:
+            best = (found.point, float(found.value))
+    return best
+
+
+def _capped(problem: PolynomialProblem, reach: float) -> PolynomialProblem:
+    """Return the problem with the noise bound, and the noises it bounds, at most ``reach``."""
+    last = problem.n_variables - 1
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    upper[last] = reach
+    inequalities = problem.inequalities
+    beside = np.isin(inequalities.rows, inequalities.rows[(inequalities.factors == last).any(axis=1)])
+    noises = np.setdiff1d(np.unique(inequalities.factors[beside]), [-1, last])
+    lower[noises], upper[noises] = np.maximum(lower[noises], -reach), np.minimum(upper[noises], reach)
+    return problem.with_box(lower, upper)

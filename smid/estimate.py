@@ -1,0 +1,261 @@
+"""What identification gives: intervals that are theorems, inner ends, a central model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from relaxations.hierarchy import Enclosure, Interval, Proof
+from smid.data import Dataset
+from smid.models import Model
+
+SCHEMA = "smid.estimate/1"
+
+
+class CentreStatus(Enum):
+    """Whether the vector of centres belongs to the feasible set."""
+
+    FEASIBLE = "the vector of centres is feasible (verified)"
+    INFEASIBLE = "the vector of centres is proven infeasible; the nearest feasible point found is given"
+    UNDECIDED = "it is undecided whether the vector of centres is feasible"
+
+
+@dataclass(frozen=True)
+class ParameterInterval:
+    """The parameter uncertainty interval (PUI) of one parameter, (2.15)-(2.17).
+
+    Parameters
+    ----------
+    name, unit : str
+    lower, upper : float
+        Outer ends: certified, every consistent parameter lies between them.
+    inner_lower, inner_upper : float
+        Values that verified feasible points attain; NaN where none was found.
+    proof_lower, proof_upper : Proof
+        ``BOX`` where the end is the prior box's own and not the data's.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    inner_lower: float
+    inner_upper: float
+    proof_lower: Proof
+    proof_upper: Proof
+
+    @property
+    def width(self) -> float:
+        """Return the certified width."""
+        return self.upper - self.lower
+
+    @property
+    def centre(self) -> float:
+        """Return the central estimate (3.18)."""
+        return 0.5 * self.lower + 0.5 * self.upper
+
+    @property
+    def gap(self) -> float:
+        """Return the larger distance from an outer end to its inner one; NaN without witness."""
+        return float(np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper))
+
+    @staticmethod
+    def of(interval: Interval, unit: str) -> ParameterInterval:
+        """Label an interval of :mod:`relaxations`."""
+        proofs = [Proof.BOX if from_box else Proof.PROVEN for from_box in interval.from_box]
+        return ParameterInterval(
+            interval.name,
+            unit,
+            interval.lower,
+            interval.upper,
+            interval.inner_lower,
+            interval.inner_upper,
+            proofs[0],
+            proofs[1],
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; infinite and missing numbers become None."""
+        plain = {
+            name: _plain(getattr(self, name))
+            for name in ("lower", "upper", "inner_lower", "inner_upper", "width", "centre", "gap")
+        }
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            **plain,
+            "proof_lower": self.proof_lower.name.lower(),
+            "proof_upper": self.proof_upper.name.lower(),
+        }
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameter uncertainty intervals of a model on data.
+
+    Parameters
+    ----------
+    model : Model
+        The central model: its ``values`` are :attr:`parameters`.
+    data : Dataset
+    noise_bound : mapping channel -> float
+    intervals : tuple of ParameterInterval
+    centre_status : CentreStatus
+    nearest : mapping str -> float or None
+        A verified feasible point near the centres, where the centres are not themselves shown feasible.
+    derived : tuple of str
+        Parameters that came without prior bounds and got a box proven from the data.
+    unbounded : tuple of str
+        Parameters for which no box could be proven; then nothing else is certified either.
+    enclosure : Enclosure or None
+        How the bounds came about; None where ``unbounded`` is not empty.
+    """
+
+    model: Model
+    data: Dataset
+    noise_bound: Mapping[str, float]
+    intervals: tuple[ParameterInterval, ...]
+    centre_status: CentreStatus
+    nearest: Mapping[str, float] | None
+    derived: tuple[str, ...]
+    unbounded: tuple[str, ...]
+    enclosure: Enclosure | None
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Return the parameters of the central model: the centres, or the nearest feasible point found."""
+        return dict(self.nearest) if self.nearest is not None else self.centre
+
+    @property
+    def centre(self) -> dict[str, float]:
+        """Return the centres of the intervals (3.18)."""
+        return {i.name: i.centre for i in self.intervals}
+
+    def __getitem__(self, name: str) -> ParameterInterval:
+        for interval in self.intervals:
+            if interval.name == name:
+                return interval
+        raise KeyError(f"no parameter {name!r}: the model has {', '.join(i.name for i in self.intervals)}")
+
+    @property
+    def summary(self) -> str:
+        """Return in one sentence how the intervals were obtained and why the computation stopped."""
+        if self.enclosure is None:
+            return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
+        e = self.enclosure
+        how = f"parametric lift in {', '.join(e.complicating)}" if e.method == "lift" else f"{e.method} relaxation"
+        return f"{how}, order {e.order}, {e.solves} certified solves in {e.seconds:.3g} s; {e.reason.value}."
+
+    def __str__(self) -> str:
+        bounds = ", ".join(f"|noise of {c}| <= {b:g} {self._unit(c)}".rstrip() for c, b in self.noise_bound.items())
+        header = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
+        rows = [header, *(self._row(i) for i in self.intervals)]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
+        lines = ["  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
+        return "\n".join(
+            [f"{self.model.name} on {self.data.n_samples} samples, {bounds}", *lines, self.summary, self.centre_text]
+        )
+
+    @property
+    def centre_text(self) -> str:
+        """Return the sentence about the centres."""
+        return f"{self.centre_status.value[0].upper()}{self.centre_status.value[1:]}."
+
+    def _unit(self, channel: str) -> str:
+        return self.data.channel(channel).unit
+
+    def _row(self, i: ParameterInterval) -> tuple[str, ...]:
+        digits = shown_digits(i)
+        ends = " / ".join("proven" if p is Proof.PROVEN else "prior box" for p in (i.proof_lower, i.proof_upper))
+        return (
+            i.name,
+            round_down(i.lower, digits),
+            round_up(i.upper, digits),
+            f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
+            f"{i.centre:.{digits}g}",
+            i.unit,
+            ends,
+        )
+
+    def _repr_html_(self) -> str:
+        head = "<tr><th>parameter</th><th>lower</th><th>upper</th><th>gap</th><th>centre</th><th>unit</th><th>ends</th></tr>"
+        body = "".join(
+            "<tr>" + "".join(f"<td>{cell}</td>" for cell in self._row(i)) + "</tr>" for i in self.intervals
+        )
+        return f"<table>{head}{body}</table><p>{self.summary} {self.centre_text}</p>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the ``estimate`` of the versioned JSON schema in docs/json.md."""
+        e = self.enclosure
+        return {
+            "schema": SCHEMA,
+            "model": self.model.to_dict(),
+            "noise_bound": dict(self.noise_bound),
+            "parameters": [i.to_dict() for i in self.intervals],
+            "centre": {k: _plain(v) for k, v in self.centre.items()},
+            "centre_status": self.centre_status.name.lower(),
+            "nearest_feasible": None if self.nearest is None else dict(self.nearest),
+            "derived_boxes": list(self.derived),
+            "unbounded": list(self.unbounded),
+            "relaxation": None
+            if e is None
+            else {
+                "method": e.method,
+                "order": e.order,
+                "complicating": list(e.complicating),
+                "moments": e.n_moments,
+                "largest_block": e.largest_block,
+                "rounds": e.rounds,
+                "solves": e.solves,
+                "stopped": e.reason.name.lower(),
+                "seconds": e.seconds,
+            },
+            "data": {
+                "source": self.data.source,
+                "checksum": self.data.checksum,
+                "samples": self.data.n_samples,
+                "sampling_time": self.data.sampling_time,
+            },
+        }
+
+    def plot(self) -> Figure:
+        """Return a figure of the intervals: outer, inner and centre of each parameter."""
+        from smid.report.figures import intervals_figure
+
+        return intervals_figure(self)
+
+
+def shown_digits(interval: ParameterInterval) -> int:
+    """Return how many significant digits show the interval's width to three figures."""
+    largest = max(abs(interval.lower), abs(interval.upper))
+    if not np.isfinite(interval.width) or interval.width <= 0 or largest == 0:
+        return 7
+    return int(np.clip(np.ceil(np.log10(largest / interval.width)) + 3, 4, 16))
+
+
+def round_down(value: float, digits: int) -> str:
+    """Print a lower end: never above the number, for the printed interval must be proven too."""
+    return _rounded(value, digits, -1)
+
+
+def round_up(value: float, digits: int) -> str:
+    """Print an upper end: never below the number."""
+    return _rounded(value, digits, 1)
+
+
+def _rounded(value: float, digits: int, direction: int) -> str:
+    if not np.isfinite(value) or value == 0:
+        return f"{value:g}"
+    from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+    context = Context(prec=digits, rounding=ROUND_FLOOR if direction < 0 else ROUND_CEILING)
+    return str(context.create_decimal(Decimal(value)))

@@ -1,0 +1,256 @@
+"""Phase 2: certified parameter uncertainty intervals and the central model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from relaxations.balls import Array
+from relaxations.hierarchy import Emptiness, Enclosure, find_witness, intervals, relax, resolve
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+from relaxations.solvers.interface import check_solver
+from relaxations.witness import MARGINS, search, verify
+from smid.box import with_finite_box
+from smid.data import Dataset
+from smid.error_bound import error_bound
+from smid.estimate import CentreStatus, Estimate, ParameterInterval
+from smid.feasible import FeasibleSet
+from smid.models import Model
+from smid.start import equation_error_fit, magnitudes
+
+Progress = Callable[[str], None]
+
+
+class EmptyFeasibleSetError(ValueError):
+    """A proven negative: no parameters and noises within the bound explain the data.
+
+    Parameters
+    ----------
+    message : str
+    least_bound : float or None
+        Certified lower end of the least noise bound, where it was computed.
+    samples : tuple of (experiment name, sample index, weight)
+        The samples that carry most of the proof.
+    """
+
+    def __init__(self, message: str, least_bound: float | None, samples: tuple[tuple[str, int, float], ...]) -> None:
+        super().__init__(message)
+        self.least_bound = least_bound
+        self.samples = samples
+
+
+def identify(
+    model: Model,
+    data: Dataset,
+    noise_bound: float | Mapping[str, float],
+    *,
+    method: str = "auto",
+    order: int | None = None,
+    solver: str = "clarabel",
+    tolerance: float = 1e-4,
+    rounds: int = 6,
+    progress: Progress | None = None,
+) -> Estimate:
+    """Compute the parameter uncertainty intervals of a model.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+        All its experiments are used together.
+    noise_bound : float or mapping channel -> float
+        In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
+        the truth is: take a larger one.
+    method : {"auto", "lift", "sparse", "dense", "textbook"}
+        ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere.
+    order : int, optional
+        Relaxation order; by default 2 for at most two complicating variables, 1 beyond.
+    solver : str
+        ``"clarabel"`` or the name of any conic solver that cvxpy has.
+    tolerance : float
+        Stop once each gap is below this share of its interval's width.
+    rounds : int
+        At most so many contractions.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    ModelError, DataError, ProblemError
+        Bad input, before any solve.
+    EmptyFeasibleSetError
+        Where the feasible set is certified empty.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> estimate = identify(OutputError(na=1, stable=True), data, noise_bound=0.1)
+    >>> estimate["a1"].lower < -0.5 < estimate["a1"].upper
+    True
+    """
+    check_solver(solver)
+    feasible = FeasibleSet(model, data, noise_bound)
+    model = feasible.model
+    resolve(feasible.problem, method, order)
+    boxed = with_finite_box(feasible, solver, progress)
+    if boxed.unbounded:
+        return _without_box(feasible, boxed.unbounded)
+    problem = boxed.feasible.problem
+    known = _first_witness(boxed.feasible)
+    enclosure = intervals(
+        problem,
+        range(len(model.parameters)),
+        method=method,
+        order=order,
+        solver=solver,
+        tolerance=tolerance,
+        rounds=rounds,
+        known=known,
+        progress=progress,
+    )
+    if enclosure.empty is not None:
+        raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
+    status, nearest = _centre(problem, enclosure, len(model.parameters), solver)
+    found = tuple(
+        ParameterInterval.of(i, p.unit) for i, p in zip(enclosure.intervals, model.parameters, strict=True)
+    )
+    names = [p.name for p in model.parameters]
+    values = None if nearest is None else dict(zip(names, nearest.tolist(), strict=True))
+    central = values if values is not None else {i.name: i.centre for i in found}
+    return Estimate(
+        model.with_values(central),
+        data,
+        feasible.noise_bound,
+        found,
+        status,
+        values,
+        boxed.derived,
+        (),
+        enclosure,
+    )
+
+
+def _without_box(feasible: FeasibleSet, unbounded: tuple[str, ...]) -> Estimate:
+    """Return the prior box: all that is known where a parameter cannot be bounded."""
+    from relaxations.hierarchy import Proof
+
+    prior = tuple(
+        ParameterInterval(p.name, p.unit, p.lower, p.upper, np.nan, np.nan, Proof.BOX, Proof.BOX)
+        for p in feasible.model.parameters
+    )
+    return Estimate(
+        feasible.model, feasible.data, feasible.noise_bound, prior, CentreStatus.UNDECIDED, None, (), unbounded, None
+    )
+
+
+def _first_witness(feasible: FeasibleSet) -> list[Array]:
+    """Return a verified feasible point found from the equation-error fit, if any."""
+    problem = feasible.problem
+    parameters, rms = equation_error_fit(feasible)
+    *_, complicating = resolve(problem, "auto", None)
+    start = np.zeros(problem.n_variables)
+    start[: len(parameters)] = parameters
+    nothing = Polynomials.from_terms([{}])
+    found = find_witness(
+        problem, problem, nothing, complicating, start, magnitudes(feasible, parameters, max(rms, 1e-9))
+    )
+    return [] if found is None else [found.point]
+
+
+def _proven_empty(
+    feasible: FeasibleSet, empty: Emptiness, method: str, order: int | None, solver: str, progress: Progress | None
+) -> EmptyFeasibleSetError:
+    heaviest = np.argsort(empty.weights)[::-1][:5]
+    samples = tuple(
+        (feasible.data.experiments[e].name, int(k), float(w))
+        for (e, k), w in zip(feasible.samples[heaviest], empty.weights[heaviest], strict=True)
+        if w > 0
+    )
+    carried = ", ".join(f"{k} ({w:.0%})" for _, k, w in samples)
+    noisy = [m.channel for m in feasible.model.measurements if m.noise is not None]
+    channel = next(c for c in feasible.model.output_channels if c in noisy)
+    fixed = {c: b for c, b in feasible.noise_bound.items() if c != channel}
+    given = feasible.noise_bound[channel]
+    least = error_bound(
+        feasible.model, feasible.data, fixed, method=method, order=order, solver=solver, progress=progress
+    )
+    unit = feasible.data.channel(channel).unit
+    return EmptyFeasibleSetError(
+        f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
+        + f"The least bound lies in [{least.lower:.6g}, {least.upper:.6g}]: raise the bound above it or extend the "
+        f"model. Samples that carry the proof: {carried}",
+        least.lower,
+        samples,
+    )
+
+
+def _centre(
+    problem: PolynomialProblem, enclosure: Enclosure, count: int, solver: str
+) -> tuple[CentreStatus, Array | None]:
+    """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
+    centre = np.array([i.centre for i in enclosure.intervals])
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[:count] = upper[:count] = centre
+    fixed = problem.with_box(lower, upper)
+    start = np.zeros(problem.n_variables)
+    start[:count] = centre
+    nothing = Polynomials.from_terms([{}])
+    none = np.zeros(0, dtype=np.int64)
+    *_, complicating = resolve(problem, "auto", None)
+    if find_witness(fixed, fixed, nothing, np.setdiff1d(complicating, np.arange(count)), start) is not None:
+        return CentreStatus.FEASIBLE, None
+    status = CentreStatus.UNDECIDED
+    method, order, _ = resolve(fixed, "auto", None)
+    if method == "lift" and relax(fixed, method, order, solver).bound(nothing).bound == np.inf:
+        status = CentreStatus.INFEASIBLE
+    nearest = _nearest(problem, enclosure, centre, complicating if len(complicating) else none)
+    return status, nearest
+
+
+def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, complicating: Array) -> Array | None:
+    """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
+    if not enclosure.witnesses:
+        return None
+    from relaxations.reductions.scaling import Scaling
+
+    count, last = len(centre), problem.n_variables
+    width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
+    # distance - |theta_k - centre_k| / width_k >= 0, the distance being one more variable
+    closeness = Polynomials.from_terms(
+        [
+            {(last,): 1.0, (k,): sign / width[k], (): -sign * centre[k] / width[k]}
+            for k in range(count)
+            for sign in (1.0, -1.0)
+        ]
+    )
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[:count] = [i.lower for i in enclosure.intervals]
+    upper[:count] = [i.upper for i in enclosure.intervals]
+    extended = replace(
+        problem,
+        names=(*problem.names, "distance"),
+        lower=np.append(lower, 0.0),
+        upper=np.append(upper, 1.0),
+    ).with_inequalities(closeness)
+    scaling = Scaling.of_box(extended)
+    scaled = scaling.apply(extended)
+    objective = scaling.polynomials(extended.variable(last))
+    begin = min(enclosure.witnesses, key=lambda w: float(np.abs((w[:count] - centre) / width).max()))
+    for margin in MARGINS:
+        start = np.nan_to_num((np.append(begin, 1.0) - scaling.centre) / np.where(scaling.scale > 0, scaling.scale, 1.0))
+        point = search(scaled, objective, complicating, start, margin)
+        if point is not None:
+            nothing = Polynomials.from_terms([{}])
+            witness = verify(problem, nothing, scaling.recover(point)[:-1])
+            if witness is not None:
+                return witness.point[:count]
+    return np.asarray(begin[:count])

@@ -1,0 +1,297 @@
+"""Edits of a model's lines, each giving a new model, so effects compose; methods of `Model`.
+
+Where a signal is asked for, the name of a channel that measures it is understood too: an effect can be put
+on ``"u"`` whether or not the input is measured with noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from smid.models.errors import ModelError
+from smid.models.parts import Line, Measurement, Parameter
+from smid.models.symbols import canonical, rename_signals, signal, t
+
+if TYPE_CHECKING:
+    from smid.models.model import Model
+
+__all__ = ["add_term", "insert_after", "insert_before", "replace_line", "with_input_noise", "with_line"]
+
+Transformation = Callable[[sympy.Indexed], sympy.Expr]
+
+
+def _resolve(model: Model, name: str) -> str:
+    """Give the signal of that name, or the one that the channel of that name measures."""
+    signals = (*model.inputs, *(line.signal for line in model.lines))
+    measured = {measurement.channel: measurement.signal for measurement in model.measurements}
+    if name not in signals and name not in measured:
+        raise ModelError(f"the model has no signal {name!r}: its signals are {', '.join(signals)}")
+    return name if name in signals else measured[name]
+
+
+def _free_name(model: Model, wanted: str) -> str:
+    taken = {*model.inputs, *(line.signal for line in model.lines), *model.channels}
+    taken |= {parameter.name for parameter in model.parameters}
+    taken |= {measurement.noise for measurement in model.measurements if measurement.noise}
+    name, count = wanted, 1
+    while name in taken:
+        count += 1
+        name = f"{wanted}{count}"
+    return name
+
+
+def _extended(model: Model, parameters: Iterable[Parameter], lines: Iterable[Line]) -> Model:
+    return replace(model, parameters=(*model.parameters, *parameters), lines=tuple(lines))
+
+
+def _line(model: Model, name: str) -> Line:
+    resolved = _resolve(model, name)
+    for line in model.lines:
+        if line.signal == resolved:
+            return line
+    raise ModelError(
+        f"{name!r} is an input, no line defines it: use insert_before, or with_line to define it"
+    )
+
+
+def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
+    """Define a new signal (a state, a helper), or one that was an input.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Name of the signal.
+    expression : sympy.Expr
+        Its value at time t.
+    parameters : iterable of Parameter
+        Parameters the expression brings in.
+
+    Returns
+    -------
+    Model
+        The model with one line more.
+
+    Raises
+    ------
+    ModelError
+        If the signal is defined already.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> OutputError().with_line("u", signal("r")[t - 1]).inputs
+    ('r',)
+    """
+    return _extended(model, parameters, (*model.lines, Line(signal(name)[t], expression)))
+
+
+def replace_line(
+    model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()
+) -> Model:
+    """Give a signal another right-hand side.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Signal, or channel that measures it.
+    expression : sympy.Expr
+        Its new value at time t.
+    parameters : iterable of Parameter
+        Parameters the expression brings in.
+
+    Returns
+    -------
+    Model
+        The model with the line replaced.
+
+    Raises
+    ------
+    ModelError
+        If no line defines the signal.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().replace_line("w", signal("u")[t - 3]).lines[0].expression)
+    u[t - 3]
+    """
+    old = _line(model, name)
+    new = Line(old.target, expression)
+    return _extended(model, parameters, (new if line is old else line for line in model.lines))
+
+
+def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
+    """Add a term to the right-hand side of a signal.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Signal, or channel that measures it.
+    term : sympy.Expr
+        What to add, in signals at ``t - k`` and parameters.
+    parameters : iterable of Parameter
+        Parameters the term brings in.
+
+    Returns
+    -------
+    Model
+        The model with the longer line.
+
+    Raises
+    ------
+    ModelError
+        If no line defines the signal.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> friction = Parameter("Fc", 0, null=0)
+    >>> term = -friction.symbol * sympy.sign(signal("w")[t - 1])
+    >>> print(OutputError().add_term("w", term, [friction]).lines[0].expression)
+    -Fc*sign(w[t - 1]) - a1*w[t - 1] + b0*u[t - 1]
+    """
+    return replace_line(model, name, _line(model, name).expression + canonical(term), parameters)
+
+
+def insert_before(
+    model: Model,
+    name: str,
+    transformation: Transformation,
+    parameters: Iterable[Parameter] = (),
+    *,
+    new_name: str | None = None,
+) -> Model:
+    """Put a line between a signal and all that read it, as in ``u -> dead_zone(u)``.
+
+    Every line that read the signal now reads the new one, at the same lags; the signal itself and what
+    measures it stay as they are.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Signal, or channel that measures it.
+    transformation : callable
+        From ``u[t]`` to the value of the new signal at t; it may read any signal, also its own past.
+    parameters : iterable of Parameter
+        Parameters the transformation brings in.
+    new_name : str or None
+        Name of the new signal; by default ``<signal>_new``, numbered where taken.
+
+    Returns
+    -------
+    Model
+        The model with one line more.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().insert_before("u", lambda u: sympy.Max(0, u)).equations().text[1])
+    w[t] = -a1*w[t - 1] + b0*u_new[t - 1]
+    """
+    old = _resolve(model, name)
+    new = new_name or _free_name(model, f"{old}_new")
+    inserted = Line(signal(new)[t], transformation(signal(old)[t]))
+    lines = [Line(line.target, rename_signals(line.expression, {old: new})) for line in model.lines]
+    return _extended(model, parameters, (inserted, *lines))
+
+
+def insert_after(
+    model: Model,
+    name: str,
+    transformation: Transformation,
+    parameters: Iterable[Parameter] = (),
+    *,
+    raw_name: str | None = None,
+) -> Model:
+    """Transform what a line gives before anything sees it, as in ``w -> min(w, s)``.
+
+    The line's own result gets a new name and the signal becomes its transformed value, which measurements,
+    other lines and the line's own feedback then read.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Signal, or channel that measures it.
+    transformation : callable
+        From ``w_raw[t]`` to the value of the signal at t.
+    parameters : iterable of Parameter
+        Parameters the transformation brings in.
+    raw_name : str or None
+        Name for the line's own result; by default ``<signal>_raw``, numbered where taken.
+
+    Returns
+    -------
+    Model
+        The model with one line more.
+
+    Raises
+    ------
+    ModelError
+        If no line defines the signal.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().insert_after("w", lambda w: sympy.Min(w, 5)).equations().text[1])
+    w[t] = Min(5, w_raw[t])
+    """
+    old = _line(model, name)
+    raw = signal(raw_name or _free_name(model, f"{old.signal}_raw"))
+    pair = (Line(raw[t], old.expression), Line(old.target, transformation(raw[t])))
+    lines = [item for line in model.lines for item in (pair if line is old else (line,))]
+    return _extended(model, parameters, lines)
+
+
+def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Model:
+    """Take an input as measured with noise: ``u[t] = u_true[t] + zeta[t]`` (2.6).
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    channel : str
+        Name of an input that was exact until now.
+    noise : str or None
+        Name of the noise; by default ``zeta``, numbered where taken.
+
+    Returns
+    -------
+    Model
+        The model whose lines read the unseen true input.
+
+    Raises
+    ------
+    ModelError
+        If the channel is no input, or noisy already.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().with_input_noise("u").measurements[1])
+    u[t] = u_true[t] + zeta[t]
+    """
+    if channel not in model.inputs:
+        raise ModelError(f"{channel!r} is no exact input: choose one of {', '.join(model.inputs)}")
+    measured = [item for item in model.measurements if item.signal == channel]
+    if measured:
+        raise ModelError(
+            f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement"
+        )
+    true = _free_name(model, f"{channel}_true")
+    lines = tuple(Line(line.target, rename_signals(line.expression, {channel: true})) for line in model.lines)
+    measurement = Measurement(channel, true, noise or _free_name(model, "zeta"))
+    return replace(model, lines=lines, measurements=(*model.measurements, measurement))

@@ -1,0 +1,251 @@
+"""Edits of a model's parameters and priors, each giving a new model; methods of `Model`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from smid.models.errors import ModelError
+from smid.models.parts import Line, Parameter
+from smid.models.symbols import canonical, number
+
+if TYPE_CHECKING:
+    from smid.models.model import Model
+
+__all__ = ["bound", "find_parameter", "fix", "substitute", "with_constraint", "with_parameter", "with_values"]
+
+
+def find_parameter(model: Model, name: str) -> Parameter:
+    """Find a parameter by name, or raise a `ModelError` that lists those there are."""
+    for parameter in model.parameters:
+        if parameter.name == name:
+            return parameter
+    names = ", ".join(parameter.name for parameter in model.parameters)
+    raise ModelError(f"the model has no parameter {name!r}: its parameters are {names}")
+
+
+def with_parameter(model: Model, *parameters: Parameter) -> Model:
+    """Add parameters, for later edits to use.
+
+    Parameters
+    ----------
+    model : Model
+        The model to extend.
+    *parameters : Parameter
+        New parameters.
+
+    Returns
+    -------
+    Model
+        The extended model.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> [p.name for p in OutputError().with_parameter(Parameter("Fc", 0)).parameters]
+    ['a1', 'b0', 'Fc']
+    """
+    return replace(model, parameters=(*model.parameters, *parameters))
+
+
+def with_values(model: Model, values: Mapping[str, float]) -> Model:
+    """Set parameter values, keeping those already set.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    values : Mapping of str to float
+        Values in the parameters' units.
+
+    Returns
+    -------
+    Model
+        The model with a central value for each.
+
+    Raises
+    ------
+    ModelError
+        If a name is no parameter's or a value is not finite.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> dict(OutputError().with_values({"a1": -0.5}).values)
+    {'a1': -0.5}
+    """
+    return replace(model, values={**model.values, **values})
+
+
+def fix(model: Model, **values: float) -> Model:
+    """Replace parameters by numbers.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    **values : float
+        Number for each parameter, within its box.
+
+    Returns
+    -------
+    Model
+        A model without these parameters.
+
+    Raises
+    ------
+    ModelError
+        If a number lies outside the box or contradicts a constraint.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().fix(a1=-0.5).lines[0].expression)
+    b0*u[t - 1] + 0.5*w[t - 1]
+    """
+    for name, value in values.items():
+        parameter = find_parameter(model, name)
+        if not (math.isfinite(value) and parameter.lower <= value <= parameter.upper):
+            box = f"[{parameter.lower:g}, {parameter.upper:g}]"
+            raise ModelError(f"{name} = {value} lies outside its box {box}: change the value or the box")
+        model = _replace_symbol(model, parameter, number(value), ())
+    return model
+
+
+def bound(model: Model, **boxes: tuple[float, float]) -> Model:
+    """Replace the boxes of parameters.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    **boxes : tuple of float
+        ``(lower, upper)`` per parameter, in its unit.
+
+    Returns
+    -------
+    Model
+        The model with these boxes.
+
+    Raises
+    ------
+    ModelError
+        If a box is empty or the parameter unknown.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> OutputError().bound(a1=(-1, 0)).parameter("a1").upper
+    0
+    """
+    for name in boxes:
+        find_parameter(model, name)
+    changed = tuple(
+        replace(parameter, lower=boxes[parameter.name][0], upper=boxes[parameter.name][1])
+        if parameter.name in boxes
+        else parameter
+        for parameter in model.parameters
+    )
+    return replace(model, parameters=changed)
+
+
+def substitute(
+    model: Model, name: str, expression: sympy.Expr, new_parameters: Iterable[Parameter] = ()
+) -> Model:
+    """Replace a parameter by an expression, as in ``alpha -> alpha0 + alpha1 T[t]``.
+
+    An expression in parameters keeps the old box and constraints, now as constraints on the new parameters.
+    An expression that reads a signal varies in time: constraints on the old constant, and its box, no longer
+    mean anything and are dropped, which can only enlarge the feasible set.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    name : str
+        Parameter to replace.
+    expression : sympy.Expr
+        What it becomes.
+    new_parameters : iterable of Parameter
+        Parameters the expression brings in.
+
+    Returns
+    -------
+    Model
+        The model without the parameter.
+
+    Raises
+    ------
+    ModelError
+        If a sensor's curve uses the parameter and the expression reads a signal.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError, signal, t
+    >>> k = Parameter("k")
+    >>> print(OutputError().substitute("b0", k.symbol * signal("T")[t], [k]).lines[0].expression)
+    -a1*w[t - 1] + k*T[t]*u[t - 1]
+    """
+    return _replace_symbol(model, find_parameter(model, name), canonical(expression), new_parameters)
+
+
+def _replace_symbol(
+    model: Model, old: Parameter, expression: sympy.Expr, new_parameters: Iterable[Parameter]
+) -> Model:
+    swap = {old.symbol: expression}
+    constraints = model.constraints
+    if expression.atoms(sympy.Indexed):
+        constraints = tuple(item for item in constraints if old.symbol not in item.free_symbols)
+    else:
+        if not expression.is_number:
+            constraints += (expression - number(old.lower),) if math.isfinite(old.lower) else ()
+            constraints += (number(old.upper) - expression,) if math.isfinite(old.upper) else ()
+        constraints = tuple(item.xreplace(swap) for item in constraints)
+        for before, after in zip(model.constraints, constraints, strict=False):
+            if after.is_negative:
+                raise ModelError(f"{old.name} = {expression} contradicts '{before} >= 0': change one of them")
+        constraints = tuple(item for item in constraints if not item.is_number)
+    return replace(
+        model,
+        parameters=(*(item for item in model.parameters if item.name != old.name), *new_parameters),
+        lines=tuple(Line(line.target, line.expression.xreplace(swap)) for line in model.lines),
+        measurements=tuple(
+            item if item.inverse is None else replace(item, inverse=item.inverse.xreplace(swap))
+            for item in model.measurements
+        ),
+        constraints=constraints,
+        values={name: value for name, value in model.values.items() if name != old.name},
+    )
+
+
+def with_constraint(model: Model, *expressions: sympy.Expr) -> Model:
+    """Add prior knowledge: each expression in the parameters is >= 0.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    *expressions : sympy.Expr
+        Expressions in the parameters.
+
+    Returns
+    -------
+    Model
+        The model with these constraints.
+
+    Raises
+    ------
+    ModelError
+        If an expression reads a signal or an unknown parameter.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> OutputError().with_constraint(1 - sympy.Symbol("a1")).constraints
+    (1 - a1,)
+    """
+    return replace(model, constraints=(*model.constraints, *expressions))

@@ -1,0 +1,50 @@
+"""The one error of this package: a model that does not make sense."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = ["ModelError", "refuse_unknown"]
+
+
+class ModelError(ValueError):
+    """A model, or what was asked of it, makes no sense; the message names the cause and the cure.
+
+    Examples
+    --------
+    >>> raise ModelError("signal 'w' is defined twice: remove one of its lines")
+    Traceback (most recent call last):
+        ...
+    smid.models.errors.ModelError: signal 'w' is defined twice: remove one of its lines
+    """
+
+
+def refuse_unknown(kind: str, given: Iterable[str], valid: Iterable[str]) -> None:
+    """Refuse names that are not among the valid ones, and propose the nearest.
+
+    Parameters
+    ----------
+    kind : str
+        What the names are, for the message.
+    given, valid : iterable of str
+        Names to check, and those allowed.
+
+    Raises
+    ------
+    ModelError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> refuse_unknown("option", ["stabel"], ["stable", "bounds"])
+    Traceback (most recent call last):
+        ...
+    smid.models.errors.ModelError: unknown option 'stabel', did you mean 'stable'? Choose from: stable, bounds
+    """
+    allowed = list(valid)
+    for name in given:
+        if name not in allowed:
+            near = get_close_matches(name, allowed, n=1)
+            hint = f", did you mean {near[0]!r}?" if near else "."
+            raise ModelError(f"unknown {kind} {name!r}{hint} Choose from: {', '.join(allowed)}")

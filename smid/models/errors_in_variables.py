@@ -1,0 +1,55 @@
+"""The errors-in-variables model: a linear transfer function, input and output measured with bounded noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from smid.models.model import Model
+from smid.models.output_error import OutputError
+
+__all__ = ["ErrorsInVariables"]
+
+
+def ErrorsInVariables(
+    na: int = 1, nb: int = 0, delay: int = 0, *, input: str = "u", output: str = "y", **priors: Any
+) -> Model:
+    """Give an errors-in-variables model, equations (2.5)-(2.7), (2.12).
+
+    As `OutputError`, but of the true input, of which the data show ``u[t] = u_true[t] + zeta[t]``.
+
+    Parameters
+    ----------
+    na : int
+        Number of poles.
+    nb : int
+        Degree of the numerator, as in (2.4): nb + 1 coefficients.
+    delay : int
+        Samples from input to output; none in (2.12).
+    input, output : str
+        Channels of the data.
+    **priors
+        Fields of `smid.models.Priors`.
+
+    Returns
+    -------
+    Model
+        Signals ``u_true`` and ``w``; parameters ``a1..``, ``b0..``; noises ``eta``, ``zeta``.
+
+    Raises
+    ------
+    ModelError
+        If an order is negative or a prior does not fit.
+
+    Examples
+    --------
+    >>> print(ErrorsInVariables(1, 0))
+    errors in variables
+      w[t] = -a1*w[t - 1] + b0*u_true[t]
+      y[t] = w[t] + eta[t]
+      u[t] = u_true[t] + zeta[t]
+      a1 free
+      b0 free
+    """
+    model = OutputError(na, nb, delay, input=input, output=output, **priors)
+    return replace(model.with_input_noise(input), name="errors in variables")

@@ -1,0 +1,154 @@
+"""Models from TOML files: the name of a model class and its fields."""
+
+from __future__ import annotations
+
+import inspect
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from smid.models.errors import ModelError, refuse_unknown
+from smid.models.errors_in_variables import ErrorsInVariables
+from smid.models.hammerstein import Hammerstein
+from smid.models.model import Model
+from smid.models.output_error import OutputError
+from smid.models.priors import Priors
+from smid.models.wiener import Wiener
+
+__all__ = ["MODEL_CLASSES", "load_model", "model_from_mapping"]
+
+MODEL_CLASSES: dict[str, Callable[..., Model]] = {
+    "OutputError": OutputError,
+    "ErrorsInVariables": ErrorsInVariables,
+    "Hammerstein": Hammerstein,
+    "Wiener": Wiener,
+}
+"""The model classes a file may name; a new one is one line here."""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_range(value: Any) -> bool:
+    return isinstance(value, list | tuple) and len(value) == 2 and all(map(_is_number, value))
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "int": ("a whole number", _is_integer),
+    "float": ("a number", _is_number),
+    "float | None": ("a number", _is_number),
+    "bool": ("true or false", lambda value: isinstance(value, bool)),
+    "str": ("a string", lambda value: isinstance(value, str)),
+    "Sequence[int]": (
+        "a list of whole numbers",
+        lambda v: isinstance(v, list | tuple) and all(map(_is_integer, v)),
+    ),
+    "Range | None": ("a range [lower, upper]", _is_range),
+    "tuple[float, float] | None": ("a range [lower, upper]", _is_range),
+    "float | Range | None": ("a number or a range [lower, upper]", lambda v: _is_number(v) or _is_range(v)),
+    "Mapping[str, float]": (
+        "a table of numbers",
+        lambda v: isinstance(v, Mapping) and all(map(_is_number, v.values())),
+    ),
+    "Mapping[str, Range]": (
+        "a table of ranges [lower, upper]",
+        lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),
+    ),
+}
+"""What each annotation of a field means to the writer of a file."""
+
+
+def _fields(build: Callable[..., Model]) -> dict[str, str]:
+    """Field names of a model class, priors included, each with its annotation as text."""
+    own = {
+        name: str(item.annotation)
+        for name, item in inspect.signature(build).parameters.items()
+        if item.kind is not inspect.Parameter.VAR_KEYWORD
+    }
+    return own | {item.name: str(item.type) for item in fields(Priors)}
+
+
+def model_from_mapping(content: Mapping[str, Any]) -> Model:
+    """Build a model from its class and fields.
+
+    Parameters
+    ----------
+    content : Mapping
+        ``class`` and the fields of that model function.
+
+    Returns
+    -------
+    Model
+        The model.
+
+    Raises
+    ------
+    ModelError
+        If class or field are unknown, or a field has the wrong type; the message says what is valid.
+
+    Examples
+    --------
+    >>> model_from_mapping({"class": "OutputError", "na": 2, "stable": True}).max_lag
+    2
+    """
+    if not isinstance(content.get("class"), str):
+        raise ModelError(
+            f'the model names no class: add class = "..." with one of {", ".join(MODEL_CLASSES)}'
+        )
+    refuse_unknown("class", [content["class"]], MODEL_CLASSES)
+    build = MODEL_CLASSES[content["class"]]
+    given = {name: value for name, value in content.items() if name != "class"}
+    known = _fields(build)
+    refuse_unknown(f"field of {content['class']}", given, known)
+    for name, value in given.items():
+        expected, accepts = _KINDS[known[name]]
+        if not accepts(value):
+            raise ModelError(f"field {name!r} of {content['class']} is {value!r}: give {expected}")
+    return build(**given)
+
+
+def load_model(path: str | PathLike[str]) -> Model:
+    """Read a model from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with ``class = "Hammerstein"`` and that function's fields, say.
+
+    Returns
+    -------
+    Model
+        The model.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be read, is no TOML, or does not describe a model.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "model.toml"
+    ...     _ = file.write_text('class = "OutputError"')
+    ...     load_model(file).name
+    'output error'
+    """
+    try:
+        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"cannot read the model file {path}: {error.strerror}; check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ModelError(f"{path} is no TOML: {error}; correct it there") from None
+    try:
+        return model_from_mapping(content)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from None

@@ -1,0 +1,171 @@
+"""The parts of a model: a parameter with its box, a line that defines a signal, a measurement of a signal."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import sympy
+
+from smid.models.errors import ModelError
+from smid.models.expressions import to_text
+from smid.models.symbols import VALUE, canonical, references, t
+
+__all__ = ["Line", "Measurement", "Parameter"]
+
+
+def _check_name(name: str, kind: str) -> None:
+    if not name.isidentifier() or name in {"t", VALUE.name}:
+        raise ModelError(
+            f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'"
+        )
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An unknown constant with the box it is known to lie in.
+
+    Attributes
+    ----------
+    name : str
+        Name, also that of its symbol.
+    lower, upper : float
+        Closed box, in the parameter's unit; infinite when nothing is known.
+    unit : str
+        Unit, for display.
+    null : float or None
+        The value at which the parameter's effect vanishes, if there is one.
+
+    Raises
+    ------
+    ModelError
+        If the name is no identifier or the box is empty.
+
+    Examples
+    --------
+    >>> Parameter("alpha", -1, 1).symbol
+    alpha
+    """
+
+    name: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    unit: str = ""
+    null: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_name(self.name, "parameter")
+        if not self.lower <= self.upper:
+            raise ModelError(
+                f"parameter {self.name!r} has the box [{self.lower}, {self.upper}]: give lower <= upper"
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The real sympy symbol of that name."""
+        return sympy.Symbol(self.name, real=True)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One signal, defined explicitly: ``target = expression``.
+
+    Attributes
+    ----------
+    target : sympy.Indexed
+        The signal now, as in ``w[t]``.
+    expression : sympy.Expr
+        Its value, in parameters and in signals at ``t - k``, ``k >= 0``.
+
+    Raises
+    ------
+    ModelError
+        If the target is not a signal at time t, or the expression reads the future.
+
+    Examples
+    --------
+    >>> from smid.models.symbols import signal
+    >>> Line(signal("v")[t], 2 * signal("u")[t - 1]).signal
+    'v'
+    """
+
+    target: sympy.Indexed
+    expression: sympy.Expr
+
+    def __post_init__(self) -> None:
+        target = canonical(self.target)
+        if not isinstance(target, sympy.Indexed) or target.indices[0] != t:
+            raise ModelError(
+                f"a line cannot define '{self.target}': its target must be a signal now, as in w[t]"
+            )
+        object.__setattr__(self, "target", target)
+        object.__setattr__(self, "expression", canonical(self.expression))
+        _check_name(self.signal, "signal")
+        for name, lag in references(self.expression):
+            if lag < 0:
+                raise ModelError(
+                    f"the line of {self.signal!r} reads {name}[t + {-lag}], the future: "
+                    f"shift the line by {-lag}"
+                )
+
+    @property
+    def signal(self) -> str:
+        """Name of the signal that the line defines."""
+        return str(self.target.base.label)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A channel of the data that shows a signal: ``channel[t] = signal[t] + noise[t]``.
+
+    With ``inverse`` the sensor is a monotone static curve given by its inverse, and
+    ``signal[t] = inverse(channel[t] - noise[t])``.
+
+    Attributes
+    ----------
+    channel : str
+        Name of the column of the data.
+    signal : str
+        Name of the signal it shows.
+    noise : str or None
+        Name of the noise, bounded by what the user gives for the channel; None: exact.
+    inverse : sympy.Expr or None
+        Expression in ``VALUE`` and parameters; None: the identity.
+
+    Examples
+    --------
+    >>> print(Measurement("y", "w", "eta"))
+    y[t] = w[t] + eta[t]
+    """
+
+    channel: str
+    signal: str
+    noise: str | None
+    inverse: sympy.Expr | None = None
+
+    def __post_init__(self) -> None:
+        for name, kind in (
+            (self.channel, "channel"),
+            (self.signal, "signal"),
+            (self.noise or "noise", "noise"),
+        ):
+            _check_name(name, kind)
+        if self.channel == self.signal:
+            raise ModelError(
+                f"channel and signal are both called {self.channel!r}: name the unseen signal differently"
+            )
+        if self.inverse is not None:
+            inverse = canonical(self.inverse)
+            if VALUE not in inverse.free_symbols or inverse.atoms(sympy.Indexed):
+                raise ModelError(
+                    f"the inverse sensor curve '{inverse}' must depend on VALUE and on parameters only"
+                )
+            object.__setattr__(self, "inverse", inverse)
+
+    def __str__(self) -> str:
+        seen = f"{self.channel}[t]" + (f" - {self.noise}[t]" if self.noise else "")
+        if self.inverse is not None:
+            argument = f"({seen})" if self.noise else seen
+            return f"{self.signal}[t] = " + re.sub(rf"\b{VALUE.name}\b", argument, to_text(self.inverse))
+        return f"{self.channel}[t] = {self.signal}[t]" + (f" + {self.noise}[t]" if self.noise else "")

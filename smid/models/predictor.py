@@ -1,0 +1,67 @@
+"""The one-step-ahead predictor of a model, as lines again."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from smid.models.parts import Line
+from smid.models.structure import causal_order
+from smid.models.symbols import references, rename_signals, signal, t
+
+__all__ = ["past_name", "predictor"]
+
+
+def past_name(name: str) -> str:
+    """Name the past version of a signal."""
+    return f"{name}__past"
+
+
+@lru_cache(maxsize=256)
+def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, ...]:
+    """Rewrite lines so that all they read of the past follows from the measured signals.
+
+    Each signal gets a second, past version: a measured one is the measurement, any other is computed by its
+    line from past versions.  Without it a static line between a measured signal and its feedback would carry
+    the prediction on instead of the measurement.
+
+    Parameters
+    ----------
+    lines : tuple of Line
+        Lines of the model, in causal order.
+    measured : frozenset of str
+        Defined signals that are measured.
+
+    Returns
+    -------
+    tuple of Line
+        Lines whose inputs are those of the model and the past versions of the measured signals.
+
+    Examples
+    --------
+    >>> w, u = signal("w"), signal("u")
+    >>> print(predictor((Line(w[t], w[t - 1] / 2 + u[t]),), frozenset({"w"}))[0].expression)
+    u[t] + w__past[t - 1]/2
+    """
+    past = {line.signal: past_name(line.signal) for line in lines}
+    rewritten = [
+        Line(signal(past[line.signal])[t], rename_signals(line.expression, past))
+        for line in lines
+        if line.signal not in measured
+    ]
+    for line in lines:
+        delayed = {
+            atom: signal(past[name])[t - lag]
+            for name, lag in references(line.expression)
+            if lag > 0 and name in past
+            for atom in (signal(name)[t - lag],)
+        }
+        rewritten.append(Line(line.target, line.expression.xreplace(delayed)))
+    needed = {line.signal for line in lines}
+    while True:
+        reads = {
+            name for item in rewritten if item.signal in needed for name, _ in references(item.expression)
+        }
+        if reads <= needed:
+            break
+        needed |= reads
+    return causal_order(line for line in rewritten if line.signal in needed)

@@ -1,0 +1,263 @@
+"""Free simulation and one-step-ahead prediction of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from smid.models.compiled import Array
+from smid.models.errors import ModelError
+from smid.models.model import Model
+from smid.models.predictor import past_name, predictor
+from smid.models.running import (
+    channel_samples,
+    input_signals,
+    measured_signals,
+    parameter_values,
+    run_lines,
+)
+from smid.models.sensor import signal_to_channel
+
+__all__ = ["Experiment", "Experiments", "Simulation", "predict", "predict_data", "simulate", "simulate_data"]
+
+
+class Experiment(Protocol):
+    """One uninterrupted record."""
+
+    @property
+    def values(self) -> Mapping[str, Array]:
+        """Samples of each channel, of shape (n,)."""
+
+
+class Experiments(Protocol):
+    """Any data set that lists its experiments."""
+
+    @property
+    def experiments(self) -> Sequence[Experiment]:
+        """The records."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What a model computed over a data set.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    outputs : tuple of Mapping of str to numpy.ndarray
+        Per experiment, the noise-free output channels, of shape (n,) each; ``outputs[i][channel]``.
+    signals : tuple of Mapping of str to numpy.ndarray
+        Per experiment, every signal; NaN before the first sample that inputs and initial states determine.
+    skip : int
+        Samples at the start of each experiment that come from the initial state, not from the model.
+    """
+
+    model: Model
+    outputs: tuple[Mapping[str, Array], ...]
+    signals: tuple[Mapping[str, Array], ...]
+    skip: int
+
+
+def simulate(
+    model: Model,
+    channels: Mapping[str, ArrayLike],
+    parameters: Mapping[str, ArrayLike] | None = None,
+    initial: Mapping[str, ArrayLike] | None = None,
+    n: int | None = None,
+    *,
+    check: bool = True,
+) -> dict[str, Array]:
+    """Run a model freely over one experiment, from the first `max_lag` samples of its states.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    channels : Mapping of str to array_like
+        Input channels of shape (n,); a noisy input may also be given by its true signal.  A measured output
+        channel is only used to choose the branch of a sensor curve.
+    parameters : Mapping of str to float or array_like, optional
+        Values, over those the model carries.  Arrays of shape (B,) run B parameter vectors at once.
+    initial : Mapping of str to array_like, optional
+        First samples of signals, at least `max_lag` each; other states start at rest, at zero.
+    n : int, optional
+        Number of samples; by default the length of the input channels.
+    check : bool
+        Whether to raise when the simulation leaves the finite range; otherwise inf and NaN are returned.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray
+        Every signal and every noise-free measured channel, of shape (n,), or (B, n) when batched.
+
+    Raises
+    ------
+    ModelError
+        If a channel or a value is missing, too short or not finite, or the simulation leaves the finite
+        range.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> simulate(OutputError(), {"u": [1.0, 1.0, 1.0]}, {"a1": -0.5, "b0": 1.0})["y"]
+    array([0. , 1. , 1.5])
+    """
+    values, batch = parameter_values(model, parameters)
+    inputs, count = input_signals(model, channels, values, n)
+    known = run_lines(model.lines, inputs, values, batch, initial or {}, count, check)
+    for item in model.measurements:
+        samples = channels.get(item.channel)
+        anchor = 0.0 if samples is None or item.inverse is None else float(np.nanmedian(np.asarray(samples)))
+        known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
+    return known
+
+
+def predict(
+    model: Model,
+    channels: Mapping[str, ArrayLike],
+    parameters: Mapping[str, ArrayLike] | None = None,
+    n: int | None = None,
+    *,
+    check: bool = True,
+) -> dict[str, Array]:
+    """Predict one step ahead over one experiment: every past output is the measured one.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    channels : Mapping of str to array_like
+        Input and measured output channels of shape (n,).
+    parameters : Mapping of str to float or array_like, optional
+        Values, over those the model carries; arrays of shape (B,) are batched.
+    n : int, optional
+        Number of samples; by default the length of the channels.
+    check : bool
+        Whether to raise when the prediction leaves the finite range.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray
+        Every signal and every noise-free measured channel; the first `max_lag` samples of outputs are
+        measured.
+
+    Raises
+    ------
+    ModelError
+        If a channel or a value is missing, or the prediction leaves the finite range.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> record = {"u": [1.0, 1.0, 1.0], "y": [0.0, 2.0, 0.0]}
+    >>> predict(OutputError(), record, {"a1": -0.5, "b0": 1.0})["y"]
+    array([0., 1., 2.])
+    """
+    values, batch = parameter_values(model, parameters)
+    inputs, count = input_signals(model, channels, values, n)
+    past = measured_signals(model, channels, values)
+    lines = predictor(model.lines, frozenset(past))
+    inputs |= {past_name(name): samples[..., :count] for name, samples in past.items()}
+    known = run_lines(lines, inputs, values, batch, past, count, check)
+    known = {name: samples for name, samples in known.items() if not name.endswith(past_name(""))}
+    for item in model.measurements:
+        anchor = (
+            float(np.nanmedian(channel_samples(channels, item.channel))) if item.inverse is not None else 0.0
+        )
+        known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
+    return known
+
+
+def simulate_data(
+    model: Model,
+    data: Experiments,
+    parameters: Mapping[str, float] | None = None,
+    initial: str | Mapping[str, ArrayLike] = "measured",
+) -> Simulation:
+    """Run a model freely over every experiment of a data set.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    data : Experiments
+        Anything with ``experiments``, each with ``values[channel]`` of shape (n,).
+    parameters : Mapping of str to float, optional
+        Values, over those the model carries.
+    initial : {"measured", "rest"} or Mapping of str to array_like
+        Where the first `max_lag` samples of the states come from: the measured outputs, zero, or given per
+        signal.
+
+    Returns
+    -------
+    Simulation
+        Outputs and signals per experiment.
+
+    Raises
+    ------
+    ModelError
+        If a channel or a value is missing, or the simulation leaves the finite range.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> from smid.models import OutputError
+    >>> record = SimpleNamespace(values={"u": np.ones(3), "y": np.array([4.0, 0.0, 0.0])})
+    >>> run = simulate_data(OutputError(), SimpleNamespace(experiments=(record,)), {"a1": -0.5, "b0": 1.0})
+    >>> run.outputs[0]["y"]
+    array([4. , 3. , 2.5])
+    """
+    if isinstance(initial, str) and initial not in ("measured", "rest"):
+        raise ModelError(
+            f"initial = {initial!r} is unknown: use 'measured', 'rest' or a mapping of signals to samples"
+        )
+    values, _ = parameter_values(model, parameters)
+    runs = []
+    for experiment in data.experiments:
+        start = initial
+        if isinstance(start, str):
+            start = measured_signals(model, experiment.values, values) if start == "measured" else {}
+        runs.append(simulate(model, experiment.values, parameters, start))
+    return _collect(model, runs)
+
+
+def predict_data(
+    model: Model, data: Experiments, parameters: Mapping[str, float] | None = None
+) -> Simulation:
+    """Predict one step ahead over every experiment of a data set.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    data : Experiments
+        Anything with ``experiments``, each with ``values[channel]`` of shape (n,).
+    parameters : Mapping of str to float, optional
+        Values, over those the model carries.
+
+    Returns
+    -------
+    Simulation
+        Outputs and signals per experiment.
+
+    Raises
+    ------
+    ModelError
+        If a channel or a value is missing, or the prediction leaves the finite range.
+    """
+    return _collect(model, [predict(model, item.values, parameters) for item in data.experiments])
+
+
+def _collect(model: Model, runs: Sequence[Mapping[str, Array]]) -> Simulation:
+    names = (*model.inputs, *(line.signal for line in model.lines))
+    return Simulation(
+        model,
+        tuple({channel: run[channel] for channel in model.output_channels} for run in runs),
+        tuple({name: run[name] for name in names} for run in runs),
+        model.max_lag,
+    )

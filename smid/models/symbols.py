@@ -1,0 +1,199 @@
+"""The symbols that the lines of a model are written in: time, signals, and what an expression refers to."""
+
+from __future__ import annotations
+
+import sympy
+
+from smid.models.errors import ModelError
+
+__all__ = ["VALUE", "canonical", "number", "plain_symbols", "references", "rename_signals", "signal", "t"]
+
+t = sympy.Symbol("t", integer=True)
+"""Discrete time, the only index of a signal."""
+
+VALUE = sympy.Symbol("value", real=True)
+"""The argument of a sensor's inverse curve: the measured value without its noise."""
+
+
+def signal(name: str) -> sympy.IndexedBase:
+    """Give the signal of that name, to be indexed by time as in ``signal("w")[t - 1]``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the signal.
+
+    Returns
+    -------
+    sympy.IndexedBase
+        A real-valued sequence.
+
+    Examples
+    --------
+    >>> w = signal("w")
+    >>> w[t - 1] + 1
+    w[t - 1] + 1
+    """
+    return sympy.IndexedBase(name, real=True)
+
+
+def number(value: float) -> sympy.Expr:
+    """Turn a number into sympy without changing its value; whole numbers become integers.
+
+    Parameters
+    ----------
+    value : float
+        A finite number.
+
+    Returns
+    -------
+    sympy.Expr
+        ``Integer`` for whole numbers, the binary ``Float`` of the same value otherwise.
+
+    Examples
+    --------
+    >>> number(2.0), number(0.5)
+    (2, 0.500000000000000)
+    """
+    whole = float(value).is_integer()
+    return sympy.Integer(int(value)) if whole else sympy.Float(float(value))
+
+
+def _lag(reference: sympy.Indexed) -> int:
+    """Give k for ``name[t - k]``."""
+    index = reference.indices[0]
+    symbols = [symbol for symbol in index.free_symbols if symbol.name == "t"]
+    lag = symbols[0] - index if len(reference.indices) == 1 and symbols else None
+    if lag is None or not lag.is_Integer:
+        raise ModelError(
+            f"'{reference}' is not a signal at a fixed lag: index it as [t - k], k a whole number"
+        )
+    return int(lag)
+
+
+def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
+    """List the signals an expression reads, each with its lag.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Right-hand side of a line.
+
+    Returns
+    -------
+    frozenset of (str, int)
+        Pairs of signal name and lag k, for ``name[t - k]``.
+
+    Raises
+    ------
+    ModelError
+        If an index is not ``t - k`` with a whole number k.
+
+    Examples
+    --------
+    >>> sorted(references(signal("w")[t - 1] * signal("u")[t]))
+    [('u', 0), ('w', 1)]
+    """
+    return frozenset((str(atom.base.label), _lag(atom)) for atom in expression.atoms(sympy.Indexed))
+
+
+def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
+    """List the names of the symbols outside any signal: parameters, and ``VALUE`` in a sensor curve.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Any expression.
+
+    Returns
+    -------
+    frozenset of str
+        Names.  ``free_symbols`` would also list the labels of the signals.
+
+    Examples
+    --------
+    >>> sorted(plain_symbols(sympy.Symbol("a") * signal("w")[t - 1]))
+    ['a']
+    """
+    return frozenset(symbol.name for symbol in _outside_signals(expression))
+
+
+def _outside_signals(expression: sympy.Expr) -> set[sympy.Symbol]:
+    symbols: set[sympy.Symbol] = set()
+    stack = [expression]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, sympy.Symbol):
+            symbols.add(node)
+        elif not isinstance(node, sympy.Indexed):
+            stack.extend(node.args)
+    return symbols
+
+
+def canonical(expression: sympy.Expr) -> sympy.Expr:
+    """Rewrite every symbol and signal with this package's assumptions.
+
+    ``Symbol("a")`` and ``Symbol("a", real=True)`` are different objects to sympy; a user who wrote the first
+    would otherwise be told that a parameter he can see is undefined.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Anything sympy can read as an expression.
+
+    Returns
+    -------
+    sympy.Expr
+        The same expression in real symbols and real signals.
+
+    Raises
+    ------
+    ModelError
+        If it is no expression, or a signal is indexed by something else than ``t - k``.
+
+    Examples
+    --------
+    >>> canonical(sympy.Symbol("a")) == sympy.Symbol("a", real=True)
+    True
+    """
+    try:
+        expression = sympy.sympify(expression, strict=True)
+    except sympy.SympifyError:
+        raise ModelError(
+            f"{expression!r} is no sympy expression: build it from symbols and signals"
+        ) from None
+    if not isinstance(expression, sympy.Expr):
+        raise ModelError(
+            f"{expression!r} is no expression: give the right-hand side only, without a relation"
+        )
+    signals = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
+    symbols = {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
+    return expression.xreplace({**symbols, **signals})
+
+
+def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
+    """Read other signals in place of some, at the same lags.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Right-hand side of a line.
+    names : dict of str to str
+        New name for each old one.
+
+    Returns
+    -------
+    sympy.Expr
+        The rewritten expression.
+
+    Examples
+    --------
+    >>> rename_signals(signal("w")[t - 1], {"w": "z"})
+    z[t - 1]
+    """
+    replacement = {
+        atom: signal(names[str(atom.base.label)])[atom.indices[0]]
+        for atom in expression.atoms(sympy.Indexed)
+        if str(atom.base.label) in names
+    }
+    return expression.xreplace(replacement)
