@@ -77,8 +77,12 @@ class Balls:
     def __mul__(self, other: Balls) -> Balls:
         mid = self.mid * other.mid
         rad = np.abs(self.mid) * other.rad + np.abs(other.mid) * self.rad + self.rad * other.rad
-        exact_zero = (mid == 0) & (rad == 0) & ((self.mid == 0) | (other.mid == 0))
-        return Balls(mid, np.where(exact_zero, 0.0, (rad + EPSILON * np.abs(mid) + TINY) * _UP))
+        # Zero and powers of two multiply without rounding (short of underflow): data that are only copied or negated
+        # stay exact, and with them the simulations that verify a witness.
+        either_zero = (self.mid == 0) | (other.mid == 0)
+        exact = (_is_trivial(self.mid) | _is_trivial(other.mid)) & ((np.abs(mid) > TINY) | either_zero)
+        rounding = np.where(exact, 0.0, EPSILON * np.abs(mid) + TINY)
+        return Balls(mid, np.where(rad + rounding > 0, (rad + rounding) * _UP + TINY, 0.0))
 
     def __truediv__(self, other: Balls) -> Balls:
         least = np.abs(other.mid) - other.rad  # distance of the divisor from zero
@@ -121,6 +125,11 @@ class Balls:
         # One term is copied, not rounded: exact data stay exact.
         rounding = np.where(count > 1, count * EPSILON * absolute, 0.0)
         return Balls(mid, (rad + rounding) * (1 + (count + 8) * EPSILON))
+
+
+def _is_trivial(values: Array) -> NDArray[np.bool_]:
+    mantissa, _ = np.frexp(values)
+    return np.asarray((np.abs(mantissa) == 0.5) | (values == 0))
 
 
 def concatenate(parts: list[Balls]) -> Balls:
