@@ -99,9 +99,7 @@ def ramp_current(corners: Corners) -> NDArray[np.float64]:
     return np.round(np.interp(np.arange(corner_times[-1] + 1), corner_times, levels), 2)
 
 
-def simulate_pressure(
-    current: NDArray[np.float64], alpha: float, gamma: tuple[float, ...]
-) -> NDArray[np.float64]:
+def simulate_pressure(current: NDArray[np.float64], alpha: float, gamma: tuple[float, ...]) -> NDArray[np.float64]:
     """Return the noise-free pressure w in bar, from rest."""
     v = INPUT_SCALE * current
     x = ((gamma[0] * v + gamma[1]) * v + gamma[2]) * v * v * v

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,8 +59,8 @@ class Balls:
         mid = float(value)
         return Balls(np.asarray(mid), np.asarray(0.0 if Fraction(mid) == value else abs(mid) * EPSILON + TINY))
 
-    def __getitem__(self, index: object) -> Balls:
-        return Balls(self.mid[index], self.rad[index])  # type: ignore[index]
+    def __getitem__(self, index: Any) -> Balls:
+        return Balls(self.mid[index], self.rad[index])
 
     def __len__(self) -> int:
         return len(self.mid)
@@ -82,14 +83,17 @@ class Balls:
         either_zero = (self.mid == 0) | (other.mid == 0)
         exact = (_is_trivial(self.mid) | _is_trivial(other.mid)) & ((np.abs(mid) > TINY) | either_zero)
         rounding = np.where(exact, 0.0, EPSILON * np.abs(mid) + TINY)
-        return Balls(mid, np.where(rad + rounding > 0, (rad + rounding) * _UP + TINY, 0.0))
+        zero = ((self.mid == 0) & (self.rad == 0)) | ((other.mid == 0) & (other.rad == 0))
+        uncertain = ~zero & ((self.rad > 0) | (other.rad > 0) | (rounding > 0))
+        return Balls(mid, np.where(uncertain, (rad + rounding) * _UP + TINY, 0.0))
 
     def __truediv__(self, other: Balls) -> Balls:
         least = np.abs(other.mid) - other.rad  # distance of the divisor from zero
         if np.any(least <= 0):
             raise ZeroDivisionError("a divisor's enclosure contains zero")
         mid = self.mid / other.mid
-        rad = (self.rad + np.abs(mid) * other.rad) / (least * (1 - 4 * EPSILON))
+        # A product that underflows here would be missed by the division.
+        rad = (self.rad + np.abs(mid) * other.rad + TINY * (other.rad > 0)) / (least * (1 - 4 * EPSILON))
         return Balls(mid, (rad + EPSILON * np.abs(mid) + TINY) * _UP)
 
     def __pow__(self, exponent: int) -> Balls:
@@ -99,8 +103,10 @@ class Balls:
         return result
 
     def scaled(self, powers_of_two: Array) -> Balls:
-        """Return the product with exact powers of two, which adds no rounding (short of underflow)."""
-        return Balls(self.mid * powers_of_two, self.rad * np.abs(powers_of_two) + TINY * (self.rad > 0))
+        """Return the product with exact powers of two, which rounds nothing but what underflows."""
+        mid = self.mid * powers_of_two
+        rounded = (self.rad > 0) | ((np.abs(mid) < TINY) & (self.mid != 0))
+        return Balls(mid, self.rad * np.abs(powers_of_two) + TINY * rounded)
 
     def magnitude(self) -> Array:
         """Return an upper bound of the absolute value, elementwise."""
@@ -118,7 +124,7 @@ class Balls:
 
     def segment_sum(self, segment: Index, n_segments: int) -> Balls:
         """Return the sums over equal ``segment`` numbers, one ball for each of ``n_segments``."""
-        mid = np.bincount(segment, self.mid, n_segments)
+        mid = np.asarray(np.bincount(segment, self.mid, n_segments), dtype=np.float64)
         absolute = np.bincount(segment, np.abs(self.mid), n_segments)
         rad = np.bincount(segment, self.rad, n_segments)
         count = np.bincount(segment, minlength=n_segments)

@@ -6,11 +6,11 @@ Let U be the unbounded variables, and let every constraint be affine in them tog
 
     s f_0 + sum_k m_k rho_k f_k,
 
-is a polynomial again, over variables that are all bounded. A latent that enters the rows with s only, as ``s z``, becomes
-one variable ``z'`` with ``s l <= z' <= s u``, which keeps the problem linear in it. On each face ``rho_k = 1`` and
-``rho_k = -1`` a certified lower bound ``s_min > 0`` of s proves ``tau <= 1 / s_min`` there; an empty face proves
-``tau < 1``. The largest tau over all faces bounds every variable of U. Where ``s_min`` stays at zero the data do not
-bound the variables (or the order is too low to show it), and that is reported.
+is a polynomial again, over variables that are all bounded. A latent that enters the rows with s only, as ``s z``,
+becomes one variable ``z'`` with ``s l <= z' <= s u``, which keeps the problem linear in it. On each face
+``rho_k = 1`` and ``rho_k = -1`` a certified lower bound ``s_min > 0`` of s proves ``tau <= 1 / s_min`` there; an empty
+face proves ``tau < 1``. The largest tau over all faces bounds every variable of U. Where ``s_min`` stays at zero the
+data do not bound the variables (or the order is too low to show it), and that is reported.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relaxations.balls import Array, Balls, Index, concatenate
-from relaxations.hierarchy import Progress, intervals
+from relaxations.hierarchy import Progress, intervals, lowest, relax, resolve, uninterrupted
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials, pad
 from relaxations.problem import PolynomialProblem
@@ -90,7 +91,13 @@ def derive_box(
 
 def _least_scale(face: PolynomialProblem, s: int, solver: str, progress: Progress | None) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
-    found = intervals(face, [s], solver=solver, rounds=4, witnesses=False, progress=progress)
+    method, order, complicating = resolve(face, "auto", None)
+    first = relax(face, method, lowest(face, method, complicating), solver).bound(face.variable(s))
+    if first.bound > 0:
+        return first.bound
+    found = uninterrupted(
+        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress)
+    )
     return np.inf if found.empty is not None else found.intervals[0].lower
 
 
@@ -101,9 +108,7 @@ def _jointly_affine(problem: PolynomialProblem, loose: Index) -> bool:
     )
 
 
-def _homogenise(
-    problem: PolynomialProblem, loose: Index, magnitude: Array
-) -> tuple[PolynomialProblem, Array]:
+def _homogenise(problem: PolynomialProblem, loose: Index, magnitude: Array) -> tuple[PolynomialProblem, Array]:
     """Return the problem in (rho, z', s) and the scale of each loose variable."""
     n = problem.n_variables
     # A power of two: multiplying coefficients by it rounds nothing.
@@ -120,9 +125,7 @@ def _homogenise(
         np.append(lower, 0.0),
         np.append(upper, 1.0),
         _rows(problem.equalities, loose, riding, scale, n),
-        Polynomials.join(
-            [_rows(problem.inequalities, loose, riding, scale, n), _cone_of_box(problem, riding, n)]
-        ),
+        Polynomials.join([_rows(problem.inequalities, loose, riding, scale, n), _cone_of_box(problem, riding, n)]),
     )
     return moved, scale
 
@@ -137,9 +140,9 @@ def _riding(problem: PolynomialProblem, loose: Index) -> Index:
     for family in (problem.equalities, problem.inequalities):
         factors = family.factors
         real = factors >= 0
-        beside = np.isin(factors, loose).any(axis=1)
+        beside = np.flatnonzero(np.any(np.isin(factors, loose), axis=1))
         candidate[factors[beside][real[beside]]] = False
-        crowded = (candidate[factors] & real).sum(axis=1) > 1
+        crowded = np.flatnonzero(np.sum(candidate[factors] & real, axis=1) > 1)
         candidate[factors[crowded][real[crowded]]] = False
     return np.flatnonzero(candidate)
 
@@ -147,8 +150,8 @@ def _riding(problem: PolynomialProblem, loose: Index) -> Index:
 def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int) -> Polynomials:
     """Multiply the rows that hold a loose or riding variable by s, and put the new variables in."""
     real = family.factors >= 0
-    is_loose = (np.isin(family.factors, loose) & real).any(axis=1)
-    is_riding = (np.isin(family.factors, riding) & real).any(axis=1)
+    is_loose = np.any(np.isin(family.factors, loose) & real, axis=1)
+    is_riding = np.any(np.isin(family.factors, riding) & real, axis=1)
     touched = np.zeros(family.n_rows, dtype=bool)
     touched[family.rows[is_loose | is_riding]] = True
     times_s = touched[family.rows] & ~is_loose & ~is_riding
@@ -158,7 +161,7 @@ def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int
     return Polynomials(family.n_rows, family.rows, factors, family.coefficients.scaled(factor_scale)).collect()
 
 
-def _first_column(factors: Index) -> Array:
+def _first_column(factors: Index) -> NDArray[np.bool_]:
     first = np.zeros(factors.shape, dtype=bool)
     first[:, 0] = True
     return first

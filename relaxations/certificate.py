@@ -6,8 +6,8 @@ With any floats ``lambda`` and any float matrices ``F_j`` put
 
 On the feasible set the two sums are zero and nonnegative, every scaled monomial lies in [-1, 1] and the constant one is
 1. Hence ``objective >= r_0 - sum_{i > 0} |r_i|`` there. All coefficients of r are computed with their rounding errors,
-those of ``F F'`` included, so the right-hand side is a theorem. With objective zero and a positive bound the feasible set
-is empty (a Farkas certificate).
+those of ``F F'`` included, so the right-hand side is a theorem. With objective zero and a positive bound the feasible
+set is empty (a Farkas certificate).
 """
 
 from __future__ import annotations
@@ -52,11 +52,13 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
     finite = np.isfinite(multipliers.equalities).all() and all(np.isfinite(f).all() for f in multipliers.factors)
     if not finite:
         return Certificate(-np.inf, np.inf, multipliers)
-    residual = residual_polynomial(relaxation, objective, multipliers)
-    magnitudes = residual[1:].magnitude()
-    # A sum of n nonnegative floats, rounded: at most n EPSILON below the exact one.
-    total = float(magnitudes.sum()) * (1 + (len(magnitudes) + 4) * 2.0**-52)
-    bound = np.nextafter(float(residual.lower[0]) - total, -np.inf)
+    # A diverging dual may overflow on the way: infinities and NaN spread to the bound, which then proves nothing.
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = residual_polynomial(relaxation, objective, multipliers)
+        magnitudes = residual[1:].magnitude()
+        # A sum of n nonnegative floats, rounded: at most n EPSILON below the exact one.
+        total = float(magnitudes.sum()) * (1 + (len(magnitudes) + 4) * 2.0**-52)
+        bound = np.nextafter(float(residual.lower[0]) - total, -np.inf)
     return Certificate(float(bound) if np.isfinite(bound) else -np.inf, total, multipliers)
 
 

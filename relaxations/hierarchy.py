@@ -19,8 +19,8 @@ from relaxations.balls import Array, Index
 from relaxations.certificate import Certificate, certify
 from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
 from relaxations.errors import ProblemError
-from relaxations.lasserre import METHODS, lasserre
-from relaxations.lift import complicating_variables, least_order, lift
+from relaxations.lasserre import METHODS, groups, lasserre
+from relaxations.lift import complicating_variables, degrees_in, least_order, lift
 from relaxations.moment import Relaxation
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
@@ -30,6 +30,11 @@ from relaxations.solvers.interface import check_solver
 from relaxations.witness import MARGINS, Witness, search, verify
 
 Progress = Callable[[str], None]
+
+WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
+STALLED = 0.01
+FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
+DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 
 
 class Proof(Enum):
@@ -117,7 +122,7 @@ class Enclosure:
     witnesses: tuple[Array, ...]
     empty: Emptiness | None
     method: str
-    order: int
+    order: int  # the highest order used
     reason: Reason
     rounds: int
     solves: int
@@ -147,11 +152,16 @@ class Relaxed:
             raise ProblemError("the objective has a monomial that this relaxation has no moment for: raise the order")
         np.add.at(cost, moment, scaled.coefficients.mid)
         solution = solve(self.program, cost, self.solver)
-        dual = multipliers(self.relaxation, self.program, solution.dual)
-        if solution.stop is Stop.INFEASIBLE:
-            proof = certify(self.relaxation, Polynomials.from_terms([{}]), dual)
+        if not np.isfinite(solution.dual).all():
+            return Outcome(-np.inf, None, solution.status, None)
+        largest = float(np.max(np.abs(solution.dual), initial=0.0))
+        if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
+            # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
+            ray = multipliers(self.relaxation, self.program, solution.dual / largest)
+            proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
             if proof.bound > 0:
                 return Outcome(np.inf, proof, solution.status, None)
+        dual = multipliers(self.relaxation, self.program, solution.dual)
         proof = certify(self.relaxation, scaled, dual)
         point = self.scaling.recover(self.relaxation.first_order(solution.moments))
         return Outcome(proof.bound, proof, solution.status, point)
@@ -163,10 +173,10 @@ class Relaxed:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One certified bound; infinite where the set is certified empty."""
+    """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven."""
 
     bound: float
-    certificate: Certificate
+    certificate: Certificate | None
     status: str
     point: Array | None
 
@@ -184,14 +194,17 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
         raise ProblemError(f"unknown method {method!r}: choose auto, lift, {', '.join(METHODS)}")
     if method == "lift" and complicating is None:
         raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-    if method == "lift":
-        assert complicating is not None
-        least, usual = least_order(problem, complicating), 2 if len(complicating) <= 2 else 1
-    else:
-        least, usual = max(1, -(-problem.degree // 2)), 2
+    found = np.zeros(0, dtype=np.int64) if complicating is None else complicating
+    least = lowest(problem, method, found)
+    usual = 1 if method == "lift" and len(found) > 2 else 2
     if order is not None and order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    return method, order or max(least, usual), np.zeros(0, dtype=np.int64) if complicating is None else complicating
+    return method, order or max(least, usual), found
+
+
+def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
+    """Return the least order that the degrees allow."""
+    return least_order(problem, complicating) if method == "lift" else max(1, -(-problem.degree // 2))
 
 
 def relax(
@@ -211,16 +224,17 @@ def relax(
 def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
     """Return the share of each of the problem's equalities in a dual solution.
 
-    The lift lists the multiples of the equalities in order of their degree and number; only families of one degree (all
-    that :mod:`smid` makes) are told apart, others share alike.
+    A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
+    :mod:`smid` makes do in the lift; otherwise they share alike.
     """
     count = problem.equalities.n_rows
-    magnitude = np.abs(dual.equalities)
-    if not count or relaxation.method != "lift" or len(magnitude) % count:
-        return np.full(count, 1.0 / max(count, 1))
-    weights = magnitude.reshape(count, -1).sum(axis=1)
+    alike = np.full(count, 1.0 / max(count, 1))
+    degrees = np.unique(degrees_in(problem.equalities, relaxation.complicating))
+    if relaxation.method != "lift" or len(degrees) != 1:
+        return alike
+    weights = np.abs(dual.equalities).reshape(count, -1).sum(axis=1)
     total = weights.sum()
-    return np.asarray(weights / total if total > 0 else np.full(count, 1.0 / count), dtype=np.float64)
+    return np.asarray(weights / total if total > 0 else alike, dtype=np.float64)
 
 
 @dataclass
@@ -244,7 +258,7 @@ def intervals(
     order: int | None = None,
     solver: str = "clarabel",
     tolerance: float = 1e-4,
-    rounds: int = 6,
+    rounds: int = 10,
     witnesses: bool = True,
     known: Sequence[Array] = (),
     absolute: float = 0.0,
@@ -260,10 +274,10 @@ def intervals(
         Variables whose intervals are asked for.
     method : {"auto", "lift", "sparse", "dense", "textbook"}
     order : int, optional
-        Relaxation order; see :func:`resolve` for the default.
+        Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
     solver : str
     tolerance : float
-        Stop once every gap is below ``tolerance`` times the interval's width.
+        Stop once every gap is below ``tolerance`` times the interval's width (or 1e-7 of the value).
     rounds : int
         At most so many contractions.
     witnesses : bool
@@ -285,16 +299,21 @@ def intervals(
     if rounds < 1:
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
     method, order, complicating = resolve(problem, method, order)
+    least = lowest(problem, method, complicating)
     Scaling.of_box(problem)  # refuses an infinite box before any work
+    if method != "lift":
+        groups(problem, order, method)  # refuses blocks that are too wide, at the highest order
     say = progress or (lambda _: None)
     watched = sorted({*targets, *complicating.tolist()})
     ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
     empty: Emptiness | None = None
     reason, done, relaxed = Reason.ROUNDS, 0, None
+    # Lower orders contract the box at a fraction of the cost, so they go first.
+    current_order = least
     try:
         for done in range(1, rounds + 1):
             current = problem.with_box(ends.lower, ends.upper)
-            relaxed = relax(current, method, order, solver)
+            relaxed = relax(current, method, current_order, solver)
             before = (ends.lower.copy(), ends.upper.copy())
             last = done == rounds
             empty = _round(problem, relaxed, ends, targets, watched, complicating, witnesses, last, say)
@@ -304,7 +323,10 @@ def intervals(
             if witnesses and _tight(ends, targets):
                 reason = Reason.TIGHT
                 break
-            if not _shrunk(before, ends, watched):
+            shrinkage = _shrinkage(before, ends, watched)
+            if current_order < order and shrinkage < WORTH_STAYING:
+                current_order += 1
+            elif shrinkage < STALLED:
                 reason = Reason.STALLED
                 break
     except KeyboardInterrupt:
@@ -316,7 +338,7 @@ def intervals(
         tuple(ends.pool),
         empty,
         method,
-        order,
+        current_order,
         reason,
         done,
         ends.solves,
@@ -347,14 +369,17 @@ def _round(
                 continue
             outcome = relaxed.bound(problem.variable(k, sign))
             ends.solves += 1
+            ends.status[k, sign] = outcome.status
+            proof = outcome.certificate
+            if proof is None:
+                continue
             if outcome.bound == np.inf:
-                return relaxed.emptiness(outcome.certificate)
+                return relaxed.emptiness(proof)
             width = ends.upper[k] - ends.lower[k]
             gained = _tighten(ends, k, sign, outcome.bound)
-            ends.status[k, sign] = outcome.status
             if ends.lower[k] > ends.upper[k]:
                 # Two proven bounds that contradict each other: no point satisfies both.
-                return relaxed.emptiness(outcome.certificate)
+                return relaxed.emptiness(proof)
             # A witness is worth its linear programs once an end has settled.
             settled = last or gained < 0.1 * width
             if witnesses and k in targets and settled and outcome.point is not None:
@@ -408,7 +433,9 @@ def find_witness(
         begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
         point = search(scaled, cost, complicating, begin, margin)
-        witness = None if point is None else verify(problem, objective, scaling.recover(point))
+        if point is None:  # a wider margin leaves even less room
+            return None
+        witness = verify(problem, objective, scaling.recover(point))
         if witness is not None:
             return witness
     return None
@@ -424,18 +451,19 @@ def _end_tight(ends: _Ends, k: int, sign: int) -> bool:
     if np.isnan(inner[0]):
         return False
     gap = inner[0] - ends.lower[k] if sign > 0 else ends.upper[k] - inner[1]
-    return bool(gap <= max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute))
+    size = max(abs(ends.lower[k]), abs(ends.upper[k]))
+    return bool(gap <= max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute, FLOOR * size))
 
 
 def _tight(ends: _Ends, targets: Sequence[int]) -> bool:
     return all(_end_tight(ends, k, sign) for k in targets for sign in (1, -1))
 
 
-def _shrunk(before: tuple[Array, Array], ends: _Ends, watched: Sequence[int]) -> bool:
-    """Tell whether any watched width fell by more than one percent."""
+def _shrinkage(before: tuple[Array, Array], ends: _Ends, watched: Sequence[int]) -> float:
+    """Return the largest share of its width that a watched variable lost."""
     old = before[1][watched] - before[0][watched]
     new = ends.upper[watched] - ends.lower[watched]
-    return bool((new < 0.99 * old).any())
+    return float(np.max(1 - new[old > 0] / old[old > 0], initial=0.0))
 
 
 def _interval(problem: PolynomialProblem, ends: _Ends, k: int) -> Interval:
@@ -451,6 +479,15 @@ def _interval(problem: PolynomialProblem, ends: _Ends, k: int) -> Interval:
         (bool(lower == problem.lower[k]), bool(upper == problem.upper[k])),
         (ends.status.get((k, 1), "not solved"), ends.status.get((k, -1), "not solved")),
     )
+
+
+def uninterrupted(enclosure: Enclosure) -> Enclosure:
+    """Return an enclosure that ran to its end; raise what stopped it where a caller cannot use a part."""
+    if enclosure.reason is Reason.INTERRUPTED:
+        raise KeyboardInterrupt
+    if enclosure.reason is Reason.MEMORY:
+        raise MemoryError
+    return enclosure
 
 
 def contracted(problem: PolynomialProblem, enclosure: Enclosure) -> PolynomialProblem:

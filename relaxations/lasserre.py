@@ -5,8 +5,9 @@ to degree d:
 
     L(b_d b_d') >= 0,   L(g b b') >= 0 with deg(g b b') <= 2 d,   L(h m) = 0 with deg(h m) <= 2 d,
 
-and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there; ``"sparse"`` and ``"dense"``
-reduce every semidefinite block to its face (:mod:`relaxations.reductions.facial`) and drop dependent equalities.
+and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there; ``"sparse"`` and
+``"dense"`` reduce every semidefinite block to its face (:mod:`relaxations.reductions.facial`) and drop dependent
+equalities.
 
 References
 ----------
@@ -51,24 +52,13 @@ def lasserre(
     ProblemError
         Where the order is too low (the least one is named) or a block would be too wide for memory.
     """
-    least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
-    if order < least:
-        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    groups = (
-        (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
-    )
-    widest = max(comb(len(c) + order, order) for c in groups)
-    if widest > WIDEST:
-        raise ProblemError(
-            f"order {order} with {max(len(c) for c in groups)} variables in a clique asks for a semidefinite block of "
-            f"width {widest} (at most {WIDEST}): lower the order, or choose method='lift' or 'sparse'"
-        )
+    own_groups = groups(problem, order, method, objective)
     one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
     equalities, localisers = [], []
-    own_equalities = _assign(problem.equalities, groups)
-    own_inequalities = _assign(problem.inequalities, groups)
+    own_equalities = _assign(problem.equalities, own_groups)
+    own_inequalities = _assign(problem.inequalities, own_groups)
     boxed: set[int] = set()
-    for k, clique in enumerate(groups):
+    for k, clique in enumerate(own_groups):
         equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
         products = facial.multiplied(equal, clique, 2 * order)
         if method != "textbook" and products.n_rows > 1:
@@ -92,7 +82,25 @@ def lasserre(
             members = unequal.take(np.flatnonzero(unequal.row_degrees() == degree))
             half = order - -(-degree // 2)
             localisers.append(_localise(members, clique, half, faces[half]))
-    return assemble(method, order, problem.n_variables, equalities, localisers)
+    return assemble(method, order, problem.n_variables, np.zeros(0, dtype=np.int64), equalities, localisers)
+
+
+def groups(
+    problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
+) -> tuple[tuple[int, ...], ...]:
+    """Return the cliques a relaxation is built on; ProblemError where the order is too low or a block too wide."""
+    least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
+    if order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    found = (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
+    largest = max(len(c) for c in found)
+    widest = comb(largest + order, order)
+    if widest > WIDEST:
+        raise ProblemError(
+            f"order {order} with {largest} variables in a clique asks for a semidefinite block of width {widest} "
+            f"(at most {WIDEST}): lower the order, or choose method='lift' or 'sparse'"
+        )
+    return found
 
 
 def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> list[list[int]]:

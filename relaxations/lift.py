@@ -26,7 +26,7 @@ import numpy as np
 from relaxations.balls import Balls, Index
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
-from relaxations.polynomial import Factors, Polynomials, unique
+from relaxations.polynomial import Polynomials, unique
 from relaxations.problem import PolynomialProblem
 
 MOST_COMPLICATING = 8
@@ -86,9 +86,7 @@ def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None
 
 def least_order(problem: PolynomialProblem, complicating: Index) -> int:
     """Return the least order at which every constraint fits."""
-    degree = max(
-        int(_degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities)
-    )
+    degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities))
     return max(1, -(-degree // 2))
 
 
@@ -139,24 +137,24 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
             smaller = monomials_up_to(complicating, half - 1)
             for factor in _square_box_factors(complicating):
                 localisers.append(localise(_times(members, factor), smaller))
-    return assemble("lift", order, problem.n_variables, equalities, localisers, [_singles(problem.n_variables)])
+    singles = np.arange(problem.n_variables, dtype=np.int64).reshape(-1, 1)
+    return assemble("lift", order, problem.n_variables, complicating, equalities, localisers, [singles])
 
 
-def _degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
+def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
+    """Return the degree of each member in the complicating variables, shape (n_rows,)."""
     degrees = np.zeros(polynomials.n_rows, dtype=np.int64)
     np.maximum.at(degrees, polynomials.rows, np.isin(polynomials.factors, complicating).sum(axis=1))
     return degrees
 
 
 def _by_degree(polynomials: Polynomials, complicating: Index) -> list[tuple[int, Polynomials]]:
-    degrees = _degrees_in(polynomials, complicating)
+    degrees = degrees_in(polynomials, complicating)
     return [(int(k), polynomials.take(np.flatnonzero(degrees == k))) for k in np.unique(degrees)]
 
 
 def _affine_box_factors(complicating: Index) -> list[Polynomials]:
-    return [
-        Polynomials.from_terms([{(): 1.0, (int(p),): sign}]) for p in complicating for sign in (1.0, -1.0)
-    ]
+    return [Polynomials.from_terms([{(): 1.0, (int(p),): sign}]) for p in complicating for sign in (1.0, -1.0)]
 
 
 def _square_box_factors(complicating: Index) -> list[Polynomials]:
@@ -174,7 +172,3 @@ def _times(members: Polynomials, factor: Polynomials) -> Polynomials:
         parts.factors,
         Balls(parts.coefficients.mid * signs, parts.coefficients.rad),
     )
-
-
-def _singles(n_variables: int) -> Factors:
-    return np.arange(n_variables, dtype=np.int64).reshape(-1, 1)

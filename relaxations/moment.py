@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
 
@@ -62,6 +62,8 @@ class Relaxation:
     order : int
     n_variables : int
         Variables of the scaled problem.
+    complicating : ndarray of int
+        The lift's complicating variables; empty for Lasserre's relaxations.
     monomials : ndarray, shape (n_moments, degree)
         Monomial of each moment; row 0 is the constant 1.
     equality_row, equality_moment, equality_coefficient
@@ -73,6 +75,7 @@ class Relaxation:
     method: str
     order: int
     n_variables: int
+    complicating: Index
     monomials: Factors
     n_equalities: int
     equality_row: Index
@@ -129,11 +132,12 @@ def assemble(
     method: str,
     order: int,
     n_variables: int,
+    complicating: Index,
     equalities: Sequence[Polynomials],
     localisers: Sequence[Localiser],
     monomials: Sequence[Factors] = (),
 ) -> Relaxation:
-    """Number the moments and collect the coefficients: one pass of NumPy over all terms.
+    """Give every moment its number and collect the coefficients, in one pass of NumPy over all terms.
 
     ``monomials`` are kept as moments even where no constraint mentions them.
     """
@@ -144,14 +148,14 @@ def assemble(
     numbered, which = unique(everything)
     # The packed words sort -1 first, so the constant is moment 0.
     cuts = np.cumsum([1, *(len(p) for p in parts)])
-    moments = [which[a:b] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    moments = [which[a:b] for a, b in pairwise(cuts)]
 
     row, moment, coefficient = _collect(equality, moments[0], len(numbered))
     blocks = tuple(
         _blocks(loc, m, len(numbered)) for loc, m in zip(localisers, moments[1 : 1 + len(localisers)], strict=True)
     )
     return Relaxation(
-        method, order, n_variables, numbered, equality.n_rows, row, moment, coefficient, merge(blocks)
+        method, order, n_variables, complicating, numbered, equality.n_rows, row, moment, coefficient, merge(blocks)
     )
 
 
@@ -165,9 +169,7 @@ def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
     row, moment, coefficient = _collect(localiser.entries, moments, n_moments)
     i, j = np.triu_indices(localiser.size)
     block, entry = np.divmod(row, len(i))
-    return Blocks(
-        localiser.size, localiser.count, block, i[entry], j[entry], moment, coefficient, localiser.congruence
-    )
+    return Blocks(localiser.size, localiser.count, block, i[entry], j[entry], moment, coefficient, localiser.congruence)
 
 
 def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:

@@ -154,9 +154,7 @@ class Polynomials:
         place = np.full(self.n_rows, -1, dtype=np.int64)
         place[rows] = np.arange(len(rows))
         kept = place[self.rows] >= 0
-        return Polynomials(
-            len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept]
-        )
+        return Polynomials(len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept])
 
     def collect(self) -> Polynomials:
         """Add up equal monomials of a row and drop exact zeros."""
@@ -204,14 +202,12 @@ class Polynomials:
 
     def scale_rows(self, powers_of_two: Array) -> Polynomials:
         """Multiply each member by an exact power of two."""
-        return Polynomials(
-            self.n_rows, self.rows, self.factors, self.coefficients.scaled(powers_of_two[self.rows])
-        )
+        return Polynomials(self.n_rows, self.rows, self.factors, self.coefficients.scaled(powers_of_two[self.rows]))
 
     def evaluate(self, point: Array) -> Array:
         """Return the values at a point (plain floating point, no enclosure)."""
         values = self.coefficients.mid * np.prod(np.where(self.factors >= 0, point[self.factors], 1.0), axis=1)
-        return np.bincount(self.rows, values, self.n_rows)
+        return np.asarray(np.bincount(self.rows, values, self.n_rows), dtype=np.float64)
 
     def jacobian(self, point: Array) -> tuple[Index, Index, Array]:
         """Return the triplets (row, variable, value) of the derivatives at a point; entries may repeat."""

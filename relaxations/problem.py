@@ -120,25 +120,24 @@ def from_sympy(
         When an expression is not a polynomial in ``variables``.
     """
     bounds = bounds or {}
-    lower, upper = np.array(
-        [[-np.inf if b[0] is None else b[0], np.inf if b[1] is None else b[1]] for b in
-         (bounds.get(v, (None, None)) for v in variables)],
-        dtype=np.float64,
-    ).reshape(-1, 2).T
+    stray = [str(symbol) for symbol in bounds if symbol not in variables]
+    if stray:
+        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are no variables: list them as variables")
+    pairs = [bounds.get(v, (None, None)) for v in variables]
     problem = PolynomialProblem(
         tuple(str(v) for v in variables),
-        lower,
-        upper,
+        np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in pairs]),
+        np.array([np.inf if high is None else _outwards(high, 1) for _, high in pairs]),
         polynomials_from_sympy(equalities, variables),
         polynomials_from_sympy(inequalities, variables),
     )
     return problem, polynomials_from_sympy([sympy.S(0) if objective is None else objective], variables)
 
 
-def polynomials_from_sympy(
-    expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]
-) -> Polynomials:
+def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]) -> Polynomials:
     """Convert sympy expressions to one family; numbers that no float holds keep their rounding error."""
+    if not variables:
+        raise ProblemError("a polynomial problem needs variables: list at least one")
     members, coefficients = [], []
     for expression in expressions:
         try:
@@ -166,7 +165,23 @@ def polynomials_from_sympy(
 
 def exact_ball(value: sympy.Expr) -> Balls:
     """Return the ball around a sympy number; a Float stands for the binary fraction that it is."""
-    if not value.is_Number:
-        raise ProblemError(f"the coefficient {value} is no rational number: give a decimal or a fraction")
+    if not (value.is_Number and value.is_finite):
+        raise ProblemError(f"the coefficient {value} is no finite rational number: give a decimal or a fraction")
+    try:
+        return Balls.enclose(_fraction(value))
+    except OverflowError:
+        raise ProblemError(f"a coefficient of {len(str(value))} digits overflows: scale the problem") from None
+
+
+def _fraction(value: sympy.Expr) -> Fraction:
     rational = sympy.Rational(value)
-    return Balls.enclose(Fraction(int(rational.p), int(rational.q)))
+    return Fraction(int(rational.p), int(rational.q))
+
+
+def _outwards(bound: float, direction: int) -> float:
+    """Return the bound as a float, rounded outwards where no float holds it: no feasible point may be cut off."""
+    number = sympy.sympify(bound)
+    nearest = float(number)
+    if not number.is_finite or Fraction(nearest) == _fraction(number):
+        return nearest
+    return float(np.nextafter(nearest, direction * np.inf))

@@ -1,12 +1,12 @@
 """Witnesses: points that are proven to lie in the feasible set, and a local search that looks for good ones.
 
-*Verification.* Equalities cannot be checked at floats: some variables are taken at their float values, and each equality
-then *defines* one further variable, in an order found by peeling (a variable that occurs in one remaining equality only,
-linearly, is defined by it). For the models of :mod:`smid` that is simulation: parameters, initial state and input noise
-are given, each sample's output noise follows. The defined variables are computed as intervals, in precision that is
-doubled until they are narrow, for rounding errors grow along an oscillating recursion far faster than in a simulation
-in floating point. If every box and inequality then holds for the whole interval, a feasible point exists, and the
-objective's upper end over the intervals bounds the optimum from above.
+*Verification.* Equalities cannot be checked at floats: some variables are taken at their float values, and each
+equality then *defines* one further variable, in an order found by peeling (a variable that occurs in one remaining
+equality only, linearly, is defined by it). For the models of :mod:`smid` that is simulation: parameters, initial state
+and input noise are given, each sample's output noise follows. The defined variables are computed as intervals, in
+precision that is raised until they are narrow, for rounding errors grow along an oscillating recursion far faster in
+intervals than in floating point. If every box and inequality then holds for the whole interval, a feasible point
+exists, and the objective's upper end over the intervals bounds the optimum from above.
 
 *Search.* Sequential linear programming: linearise, solve with a trust region on the complicating variables, restore
 feasibility by a linear program in the others, which is exact where they enter linearly.
@@ -15,6 +15,7 @@ feasibility by a linear program in the others, which is exact where they enter l
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from mpmath.ctx_iv import MPIntervalContext
@@ -62,12 +63,14 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
     order = definition_order(problem.equalities)
     if order is None:
         return None
+    values: list[Any] = []
     for bits in _PRECISIONS:
         context = MPIntervalContext()
         context.prec = bits
-        values = _define(context, problem.equalities, order, point)
-        if values is None:
+        defined = _define(context, problem.equalities, order, point)
+        if defined is None:
             return None
+        values = defined
         widest = max((float(v.delta.b) for v in values), default=0.0)
         if widest <= _NARROW * max(1.0, float(np.max(np.abs(point), initial=0.0))):
             break
@@ -144,14 +147,14 @@ def _terms(polynomials: Polynomials) -> list[list[tuple[float, float, list[int]]
     return members
 
 
-def _product(context, mid, rad, variables, values):  # type: ignore[no-untyped-def]
+def _product(context: Any, mid: float, rad: float, variables: list[int], values: list[Any]) -> Any:
     term = context.mpf(mid) if rad == 0 else context.mpf(mid) + context.mpf([-rad, rad])
     for v in variables:
         term = term * values[v]
     return term
 
 
-def _define(context, equalities, order, point):  # type: ignore[no-untyped-def]
+def _define(context: Any, equalities: Polynomials, order: list[tuple[int, int]], point: Array) -> list[Any] | None:
     """Return every variable as an interval: floats where free, computed where defined."""
     values = [context.mpf(float(x)) for x in point]
     terms = _terms(equalities)
@@ -168,13 +171,13 @@ def _define(context, equalities, order, point):  # type: ignore[no-untyped-def]
     return values
 
 
-def _evaluate(context, polynomials, values):  # type: ignore[no-untyped-def]
+def _evaluate(context: Any, polynomials: Polynomials, values: list[Any]) -> list[Any]:
     return [
         sum((_product(context, *term, values) for term in member), context.mpf(0)) for member in _terms(polynomials)
     ]
 
 
-def _holds(context, problem, values) -> bool:  # type: ignore[no-untyped-def]
+def _holds(context: Any, problem: PolynomialProblem, values: list[Any]) -> bool:
     for value, lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
         if not (value.a >= lower and value.b <= upper):
             return False
@@ -214,27 +217,22 @@ def search(
         return None
     point, violation, value = best
     for _ in range(steps):
-        if radius < 1e-10:
+        if radius < 1e-9:
             break
         trial = _linear_step(problem, objective, complicating, point, radius, margin)
-        restored = (
-            None if trial is None else _linear_step(problem, objective, complicating, trial[0], 0.0, margin)
-        )
+        restored = None if trial is None else _linear_step(problem, objective, complicating, trial[0], 0.0, margin)
         if restored is None:
             radius *= 0.25
             continue
         feasible = restored[1] <= 0.0
-        if violation > 0.0:
-            better = restored[1] < violation
-        else:
-            better = feasible and restored[2] < value
+        better = restored[1] < violation if violation > 0.0 else feasible and restored[2] < value
         if not better:
             radius *= 0.25
             continue
         gain = value - restored[2] if violation <= 0.0 else np.inf
         point, violation, value = restored
         radius *= 2.0
-        if gain < 1e-11:
+        if gain < 1e-10:
             break
     return point if violation <= 0.0 else None
 
@@ -257,11 +255,10 @@ def _linear_step(
 
     equal, equal_value = _linearised(problem.equalities, base)
     unequal, unequal_value = _linearised(problem.inequalities, base)
-    cost, _ = _linearised(objective, base)
-    cost = cost.toarray().ravel()
+    cost = _linearised(objective, base)[0].toarray().ravel()
     bounds = np.stack([lower - base, upper - base], axis=1)
     elastic = sparse.csr_matrix(np.ones((unequal.shape[0], 1)))
-    plain = linprog(
+    plain = linprog(  # type: ignore[call-overload]
         cost,
         A_ub=-unequal if unequal.shape[0] else None,
         b_ub=unequal_value - margin if unequal.shape[0] else None,
@@ -277,7 +274,7 @@ def _linear_step(
     if plain.status != 2 or not equal.shape[0]:
         return None
     ones = sparse.csr_matrix(np.ones((equal.shape[0], 1)))
-    relaxed = linprog(
+    relaxed = linprog(  # type: ignore[call-overload]
         np.r_[np.zeros(n), 1.0],
         A_ub=sparse.vstack(
             [sparse.hstack([equal, -ones]), sparse.hstack([-equal, -ones]), sparse.hstack([-unequal, -elastic])]

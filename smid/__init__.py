@@ -17,6 +17,7 @@ from smid.models import (
     Wiener,
     load_model,
 )
+from smid.reports import report
 from smid.validate import Validation, validate
 
 __version__ = "0.1.0"
@@ -44,5 +45,6 @@ __all__ = [
     "identify",
     "load_model",
     "lowest_order",
+    "report",
     "validate",
 ]

@@ -1,8 +1,8 @@
 """A finite, certified box for every parameter that the model leaves unbounded.
 
 The general derivation is :mod:`relaxations.boxes`. It sees nothing where a parameter occurs only in a product that can
-vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would do. There the
-product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would do. There
+the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 
 from relaxations.boxes import derive_box
-from relaxations.hierarchy import relax, resolve
+from relaxations.hierarchy import contracted, intervals, relax, resolve, uninterrupted
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
 from smid.feasible import FeasibleSet
 from smid.models import Model, Parameter
@@ -121,20 +121,16 @@ def _reach(
     products: FeasibleSet, boxed: PolynomialProblem, factors: dict[str, sympy.Expr], solver: str
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
-    from relaxations.hierarchy import contracted, intervals
-
     place = {name: k for k, name in enumerate(boxed.names)}
-    method, order, complicating = resolve(boxed, "auto", None)
+    method, order, _ = resolve(boxed, "auto", None)
     parameters = [place[p.name] for p in products.model.parameters]
-    enclosure = intervals(boxed, parameters, solver=solver, rounds=4, witnesses=False)
+    enclosure = uninterrupted(intervals(boxed, parameters, solver=solver, rounds=4, witnesses=False))
     problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
     relaxed = relax(problem, method, order, solver)
     symbols = [sympy.Symbol(name, real=True) for name in problem.names[: len(products.model.parameters)]]
     reach = {}
     for name, factor in factors.items():
-        forward, backward = (
-            relaxed.bound(polynomials_from_sympy([sign * factor], symbols)).bound for sign in (1, -1)
-        )
+        forward, backward = (relaxed.bound(polynomials_from_sympy([sign * factor], symbols)).bound for sign in (1, -1))
         away = max(forward, backward)  # q >= forward, or q <= -backward
         if away <= 0:
             return None

@@ -21,6 +21,7 @@ from relaxations.solvers.interface import check_solver
 from smid.binding import bind
 from smid.box import with_finite_box
 from smid.data import Dataset
+from smid.estimate import round_down, round_up
 from smid.feasible import FREE_BOUND, FeasibleSet
 from smid.models import Model, ModelError
 from smid.start import equation_error_fit, magnitudes
@@ -62,9 +63,15 @@ class ErrorBound:
         """Return the width of the enclosure."""
         return self.upper - self.lower
 
+    @property
+    def enclosure(self) -> str:
+        """Return the enclosure as text, its ends rounded outwards."""
+        digits = 6 if self.upper == 0 or self.gap > 1e-5 * self.upper else 8
+        return f"[{round_down(self.lower, digits)}, {round_up(self.upper, digits)}]"
+
     def __str__(self) -> str:
         return (
-            f"least noise bound of {self.channel}: in [{self.lower:.6g}, {self.upper:.6g}] {self.unit}".rstrip()
+            f"least noise bound of {self.channel}: in {self.enclosure} {self.unit}".rstrip()
             + " (lower end certified, upper end witnessed)"
         )
 
@@ -135,7 +142,7 @@ def error_bound(
     point, reach = _minimax(feasible)
     if point is None:
         raise ModelError(
-            "no feasible point could be verified for any noise bound: check the priors and parameter bounds of the model"
+            "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
         )
     problem = _capped(feasible.problem, reach)
     boxed = with_finite_box(feasible.with_problem(problem), solver, progress)

@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from relaxations.hierarchy import Enclosure, Interval, Proof
 from smid.data import Dataset
-from smid.models import Model
+from smid.models import Model, Parameter
 
 SCHEMA = "smid.estimate/1"
+_HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
 
 
 class CentreStatus(Enum):
@@ -65,12 +66,13 @@ class ParameterInterval:
         return float(np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper))
 
     @staticmethod
-    def of(interval: Interval, unit: str) -> ParameterInterval:
-        """Label an interval of :mod:`relaxations`."""
-        proofs = [Proof.BOX if from_box else Proof.PROVEN for from_box in interval.from_box]
+    def of(interval: Interval, parameter: Parameter) -> ParameterInterval:
+        """Label an interval of :mod:`relaxations`: an end beyond the prior's, or equal to it, is the prior's own."""
+        priors = (interval.lower <= parameter.lower, interval.upper >= parameter.upper)
+        proofs = [Proof.BOX if prior else Proof.PROVEN for prior in priors]
         return ParameterInterval(
             interval.name,
-            unit,
+            parameter.unit,
             interval.lower,
             interval.upper,
             interval.inner_lower,
@@ -157,9 +159,8 @@ class Estimate:
 
     def __str__(self) -> str:
         bounds = ", ".join(f"|noise of {c}| <= {b:g} {self._unit(c)}".rstrip() for c, b in self.noise_bound.items())
-        header = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
-        rows = [header, *(self._row(i) for i in self.intervals)]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
+        rows = [_HEADER, *(self._row(i) for i in self.intervals)]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(_HEADER))]
         lines = ["  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
         return "\n".join(
             [f"{self.model.name} on {self.data.n_samples} samples, {bounds}", *lines, self.summary, self.centre_text]
@@ -187,10 +188,8 @@ class Estimate:
         )
 
     def _repr_html_(self) -> str:
-        head = "<tr><th>parameter</th><th>lower</th><th>upper</th><th>gap</th><th>centre</th><th>unit</th><th>ends</th></tr>"
-        body = "".join(
-            "<tr>" + "".join(f"<td>{cell}</td>" for cell in self._row(i)) + "</tr>" for i in self.intervals
-        )
+        head = "<tr>" + "".join(f"<th>{title}</th>" for title in _HEADER) + "</tr>"
+        body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in self._row(i)) + "</tr>" for i in self.intervals)
         return f"<table>{head}{body}</table><p>{self.summary} {self.centre_text}</p>"
 
     def to_dict(self) -> dict[str, Any]:
@@ -229,7 +228,7 @@ class Estimate:
 
     def plot(self) -> Figure:
         """Return a figure of the intervals: outer, inner and centre of each parameter."""
-        from smid.report.figures import intervals_figure
+        from smid.reports.figures import intervals_figure
 
         return intervals_figure(self)
 

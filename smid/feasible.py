@@ -34,7 +34,7 @@ class FeasibleSet:
     data : Dataset
         All its experiments take part; the parameters are shared.
     noise_bound : float or mapping channel -> float
-        In the channel's unit; one number holds for every noisy channel. Kept as a mapping.
+        In the channel's unit; one number holds for every noisy channel.
     free_channel : str, optional
         A channel whose bound becomes the last variable of the problem, ``noise_bound`` (phase 1).
 
@@ -61,7 +61,7 @@ class FeasibleSet:
 
     model: Model
     data: Dataset
-    noise_bound: Mapping[str, float]
+    noise_bound: float | Mapping[str, float]
     free_channel: str | None = None
     problem: PolynomialProblem = field(init=False)
     samples: Index = field(init=False)
@@ -71,7 +71,7 @@ class FeasibleSet:
         check_data(model, self.data)
         bounds = check_noise_bound(model, self.noise_bound, self.free_channel)
         problem, samples = _stamp_all(model, self.data, bounds, self.free_channel)
-        for name, value in (("model", model), ("noise_bound", bounds), ("problem", problem), ("samples", samples)):
+        for name, value in (("model", model), ("problem", problem), ("samples", samples)):
             object.__setattr__(self, name, value)
 
     def with_problem(self, problem: PolynomialProblem) -> FeasibleSet:
@@ -79,6 +79,11 @@ class FeasibleSet:
         other = copy(self)
         object.__setattr__(other, "problem", problem)
         return other
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """Return the bound of each noisy channel, in the channel's unit."""
+        return check_noise_bound(self.model, self.noise_bound, self.free_channel)
 
     @property
     def n_variables(self) -> int:
@@ -141,7 +146,7 @@ class FeasibleSet:
         }
 
     def __str__(self) -> str:
-        bounds = ", ".join(f"|noise of {c}| <= {b:g}" for c, b in self.noise_bound.items())
+        bounds = ", ".join(f"|noise of {c}| <= {b:g}" for c, b in self.bounds.items())
         lifted = "none small enough" if self.complicating is None else ", ".join(self.complicating)
         return (
             f"Feasible set of {self.model.name}: {self.n_variables} variables "
@@ -152,16 +157,12 @@ class FeasibleSet:
 
 def _to_sympy(polynomials: Polynomials, symbols: list[sympy.Symbol]) -> list[sympy.Expr]:
     expressions = [sympy.Integer(0)] * polynomials.n_rows
-    for row, factor, value in zip(
-        polynomials.rows, polynomials.factors, polynomials.coefficients.mid, strict=True
-    ):
+    for row, factor, value in zip(polynomials.rows, polynomials.factors, polynomials.coefficients.mid, strict=True):
         expressions[row] += sympy.Float(float(value)) * sympy.Mul(*(symbols[v] for v in factor if v >= 0))
     return expressions
 
 
-def check_noise_bound(
-    model: Model, noise_bound: float | Mapping[str, float], free: str | None
-) -> dict[str, float]:
+def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], free: str | None) -> dict[str, float]:
     """Return the bound of each noisy channel; ``free`` is a channel whose bound is not given.
 
     Raises

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from relaxations.balls import Array
+from relaxations.balls import Array, Index
 from relaxations.hierarchy import Emptiness, Enclosure, find_witness, intervals, relax, resolve
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
@@ -51,7 +52,7 @@ def identify(
     order: int | None = None,
     solver: str = "clarabel",
     tolerance: float = 1e-4,
-    rounds: int = 6,
+    rounds: int = 10,
     progress: Progress | None = None,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
@@ -67,7 +68,8 @@ def identify(
     method : {"auto", "lift", "sparse", "dense", "textbook"}
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere.
     order : int, optional
-        Relaxation order; by default 2 for at most two complicating variables, 1 beyond.
+        Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
+        variables, 1 beyond.
     solver : str
         ``"clarabel"`` or the name of any conic solver that cvxpy has.
     tolerance : float
@@ -119,17 +121,17 @@ def identify(
     )
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
-    status, nearest = _centre(problem, enclosure, len(model.parameters), solver)
-    found = tuple(
-        ParameterInterval.of(i, p.unit) for i, p in zip(enclosure.intervals, model.parameters, strict=True)
-    )
+    status, nearest = CentreStatus.UNDECIDED, None
+    with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
+        status, nearest = _centre(problem, enclosure, len(model.parameters), solver)
+    found = tuple(ParameterInterval.of(i, p) for i, p in zip(enclosure.intervals, model.parameters, strict=True))
     names = [p.name for p in model.parameters]
     values = None if nearest is None else dict(zip(names, nearest.tolist(), strict=True))
     central = values if values is not None else {i.name: i.centre for i in found}
     return Estimate(
         model.with_values(central),
         data,
-        feasible.noise_bound,
+        feasible.bounds,
         found,
         status,
         values,
@@ -148,7 +150,7 @@ def _without_box(feasible: FeasibleSet, unbounded: tuple[str, ...]) -> Estimate:
         for p in feasible.model.parameters
     )
     return Estimate(
-        feasible.model, feasible.data, feasible.noise_bound, prior, CentreStatus.UNDECIDED, None, (), unbounded, None
+        feasible.model, feasible.data, feasible.bounds, prior, CentreStatus.UNDECIDED, None, (), unbounded, None
     )
 
 
@@ -178,15 +180,15 @@ def _proven_empty(
     carried = ", ".join(f"{k} ({w:.0%})" for _, k, w in samples)
     noisy = [m.channel for m in feasible.model.measurements if m.noise is not None]
     channel = next(c for c in feasible.model.output_channels if c in noisy)
-    fixed = {c: b for c, b in feasible.noise_bound.items() if c != channel}
-    given = feasible.noise_bound[channel]
+    fixed = {c: b for c, b in feasible.bounds.items() if c != channel}
+    given = feasible.bounds[channel]
     least = error_bound(
         feasible.model, feasible.data, fixed, method=method, order=order, solver=solver, progress=progress
     )
     unit = feasible.data.channel(channel).unit
     return EmptyFeasibleSetError(
         f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
-        + f"The least bound lies in [{least.lower:.6g}, {least.upper:.6g}]: raise the bound above it or extend the "
+        + f"The least bound lies in {least.enclosure}: raise the bound above it or extend the "
         f"model. Samples that carry the proof: {carried}",
         least.lower,
         samples,
@@ -204,7 +206,6 @@ def _centre(
     start = np.zeros(problem.n_variables)
     start[:count] = centre
     nothing = Polynomials.from_terms([{}])
-    none = np.zeros(0, dtype=np.int64)
     *_, complicating = resolve(problem, "auto", None)
     if find_witness(fixed, fixed, nothing, np.setdiff1d(complicating, np.arange(count)), start) is not None:
         return CentreStatus.FEASIBLE, None
@@ -212,11 +213,11 @@ def _centre(
     method, order, _ = resolve(fixed, "auto", None)
     if method == "lift" and relax(fixed, method, order, solver).bound(nothing).bound == np.inf:
         status = CentreStatus.INFEASIBLE
-    nearest = _nearest(problem, enclosure, centre, complicating if len(complicating) else none)
+    nearest = _nearest(problem, enclosure, centre, complicating)
     return status, nearest
 
 
-def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, complicating: Array) -> Array | None:
+def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, complicating: Index) -> Array | None:
     """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
     if not enclosure.witnesses:
         return None
@@ -246,7 +247,9 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, co
     objective = scaling.polynomials(extended.variable(last))
     begin = min(enclosure.witnesses, key=lambda w: float(np.abs((w[:count] - centre) / width).max()))
     for margin in MARGINS:
-        start = np.nan_to_num((np.append(begin, 1.0) - scaling.centre) / np.where(scaling.scale > 0, scaling.scale, 1.0))
+        start = np.nan_to_num(
+            (np.append(begin, 1.0) - scaling.centre) / np.where(scaling.scale > 0, scaling.scale, 1.0)
+        )
         point = search(scaled, objective, complicating, start, margin)
         if point is not None:
             nothing = Polynomials.from_terms([{}])

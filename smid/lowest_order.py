@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from smid.data import Dataset
-from smid.identify import EmptyFeasibleSetError, Estimate, identify
+from smid.estimate import Estimate
+from smid.identify import EmptyFeasibleSetError, identify
 from smid.models import Model
 
 

@@ -61,9 +61,9 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
                 return full
 
             fit = least_squares(
-                lambda x: residual(embed(x)),  # noqa: B023 - called within this turn of the loop only
+                lambda x, embed=embed: residual(embed(x)),  # type: ignore[misc]
                 inside,
-                jac=lambda x: jacobian(embed(x))[:, free],  # noqa: B023
+                jac=lambda x, embed=embed: jacobian(embed(x))[:, free],  # type: ignore[misc]
                 bounds=(lower[free], upper[free]),
                 x_scale="jac",
                 max_nfev=200,

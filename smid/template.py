@@ -15,7 +15,7 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
-from relaxations.balls import Array, Balls
+from relaxations.balls import Array, Balls, Index
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t
 
@@ -40,7 +40,7 @@ class Term:
     latents: tuple[Reference, ...]
     data: tuple[tuple[Fraction, tuple[tuple[str, int, int], ...]], ...]
 
-    def coefficients(self, channels: Mapping[str, Array], times: Array) -> Balls:
+    def coefficients(self, channels: Mapping[str, Array], times: Index) -> Balls:
         """Return the coefficient at each of ``times``, shape (len(times),)."""
         total = Balls.exact(np.zeros(len(times)))
         for factor, powers in self.data:
@@ -126,14 +126,12 @@ def _template(
         else:
             replacements[atom] = symbol(data, name, lag)
     flat = _exact(expression.xreplace(replacements))
-    if sympy.denom(sympy.together(flat)) != 1:
+    if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
         flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.box)
     parameters = {p.symbol: p.name for p in model.parameters if p.symbol in flat.free_symbols}
     unknowns = [*parameters, *sorted(latent, key=str)]
     lags = [lag for _, lag in (*data.values(), *latent.values())]
-    return Template(
-        line.signal, _terms(line.signal, flat, unknowns, parameters, latent, data), max(lags, default=0)
-    )
+    return Template(line.signal, _terms(line.signal, flat, unknowns, parameters, latent, data), max(lags, default=0))
 
 
 def _terms(

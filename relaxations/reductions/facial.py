@@ -60,9 +60,7 @@ def multiplied(equalities: Polynomials, variables: tuple[int, ...], degree: int)
     parts = []
     for row, own in enumerate(equalities.row_degrees().tolist()):
         if own <= degree:
-            parts.append(
-                equalities.take(np.array([row])).times_monomials(monomials_up_to(variables, degree - own))
-            )
+            parts.append(equalities.take(np.array([row])).times_monomials(monomials_up_to(variables, degree - own)))
     return Polynomials.join(parts)
 
 

@@ -70,4 +70,4 @@ def _normalise(polynomials: Polynomials) -> Polynomials:
     largest = np.zeros(polynomials.n_rows)
     np.maximum.at(largest, polynomials.rows, np.abs(polynomials.coefficients.mid))
     largest[largest == 0] = 1.0
-    return polynomials.scale_rows(2.0 ** -np.ceil(np.log2(largest)))
+    return polynomials.scale_rows(2.0 ** np.clip(-np.ceil(np.log2(largest)), -1022, 1023))

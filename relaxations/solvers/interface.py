@@ -77,11 +77,13 @@ def solve(program: ConicProgram, objective: Array, solver: str = "clarabel") -> 
     """
     check_solver(solver)
     started = time.perf_counter()
+    # A solver's library is imported when it is asked for.
     if solver == "clarabel":
-        from relaxations.solvers.clarabel import run
-    else:
-        from relaxations.solvers.through_cvxpy import run_for
+        from relaxations.solvers import clarabel
 
-        run = run_for(solver)
-    stop, status, x, z = run(program, objective[1:])
+        stop, status, x, z = clarabel.run(program, objective[1:])
+    else:
+        from relaxations.solvers import through_cvxpy
+
+        stop, status, x, z = through_cvxpy.run(solver, program, objective[1:])
     return ConicSolution(stop, status, np.concatenate([[1.0], x]), z, time.perf_counter() - started)

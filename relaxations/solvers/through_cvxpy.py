@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -22,38 +23,37 @@ _STOPS = {
 }
 
 
-def run_for(solver: str) -> Callable[[ConicProgram, Array], tuple[Stop, str, Array, Array]]:
-    """Return the function that solves with one of cvxpy's solvers."""
-
-    def run(program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-        y = cp.Variable(program.matrix.shape[1])
-        slack = program.rhs - program.matrix @ y
-        constraints: list[cp.Constraint] = []
-        position = 0
-        for count, build in ((program.cones.zero, cp.Zero), (program.cones.nonnegative, cp.NonNeg)):
-            if count:
-                constraints.append(build(slack[position : position + count]))
-                position += count
-        for size in program.cones.second_order:
-            constraints.append(cp.SOC(slack[position], slack[position + 1 : position + size]))
-            position += size
-        for width in program.cones.semidefinite:
-            height = width * (width + 1) // 2
-            constraints.append(cp.PSD(_matrix(slack[position : position + height], width)))
-            position += height
-        problem = cp.Problem(cp.Minimize(objective @ y), constraints)
-        try:
+def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
+    """Solve with one of cvxpy's solvers; see :func:`relaxations.solvers.solve`."""
+    y = cp.Variable(program.matrix.shape[1])
+    slack = program.rhs - program.matrix @ y
+    constraints: list[Any] = []
+    position = 0
+    for count, build in ((program.cones.zero, cp.Zero), (program.cones.nonnegative, cp.NonNeg)):
+        if count:
+            constraints.append(build(slack[position : position + count]))
+            position += count
+    for size in program.cones.second_order:
+        constraints.append(cp.SOC(slack[position], slack[position + 1 : position + size]))
+        position += size
+    for width in program.cones.semidefinite:
+        height = width * (width + 1) // 2
+        constraints.append(cp.PSD(_matrix(slack[position : position + height], width)))
+        position += height
+    problem = cp.Problem(cp.Minimize(objective @ y), constraints)
+    try:
+        with warnings.catch_warnings():
+            # An inaccurate solution is told by the status, and the certificate judges it.
+            warnings.filterwarnings("ignore", message="Solution may be inaccurate", category=UserWarning)
             problem.solve(solver=solver)
-        except cp.SolverError as error:
-            return Stop.FAILED, str(error), np.full(y.shape, np.nan), np.full(program.n_rows, np.nan)
-        stop = _STOPS.get(str(problem.status), Stop.FAILED)
-        x = np.full(y.shape, np.nan) if y.value is None else np.asarray(y.value)
-        return stop, str(problem.status), x, _dual(constraints, program)
-
-    return run
+    except cp.SolverError as error:
+        return Stop.FAILED, str(error), np.full(y.shape, np.nan), np.full(program.n_rows, np.nan)
+    stop = _STOPS.get(str(problem.status), Stop.FAILED)
+    x = np.full(y.shape, np.nan) if y.value is None else np.asarray(y.value)
+    return stop, str(problem.status), x, _dual(constraints, program)
 
 
-def _matrix(triangle: cp.Expression, width: int) -> cp.Expression:
+def _matrix(triangle: Any, width: int) -> Any:
     """Return the symmetric matrix of a scaled upper triangle, columns stacked."""
     spread = np.zeros((width * width, width * (width + 1) // 2))
     j, i = np.tril_indices(width)
@@ -64,7 +64,7 @@ def _matrix(triangle: cp.Expression, width: int) -> cp.Expression:
     return cp.reshape(spread @ triangle, (width, width), order="C")
 
 
-def _dual(constraints: list[cp.Constraint], program: ConicProgram) -> Array:
+def _dual(constraints: list[Any], program: ConicProgram) -> Array:
     """Stack the duals in the order of the rows; NaN where the solver gave none."""
     parts = []
     for constraint in constraints:

@@ -99,8 +99,7 @@ class Table:
         if isinstance(cells, np.ndarray):
             if cells.dtype.kind not in "buif":
                 raise DataError(
-                    f"{self.origin}: column {name!r} holds {cells.dtype} values; "
-                    "convert it to real numbers first"
+                    f"{self.origin}: column {name!r} holds {cells.dtype} values; convert it to real numbers first"
                 )
             return cells.astype(np.float64)
         try:
@@ -110,8 +109,7 @@ class Table:
         where = f"row {row + 1}" + (f" (line {self.lines[row]})" if self.lines else "")
         what = f"{cells[row]!r} is not a number" if cells[row] else "the cell is empty"
         raise DataError(
-            f"{self.origin}: {where}, column {name!r}: {what}; "
-            "write a number with a decimal point or drop the row"
+            f"{self.origin}: {where}, column {name!r}: {what}; write a number with a decimal point or drop the row"
         )
 
     def resolution(self, name: str) -> float:

@@ -133,9 +133,7 @@ class Dataset:
                 values[channel] = array
         for channel in units or {}:
             if channel not in values:
-                raise DataError(
-                    f"a unit is given for {channel!r}, which is no channel; {name_hint(channel, values)}"
-                )
+                raise DataError(f"a unit is given for {channel!r}, which is no channel; {name_hint(channel, values)}")
         return cls(
             experiments=(Experiment(name, values),),
             channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),
@@ -262,9 +260,7 @@ class Dataset:
         from smid.data.load import dataset_of_tables
         from smid.data.read_arrays import table_of_frame
 
-        return dataset_of_tables(
-            [table_of_frame(frame, name)], input, output, sampling_time, time, units, others
-        )
+        return dataset_of_tables([table_of_frame(frame, name)], input, output, sampling_time, time, units, others)
 
     @staticmethod
     def merge(datasets: "Sequence[Dataset]") -> "Dataset":
@@ -486,9 +482,7 @@ class Dataset:
 
 def _only(role: str, names: tuple[str, ...]) -> str:
     if len(names) > 1:
-        raise DataError(
-            f"there are {len(names)} {role}s ({', '.join(names)}); choose one from dataset.{role}s"
-        )
+        raise DataError(f"there are {len(names)} {role}s ({', '.join(names)}); choose one from dataset.{role}s")
     return names[0]
 
 

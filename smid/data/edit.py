@@ -28,8 +28,7 @@ def slice_samples(experiment: Experiment, samples: range, sampling_time: float) 
     (array([1., 2.]), 0.5)
     """
     values = {
-        name: array[samples.start : max(samples.start, samples.stop)]
-        for name, array in experiment.values.items()
+        name: array[samples.start : max(samples.start, samples.stop)] for name, array in experiment.values.items()
     }
     return Experiment(experiment.name, values, experiment.start_time + samples.start * sampling_time)
 
@@ -42,8 +41,7 @@ def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
     return replace(
         dataset,
         experiments=tuple(
-            slice_samples(run, range(run.n_samples)[start:stop], dataset.sampling_time)
-            for run in dataset.experiments
+            slice_samples(run, range(run.n_samples)[start:stop], dataset.sampling_time) for run in dataset.experiments
         ),
     )
 
@@ -134,8 +132,7 @@ def normalise(dataset: "Dataset", method: "NormalisationMethod | Normalisation")
         for channel in dataset.channels:
             if channel.name not in record.offset:
                 raise DataError(
-                    f"the normalisation has no channel {channel.name!r}; "
-                    f"{name_hint(channel.name, record.offset)}"
+                    f"the normalisation has no channel {channel.name!r}; {name_hint(channel.name, record.offset)}"
                 )
     else:
         everything = {name: dataset.stacked(name) for name in dataset.names}
@@ -171,9 +168,7 @@ def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
     return replace(
         dataset,
         experiments=tuple(dataset.experiments[positions[name]] for name in wanted),
-        resampling=tuple(dataset.resampling[positions[name]] for name in wanted)
-        if dataset.resampling
-        else (),
+        resampling=tuple(dataset.resampling[positions[name]] for name in wanted) if dataset.resampling else (),
     )
 
 
@@ -192,15 +187,12 @@ def merge(datasets: "Sequence[Dataset]") -> "Dataset":
             ("normalisation", first.normalisation, other.normalisation),
         ):
             if mine != theirs:
-                raise DataError(
-                    f"the data sets to merge differ in their {what}; bring them to the same {what} first"
-                )
+                raise DataError(f"the data sets to merge differ in their {what}; bring them to the same {what} first")
     records: list[Resampling] = []
     if any(dataset.resampling for dataset in datasets):
         for dataset in datasets:
             records += dataset.resampling or [
-                Resampling("none", dataset.sampling_time, 0.0, 0.0, run.n_samples)
-                for run in dataset.experiments
+                Resampling("none", dataset.sampling_time, 0.0, 0.0, run.n_samples) for run in dataset.experiments
             ]
     return replace(
         first,

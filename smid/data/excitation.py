@@ -162,10 +162,7 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
     if _is_constant(records):
         return Excitation(mean, 0.0, 1.0, np.zeros(tried), 0, tried, tolerance)
     covariance = np.array(
-        [
-            sum(float((u[k:] - mean) @ (u[: u.size - k] - mean)) for u in long_enough) / joined.size
-            for k in range(tried)
-        ]
+        [sum(float((u[k:] - mean) @ (u[: u.size - k] - mean)) for u in long_enough) / joined.size for k in range(tried)]
     )
     halves = [_halves(u) for u in records if not _is_constant([u])]
     return Excitation(

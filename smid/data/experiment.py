@@ -67,15 +67,12 @@ class Experiment:
         if len(set(lengths.values())) > 1:
             listed = ", ".join(f"{channel!r} {length}" for channel, length in lengths.items())
             raise DataError(
-                f"the channels of experiment {self.name!r} differ in length ({listed}); "
-                "cut them to the same instants"
+                f"the channels of experiment {self.name!r} differ in length ({listed}); cut them to the same instants"
             )
         if not arrays or 0 in lengths.values():
             raise DataError(f"experiment {self.name!r} has no samples; leave it out or widen its range")
         if not np.isfinite(self.start_time):
-            raise DataError(
-                f"experiment {self.name!r} starts at {self.start_time} s; give a finite start_time"
-            )
+            raise DataError(f"experiment {self.name!r} starts at {self.start_time} s; give a finite start_time")
         object.__setattr__(self, "values", MappingProxyType(arrays))
 
     @property

@@ -81,11 +81,8 @@ def as_html(dataset: "Dataset") -> str:
         An HTML fragment; names are escaped.
     """
     head = "".join(f"<th>{heading}</th>" for heading in HEADINGS)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in _rows(dataset)
-    )
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in _rows(dataset))
     notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(dataset))
     return (
-        f"<p>{escape(_heading(dataset))}</p>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{notes}"
+        f"<p>{escape(_heading(dataset))}</p><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{notes}"
     )

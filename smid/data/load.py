@@ -75,9 +75,7 @@ def _common_interval(stamped: Sequence[tuple[NDArray[np.float64], float]], table
         intervals.append(float(np.median(np.diff(stamps))) if uniform is None else uniform)
     if max(intervals) - min(intervals) > RELATIVE_TOLERANCE * min(intervals):
         listed = ", ".join(f"{table.name} {h:g} s" for table, h in zip(tables, intervals, strict=True))
-        raise DataError(
-            f"the files differ in sampling time ({listed}); give sampling_time=... for all of them"
-        )
+        raise DataError(f"the files differ in sampling time ({listed}); give sampling_time=... for all of them")
     return intervals[0]
 
 

@@ -38,9 +38,7 @@ def plot(dataset: "Dataset") -> Figure:
                 run.values[name],
                 drawstyle="steps-post" if name in dataset.inputs else "default",
                 linewidth=0.9,
-                color=("C0" if is_output else "C1" if name in dataset.inputs else "C2")
-                if one_run
-                else f"C{k % 10}",
+                color=("C0" if is_output else "C1" if name in dataset.inputs else "C2") if one_run else f"C{k % 10}",
                 label=run.name,
             )
             if dataset.n_init and one_run:

@@ -47,9 +47,7 @@ def sniff_delimiter(line: str) -> str:
 def _rows(text: str, delimiter: str | None, origin: str) -> tuple[str, list[tuple[int, list[str]]]]:
     """Return the separator, and line number and stripped cells of every row of data or header."""
     lines = text.splitlines()
-    first = next(
-        (k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None
-    )
+    first = next((k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
     if first is None:
         raise DataError(f"{origin}: the file holds no rows; export the data again")
     separator = delimiter or sniff_delimiter(lines[first])
@@ -58,13 +56,9 @@ def _rows(text: str, delimiter: str | None, origin: str) -> tuple[str, list[tupl
     elif len(separator) == 1:
         rows = list(csv.reader(lines[first:], delimiter=separator, skipinitialspace=True))
         if len(rows) != len(lines) - first:
-            raise DataError(
-                f"{origin}: a quoted cell spans several lines; remove the line break or the quote"
-            )
+            raise DataError(f"{origin}: a quoted cell spans several lines; remove the line break or the quote")
     else:
-        raise DataError(
-            f"{origin}: delimiter {separator!r} is not one character; give ',', ';', ' ' or '\\t'"
-        )
+        raise DataError(f"{origin}: delimiter {separator!r} is not one character; give ',', ';', ' ' or '\\t'")
     numbered = ((first + k + 1, [cell.strip() for cell in row]) for k, row in enumerate(rows))
     return separator, [(number, row) for number, row in numbered if any(row)]
 

@@ -207,9 +207,7 @@ RECORDS: Mapping[str, RecordSpec] = {
         1,
         0.01,
         tuple(
-            RecordFile(
-                f"{name}_closed_loop.csv", md5, (RecordPart(name, ("Controle_u", "Saida_y", "Referencia")),)
-            )
+            RecordFile(f"{name}_closed_loop.csv", md5, (RecordPart(name, ("Controle_u", "Saida_y", "Referencia")),))
             for name, md5 in (
                 ("multisine", "820f551ae41c515994005f3d6fd9356b"),
                 ("semi_static", "6fe2e964bd8f3328137faddbdf191894"),

@@ -150,9 +150,7 @@ def check_increasing(stamps: NDArray[np.float64], origin: str) -> None:
         raise DataError(f"{origin}: {stamps.size} time stamps tell no interval; give at least two rows")
     bad = np.flatnonzero(~np.isfinite(stamps))
     if bad.size:
-        raise DataError(
-            f"{origin}: the time stamp of row {bad[0] + 1} is not finite; correct or drop the row"
-        )
+        raise DataError(f"{origin}: the time stamp of row {bad[0] + 1} is not finite; correct or drop the row")
     steps = np.diff(stamps)
     backward = np.flatnonzero(steps <= 0)
     if backward.size:
@@ -223,9 +221,7 @@ def resample(
         jitter_max=float(np.max(np.abs(jitter))),
         jitter_rms=float(np.sqrt(np.mean(jitter**2))),
         n_original=stamps.size,
-        curvature_error={}
-        if uniform
-        else {name: _curvature_error(stamps, array) for name, array in values.items()},
+        curvature_error={} if uniform else {name: _curvature_error(stamps, array) for name, array in values.items()},
     )
     if uniform:
         return dict(values), record

@@ -43,9 +43,7 @@ def validate(dataset: "Dataset") -> None:
     for run in dataset.experiments:
         for name in dataset.names:
             if name not in run.values:
-                raise DataError(
-                    f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}"
-                )
+                raise DataError(f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}")
         for name, array in run.values.items():
             if name not in dataset.names:
                 raise DataError(

@@ -74,9 +74,7 @@ class Group:
     single: tuple[tuple[tuple[Reference, ...], Function], ...]
     filter: tuple[Function, Function] | None
 
-    def warm_up(
-        self, known: dict[str, Array], values: Mapping[str, Any], given: set[str], until: int
-    ) -> None:
+    def warm_up(self, known: dict[str, Array], values: Mapping[str, Any], given: set[str], until: int) -> None:
         """Fill the samples before `until`: given ones stay, computable ones follow, else zero."""
         constants = [values[name] for name in self.parameters]
         for now in range(until):
@@ -85,8 +83,7 @@ class Group:
             for name, (reads, function) in zip(self.signals, self.single, strict=True):
                 if name not in given:
                     arguments = [
-                        known[other][..., now - lag] if now >= lag else np.float64(np.nan)
-                        for other, lag in reads
+                        known[other][..., now - lag] if now >= lag else np.float64(np.nan) for other, lag in reads
                     ]
                     value = function(*constants, *arguments)[0]
                     known[name][..., now] = np.where(np.isfinite(value), value, 0.0)
@@ -130,9 +127,7 @@ class Group:
             state = lfiltic([1.0], denominator, y=row[list(past)])
             row[start:] = lfilter([1.0], denominator, driven, zi=state)[0]
 
-    def _scalar_loop(
-        self, known: dict[str, Array], values: Mapping[str, Any], start: int, count: int
-    ) -> None:
+    def _scalar_loop(self, known: dict[str, Array], values: Mapping[str, Any], start: int, count: int) -> None:
         constants = [float(values[name]) for name in self.parameters]
         split = len(self.reads) - self.own
         outside = [known[name][start - lag : count - lag].tolist() for name, lag in self.reads[:split]]
@@ -246,9 +241,7 @@ def _linear(
         return None
     expression = defined[0][1]
     name, depth = own[0][0], max(lag for _, lag in own)
-    past = [
-        symbols.get((name, lag), sympy.Symbol(f"{name}__{lag}", real=True)) for lag in range(1, depth + 1)
-    ]
+    past = [symbols.get((name, lag), sympy.Symbol(f"{name}__{lag}", real=True)) for lag in range(1, depth + 1)]
     slopes = [sympy.expand(sympy.diff(expression, symbol)) for symbol in past]
     if any(slope.free_symbols - set(constants) for slope in slopes):
         return None

@@ -53,9 +53,7 @@ def _line(model: Model, name: str) -> Line:
     for line in model.lines:
         if line.signal == resolved:
             return line
-    raise ModelError(
-        f"{name!r} is an input, no line defines it: use insert_before, or with_line to define it"
-    )
+    raise ModelError(f"{name!r} is an input, no line defines it: use insert_before, or with_line to define it")
 
 
 def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
@@ -91,9 +89,7 @@ def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Itera
     return _extended(model, parameters, (*model.lines, Line(signal(name)[t], expression)))
 
 
-def replace_line(
-    model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()
-) -> Model:
+def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
     """Give a signal another right-hand side.
 
     Parameters
@@ -288,9 +284,7 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
         raise ModelError(f"{channel!r} is no exact input: choose one of {', '.join(model.inputs)}")
     measured = [item for item in model.measurements if item.signal == channel]
     if measured:
-        raise ModelError(
-            f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement"
-        )
+        raise ModelError(f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement")
     true = _free_name(model, f"{channel}_true")
     lines = tuple(Line(line.target, rename_signals(line.expression, {channel: true})) for line in model.lines)
     measurement = Measurement(channel, true, noise or _free_name(model, "zeta"))

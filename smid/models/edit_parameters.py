@@ -153,9 +153,7 @@ def bound(model: Model, **boxes: tuple[float, float]) -> Model:
     return replace(model, parameters=changed)
 
 
-def substitute(
-    model: Model, name: str, expression: sympy.Expr, new_parameters: Iterable[Parameter] = ()
-) -> Model:
+def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: Iterable[Parameter] = ()) -> Model:
     """Replace a parameter by an expression, as in ``alpha -> alpha0 + alpha1 T[t]``.
 
     An expression in parameters keeps the old box and constraints, now as constraints on the new parameters.
@@ -193,9 +191,7 @@ def substitute(
     return _replace_symbol(model, find_parameter(model, name), canonical(expression), new_parameters)
 
 
-def _replace_symbol(
-    model: Model, old: Parameter, expression: sympy.Expr, new_parameters: Iterable[Parameter]
-) -> Model:
+def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_parameters: Iterable[Parameter]) -> Model:
     swap = {old.symbol: expression}
     constraints = model.constraints
     if expression.atoms(sympy.Indexed):

@@ -85,9 +85,7 @@ def from_text(text: str) -> sympy.Expr:
     try:
         return canonical(_read(ast.parse(text, mode="eval").body))
     except SyntaxError:
-        raise ModelError(
-            f"the expression {text!r} cannot be read: write it as in '-a*w[t - 1] + b*u[t]'"
-        ) from None
+        raise ModelError(f"the expression {text!r} cannot be read: write it as in '-a*w[t - 1] + b*u[t]'") from None
 
 
 def _read(node: ast.expr) -> Any:
@@ -106,6 +104,5 @@ def _read(node: ast.expr) -> Any:
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
             return FUNCTIONS[name](*map(_read, arguments))
     raise ModelError(
-        f"'{ast.unparse(node)}' is not understood: use + - * / **, signals as w[t - 1], and "
-        f"{', '.join(FUNCTIONS)}"
+        f"'{ast.unparse(node)}' is not understood: use + - * / **, signals as w[t - 1], and {', '.join(FUNCTIONS)}"
     )

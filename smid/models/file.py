@@ -100,9 +100,7 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
     2
     """
     if not isinstance(content.get("class"), str):
-        raise ModelError(
-            f'the model names no class: add class = "..." with one of {", ".join(MODEL_CLASSES)}'
-        )
+        raise ModelError(f'the model names no class: add class = "..." with one of {", ".join(MODEL_CLASSES)}')
     refuse_unknown("class", [content["class"]], MODEL_CLASSES)
     build = MODEL_CLASSES[content["class"]]
     given = {name: value for name, value in content.items() if name != "class"}

@@ -87,9 +87,7 @@ def Hammerstein(
     if not powers or len(set(powers)) < len(powers):
         raise ModelError(f"powers = {tuple(powers)} must be distinct and at least one: list each power once")
     if unit_dc_gain and (priors.get("integrator") or priors.get("dc_gain") is not None):
-        raise ModelError(
-            "unit_dc_gain excludes integrator and dc_gain: set unit_dc_gain=False and fix a beta"
-        )
+        raise ModelError("unit_dc_gain excludes integrator and dc_gain: set unit_dc_gain=False and fix a beta")
     denominator = ("alpha",) if poles == 1 else names("alpha", poles, 1)
     numerator = ("beta",) if zeros == 0 else names("beta", zeros + 1, 0)
     gammas = names("gamma", len(powers), 1)
@@ -99,9 +97,7 @@ def Hammerstein(
     parameters = tuple(Parameter(name) for name in (*denominator, *gammas, *numerator))
     symbols = {item.name: item.symbol for item in parameters}
     v = signal("v")[t]
-    static = sum(
-        (symbols[name] * v**power for name, power in zip(gammas, powers, strict=True)), sympy.Integer(0)
-    )
+    static = sum((symbols[name] * v**power for name, power in zip(gammas, powers, strict=True)), sympy.Integer(0))
     a, b = [symbols[name] for name in denominator], [symbols[name] for name in numerator]
     lines = (
         Line(v, number(input_scale) * signal(input)[t]),

@@ -108,9 +108,7 @@ class Model:
     def output_channels(self) -> tuple[str, ...]:
         """Channels that show a signal the model computes."""
         defined = {line.signal for line in self.lines}
-        return tuple(
-            measurement.channel for measurement in self.measurements if measurement.signal in defined
-        )
+        return tuple(measurement.channel for measurement in self.measurements if measurement.signal in defined)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -284,18 +282,13 @@ def _check_names(model: Model) -> None:
     """Every name stands for one thing."""
     names = (
         [("parameter", parameter.name) for parameter in model.parameters]
-        + [
-            ("signal", name)
-            for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))
-        ]
+        + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]
         + [("channel", measurement.channel) for measurement in model.measurements]
         + [("noise", measurement.noise) for measurement in model.measurements if measurement.noise]
     )
     for signal_name, count in Counter(line.signal for line in model.lines).items():
         if count > 1:
-            raise ModelError(
-                f"signal {signal_name!r} is defined by {count} lines: keep one, or use replace_line"
-            )
+            raise ModelError(f"signal {signal_name!r} is defined by {count} lines: keep one, or use replace_line")
     for name, count in Counter(name for _, name in names).items():
         if count > 1:
             kinds = " and ".join(kind for kind, other in names if other == name)
@@ -318,9 +311,7 @@ def _check_symbols(model: Model) -> None:
             raise ModelError(f"{place} uses {', '.join(unknown)}, no parameter: add it by with_parameter")
     for constraint in model.constraints:
         if constraint.atoms(sympy.Indexed):
-            raise ModelError(
-                f"the constraint '{constraint} >= 0' reads a signal: state it in the parameters only"
-            )
+            raise ModelError(f"the constraint '{constraint} >= 0' reads a signal: state it in the parameters only")
     signals = {*exogenous(model.lines), *(line.signal for line in model.lines)}
     for measurement in model.measurements:
         if measurement.signal not in signals:
@@ -330,6 +321,4 @@ def _check_symbols(model: Model) -> None:
             )
     for name, value in model.values.items():
         if name not in known or not math.isfinite(value):
-            raise ModelError(
-                f"the value {name} = {value} is refused: give finite values of {', '.join(sorted(known))}"
-            )
+            raise ModelError(f"the value {name} = {value} is refused: give finite values of {', '.join(sorted(known))}")

@@ -17,9 +17,7 @@ __all__ = ["Line", "Measurement", "Parameter"]
 
 def _check_name(name: str, kind: str) -> None:
     if not name.isidentifier() or name in {"t", VALUE.name}:
-        raise ModelError(
-            f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'"
-        )
+        raise ModelError(f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'")
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,7 @@ class Parameter:
     def __post_init__(self) -> None:
         _check_name(self.name, "parameter")
         if not self.lower <= self.upper:
-            raise ModelError(
-                f"parameter {self.name!r} has the box [{self.lower}, {self.upper}]: give lower <= upper"
-            )
+            raise ModelError(f"parameter {self.name!r} has the box [{self.lower}, {self.upper}]: give lower <= upper")
 
     @property
     def symbol(self) -> sympy.Symbol:
@@ -96,17 +92,14 @@ class Line:
     def __post_init__(self) -> None:
         target = canonical(self.target)
         if not isinstance(target, sympy.Indexed) or target.indices[0] != t:
-            raise ModelError(
-                f"a line cannot define '{self.target}': its target must be a signal now, as in w[t]"
-            )
+            raise ModelError(f"a line cannot define '{self.target}': its target must be a signal now, as in w[t]")
         object.__setattr__(self, "target", target)
         object.__setattr__(self, "expression", canonical(self.expression))
         _check_name(self.signal, "signal")
         for name, lag in references(self.expression):
             if lag < 0:
                 raise ModelError(
-                    f"the line of {self.signal!r} reads {name}[t + {-lag}], the future: "
-                    f"shift the line by {-lag}"
+                    f"the line of {self.signal!r} reads {name}[t + {-lag}], the future: shift the line by {-lag}"
                 )
 
     @property
@@ -152,15 +145,11 @@ class Measurement:
         ):
             _check_name(name, kind)
         if self.channel == self.signal:
-            raise ModelError(
-                f"channel and signal are both called {self.channel!r}: name the unseen signal differently"
-            )
+            raise ModelError(f"channel and signal are both called {self.channel!r}: name the unseen signal differently")
         if self.inverse is not None:
             inverse = canonical(self.inverse)
             if VALUE not in inverse.free_symbols or inverse.atoms(sympy.Indexed):
-                raise ModelError(
-                    f"the inverse sensor curve '{inverse}' must depend on VALUE and on parameters only"
-                )
+                raise ModelError(f"the inverse sensor curve '{inverse}' must depend on VALUE and on parameters only")
             object.__setattr__(self, "inverse", inverse)
 
     def __str__(self) -> str:

@@ -58,9 +58,7 @@ def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, 
         rewritten.append(Line(line.target, line.expression.xreplace(delayed)))
     needed = {line.signal for line in lines}
     while True:
-        reads = {
-            name for item in rewritten if item.signal in needed for name, _ in references(item.expression)
-        }
+        reads = {name for item in rewritten if item.signal in needed for name, _ in references(item.expression)}
         if reads <= needed:
             break
         needed |= reads

@@ -66,11 +66,7 @@ class Priors:
     def __post_init__(self) -> None:
         for name in ("dc_gain", "pole_range", "zero_range"):
             span = getattr(self, name)
-            if (
-                span is not None
-                and not isinstance(span, int | float)
-                and not (len(span) == 2 and span[0] <= span[1])
-            ):
+            if span is not None and not isinstance(span, int | float) and not (len(span) == 2 and span[0] <= span[1]):
                 raise ModelError(f"{name} = {span} is no range: give (lower, upper) with lower <= upper")
         if self.pole_radius is not None and self.pole_radius <= 0:
             raise ModelError(f"pole_radius = {self.pole_radius} leaves no pole: give a positive radius")
@@ -151,9 +147,7 @@ class Priors:
             reach = [max(radius, 1.0) if self.integrator else radius] + [radius] * (order - 1)
             magnitudes = [1.0]
             for pole in reach:
-                magnitudes = [
-                    x + pole * y for x, y in zip([*magnitudes, 0.0], [0.0, *magnitudes], strict=True)
-                ]
+                magnitudes = [x + pole * y for x, y in zip([*magnitudes, 0.0], [0.0, *magnitudes], strict=True)]
             for name, magnitude in zip(denominator, magnitudes[1:], strict=True):
                 model = _tightened(model, name, (-magnitude, magnitude))
         if self.pole_range is not None and order == 1 and not self.integrator:
@@ -162,9 +156,7 @@ class Priors:
             model = _tightened(model, name, box)
         return model
 
-    def _eliminations(
-        self, model: Model, a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]
-    ) -> dict[str, sympy.Expr]:
+    def _eliminations(self, model: Model, a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> dict[str, sympy.Expr]:
         for name in self.fixed:
             model.parameter(name)
         swap: dict[str, sympy.Expr] = {}
@@ -219,12 +211,8 @@ def _tightened(model: Model, name: str, box: Range) -> Model:
     old = model.parameter(name)
     lower, upper = max(old.lower, box[0]), min(old.upper, box[1])
     if lower > upper:
-        raise ModelError(
-            f"the priors leave no value for {name!r}: its box would be [{lower:g}, {upper:g}]; relax one"
-        )
-    parameters = tuple(
-        replace(item, lower=lower, upper=upper) if item is old else item for item in model.parameters
-    )
+        raise ModelError(f"the priors leave no value for {name!r}: its box would be [{lower:g}, {upper:g}]; relax one")
+    parameters = tuple(replace(item, lower=lower, upper=upper) if item is old else item for item in model.parameters)
     return replace(model, parameters=parameters)
 
 
@@ -234,9 +222,7 @@ def _real_roots(
     """Put all roots, one or two, on the real span; an unknown leading sign multiplies the conditions."""
     degree = len(coefficients) - 1
     if degree not in (1, 2):
-        raise ModelError(
-            f"{option} is available for one or two roots, not {degree}: use a radius or bounds instead"
-        )
+        raise ModelError(f"{option} is available for one or two roots, not {degree}: use a radius or bounds instead")
     lower, upper = (number(end) for end in span)
     leading = sympy.Integer(1) if positive_leading else coefficients[0]
     c0, c1 = coefficients[:2]

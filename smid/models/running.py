@@ -18,9 +18,7 @@ from smid.models.structure import first_samples
 __all__ = ["channel_samples", "input_signals", "measured_signals", "parameter_values", "run_lines"]
 
 
-def parameter_values(
-    model: Model, parameters: Mapping[str, ArrayLike] | None
-) -> tuple[dict[str, Any], int | None]:
+def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -> tuple[dict[str, Any], int | None]:
     """Merge parameter values with the model's own and find the batch size.
 
     Parameters
@@ -52,9 +50,7 @@ def parameter_values(
     arrays = {name: np.asarray(merged[name], dtype=float) for name in names}
     sizes = {array.shape[0] for array in arrays.values() if array.ndim == 1}
     if len(sizes) > 1 or any(array.ndim > 1 for array in arrays.values()):
-        raise ModelError(
-            "batched parameters differ in shape: give scalars, or arrays of one common shape (B,)"
-        )
+        raise ModelError("batched parameters differ in shape: give scalars, or arrays of one common shape (B,)")
     values = {name: array if array.ndim else float(array) for name, array in arrays.items()}
     return values, next(iter(sizes), None)
 
@@ -127,9 +123,7 @@ def input_signals(
         raise ModelError(f"model {model.name!r} has no input to tell the number of samples: give n")
     count = min(lengths.values()) if n is None else n
     if any(length < count or (n is None and length != count) for length in lengths.values()):
-        raise ModelError(
-            f"input channels have lengths {lengths}, asked for n = {n}: make them equal and long enough"
-        )
+        raise ModelError(f"input channels have lengths {lengths}, asked for n = {n}: make them equal and long enough")
     return {name: samples[..., :count] for name, samples in inputs.items()}, count
 
 
@@ -176,9 +170,7 @@ def run_lines(
     given = {name: np.asarray(samples, dtype=float) for name, samples in initial.items()}
     for name, samples in given.items():
         if name not in {line.signal for line in lines}:
-            raise ModelError(
-                f"initial samples for {name!r}, which no line defines: name a signal of the model"
-            )
+            raise ModelError(f"initial samples for {name!r}, which no line defines: name a signal of the model")
         if samples.ndim == 0 or samples.shape[-1] < lag or not np.isfinite(samples[..., :lag]).all():
             raise ModelError(f"initial samples of {name!r} are too few or not finite: give {lag} finite ones")
     known = {name: np.array(np.broadcast_to(samples, shape)) for name, samples in inputs.items()}
@@ -209,9 +201,7 @@ def _check_finite(names: Sequence[str], known: Mapping[str, Array], start: int) 
         )
 
 
-def measured_signals(
-    model: Model, channels: Mapping[str, ArrayLike], values: Mapping[str, Any]
-) -> dict[str, Array]:
+def measured_signals(model: Model, channels: Mapping[str, ArrayLike], values: Mapping[str, Any]) -> dict[str, Array]:
     """Read the measured, defined signals off the output channels, through the sensor curves.
 
     Parameters

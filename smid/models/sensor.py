@@ -20,9 +20,7 @@ def _coefficients(channel: str, inverse: sympy.Expr, values: Mapping[str, Any]) 
     """Coefficients of the inverse curve, highest power first, of shape (B, degree + 1)."""
     polynomial = sympy.Poly(inverse, VALUE) if inverse.is_polynomial(VALUE) else None
     if polynomial is None:
-        raise ModelError(
-            f"the inverse sensor curve of {channel!r} is no polynomial in VALUE: give a polynomial"
-        )
+        raise ModelError(f"the inverse sensor curve of {channel!r} is no polynomial in VALUE: give a polynomial")
     symbols = sorted(inverse.free_symbols - {VALUE}, key=str)
     evaluated = sympy.lambdify(symbols, polynomial.all_coeffs(), "numpy")(*(values[str(s)] for s in symbols))
     columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(item, float)) for item in evaluated))
@@ -140,9 +138,7 @@ def _solve(channel: str, curve: Array, target: Array, anchor: float) -> Array:
     wanted = rise * target[known]
     low = _reach(curve, rise, anchor, lower, wanted.min(), -1.0)
     high = _reach(curve, rise, anchor, upper, wanted.max(), 1.0)
-    outside = (
-        (rise * np.polyval(curve, low) > wanted) | (rise * np.polyval(curve, high) < wanted) | (rise == 0)
-    )
+    outside = (rise * np.polyval(curve, low) > wanted) | (rise * np.polyval(curve, high) < wanted) | (rise == 0)
     if outside.any():
         sample = int(np.flatnonzero(known)[np.argmax(outside)])
         raise ModelError(

@@ -166,9 +166,7 @@ def predict(
     known = run_lines(lines, inputs, values, batch, past, count, check)
     known = {name: samples for name, samples in known.items() if not name.endswith(past_name(""))}
     for item in model.measurements:
-        anchor = (
-            float(np.nanmedian(channel_samples(channels, item.channel))) if item.inverse is not None else 0.0
-        )
+        anchor = float(np.nanmedian(channel_samples(channels, item.channel))) if item.inverse is not None else 0.0
         known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
     return known
 
@@ -213,9 +211,7 @@ def simulate_data(
     array([4. , 3. , 2.5])
     """
     if isinstance(initial, str) and initial not in ("measured", "rest"):
-        raise ModelError(
-            f"initial = {initial!r} is unknown: use 'measured', 'rest' or a mapping of signals to samples"
-        )
+        raise ModelError(f"initial = {initial!r} is unknown: use 'measured', 'rest' or a mapping of signals to samples")
     values, _ = parameter_values(model, parameters)
     runs = []
     for experiment in data.experiments:
@@ -226,9 +222,7 @@ def simulate_data(
     return _collect(model, runs)
 
 
-def predict_data(
-    model: Model, data: Experiments, parameters: Mapping[str, float] | None = None
-) -> Simulation:
+def predict_data(model: Model, data: Experiments, parameters: Mapping[str, float] | None = None) -> Simulation:
     """Predict one step ahead over every experiment of a data set.
 
     Parameters

@@ -110,13 +110,9 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
     while waiting:
         names = {line.signal for line in waiting}
         # The first line all of whose unfinished ancestors lie on its own loop heads the next group.
-        head = next(
-            line for line in waiting if all(line.signal in reach[name] for name in reach[line.signal] & names)
-        )
+        head = next(line for line in waiting if all(line.signal in reach[name] for name in reach[line.signal] & names))
         loop = {name for name in reach[head.signal] if head.signal in reach[name]} | {head.signal}
-        result.append(
-            (tuple(line for line in waiting if line.signal in loop), head.signal in reach[head.signal])
-        )
+        result.append((tuple(line for line in waiting if line.signal in loop), head.signal in reach[head.signal]))
         waiting = [line for line in waiting if line.signal not in loop]
     return tuple(result)
 

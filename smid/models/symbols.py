@@ -65,9 +65,7 @@ def _lag(reference: sympy.Indexed) -> int:
     symbols = [symbol for symbol in index.free_symbols if symbol.name == "t"]
     lag = symbols[0] - index if len(reference.indices) == 1 and symbols else None
     if lag is None or not lag.is_Integer:
-        raise ModelError(
-            f"'{reference}' is not a signal at a fixed lag: index it as [t - k], k a whole number"
-        )
+        raise ModelError(f"'{reference}' is not a signal at a fixed lag: index it as [t - k], k a whole number")
     return int(lag)
 
 
@@ -159,13 +157,9 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
     try:
         expression = sympy.sympify(expression, strict=True)
     except sympy.SympifyError:
-        raise ModelError(
-            f"{expression!r} is no sympy expression: build it from symbols and signals"
-        ) from None
+        raise ModelError(f"{expression!r} is no sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
-        raise ModelError(
-            f"{expression!r} is no expression: give the right-hand side only, without a relation"
-        )
+        raise ModelError(f"{expression!r} is no expression: give the right-hand side only, without a relation")
     signals = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     symbols = {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     return expression.xreplace({**symbols, **signals})

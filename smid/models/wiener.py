@@ -78,9 +78,7 @@ def Wiener(
     for power in inverse_powers:
         check_count("an inverse power", power, 0)
     if 1 in inverse_powers or len(set(inverse_powers)) < len(inverse_powers):
-        raise ModelError(
-            f"inverse_powers = {tuple(inverse_powers)}: list each once, without 1, whose factor is 1"
-        )
+        raise ModelError(f"inverse_powers = {tuple(inverse_powers)}: list each once, without 1, whose factor is 1")
     denominator = ("alpha",) if poles == 1 else names("alpha", poles, 1)
     numerator = ("beta",) if zeros == 0 else names("beta", zeros + 1, 0)
     linear = tuple(Parameter(name) for name in (*denominator, *numerator))
@@ -100,9 +98,7 @@ def Wiener(
     if output_range is not None:
         low, high = output_range
         if not low < high:
-            raise ModelError(
-                f"output_range = {output_range} is empty: give (lower, upper) with lower < upper"
-            )
+            raise ModelError(f"output_range = {output_range} is empty: give (lower, upper) with lower < upper")
         slope = sympy.diff(inverse, VALUE)
         points = [low + (high - low) * index / (MONOTONE_POINTS - 1) for index in range(MONOTONE_POINTS)]
         conditions = (sympy.expand(slope.xreplace({VALUE: number(point)})) for point in points)

@@ -58,9 +58,7 @@ def test_two_records_never_share_their_noise(script: ModuleType) -> None:
 
 def test_the_script_writes_the_files_byte_for_byte(script: ModuleType) -> None:
     for record in script.RECORDS:
-        assert script.render(record).encode("ascii") == (DATA / record.file_name).read_bytes(), (
-            record.file_name
-        )
+        assert script.render(record).encode("ascii") == (DATA / record.file_name).read_bytes(), record.file_name
 
 
 def test_importing_the_script_writes_nothing(script: ModuleType, tmp_path: Path) -> None:

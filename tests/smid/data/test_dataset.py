@@ -48,9 +48,7 @@ def test_samples_cannot_be_changed_and_are_copied():
         data.experiments[0].values["input"] = u
 
 
-@pytest.mark.parametrize(
-    "copy", [lambda d: pickle.loads(pickle.dumps(d)), lambda d: d.from_dict(d.to_dict())]
-)
+@pytest.mark.parametrize("copy", [lambda d: pickle.loads(pickle.dumps(d)), lambda d: d.from_dict(d.to_dict())])
 def test_copies_are_equal_and_read_only(copy):
     data = two_runs(n_init=3).normalise()
     again = copy(data)

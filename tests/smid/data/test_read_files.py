@@ -189,9 +189,7 @@ def test_npz_refuses_pickles_and_other_files(tmp_path, write):
 
 def test_mat(tmp_path, write):
     path = tmp_path / "run.mat"
-    savemat(
-        path, {"u": np.arange(4.0), "y": np.arange(4.0)[:, None], "Ts": 0.5, "name": "text", "s": {"a": 1}}
-    )
+    savemat(path, {"u": np.arange(4.0), "y": np.arange(4.0)[:, None], "Ts": 0.5, "name": "text", "s": {"a": 1}})
     data = Dataset.from_mat(path, input="u", output="y", sampling_time=0.5)
     assert data.values("y").tolist() == [0, 1, 2, 3]
     savemat(path, {"u": np.arange(4) * 1j, "y": np.arange(4)})
@@ -211,9 +209,7 @@ def test_pandas_frames():
     data = Dataset.from_pandas(frame, "u", "y", sampling_time=0.1)
     assert data.names == ("u", "y")
     assert data.channel("u").unit == "A"
-    dates = frame.assign(
-        time=pandas.to_datetime(["2024-01-01 00:00:00", "2024-01-01 00:00:02", "2024-01-01 00:00:04"])
-    )
+    dates = frame.assign(time=pandas.to_datetime(["2024-01-01 00:00:00", "2024-01-01 00:00:02", "2024-01-01 00:00:04"]))
     assert Dataset.from_pandas(dates, "u", "y").sampling_time == 2.0
     with pytest.raises(DataError, match="is nan at sample 1"):
         Dataset.from_pandas(frame.assign(y=[1, None, 3]), "u", "y", sampling_time=1)

@@ -94,9 +94,7 @@ def test_an_inserted_line_may_have_memory():
 
 def test_a_parameter_may_follow_a_channel():
     base, slope = Parameter("alpha0"), Parameter("alpha1", null=0)
-    model = OutputError(stable=True).substitute(
-        "a1", base.symbol + slope.symbol * signal("T")[t], [base, slope]
-    )
+    model = OutputError(stable=True).substitute("a1", base.symbol + slope.symbol * signal("T")[t], [base, slope])
     assert model.inputs == ("T", "u")
     temperature = np.linspace(0, 1, len(INPUT))
     values = {"alpha0": -0.9, "alpha1": 0.5, "b0": 0.4}

@@ -84,9 +84,7 @@ def test_filter_loop_and_batch_paths_agree(rng):
     for row in range(4):
         one = {name: np.broadcast_to(value, 4)[row] for name, value in batch.items()}
         for kind in (model, hidden):
-            np.testing.assert_allclose(
-                simulate(kind, {"u": u}, one, first)["y"], runs[0][row], rtol=1e-10, atol=1e-12
-            )
+            np.testing.assert_allclose(simulate(kind, {"u": u}, one, first)["y"], runs[0][row], rtol=1e-10, atol=1e-12)
 
 
 def test_batch_may_leave_the_recursion_scalar(rng):
@@ -195,9 +193,7 @@ def test_prediction_equals_simulation_on_noise_free_data(rng):
 
 def test_leaving_the_finite_range_names_the_first_sample():
     u = np.ones(3000)
-    with pytest.raises(
-        ModelError, match=r"simulation of w leaves the finite range at sample 1\d\d\d.*stable"
-    ):
+    with pytest.raises(ModelError, match=r"simulation of w leaves the finite range at sample 1\d\d\d.*stable"):
         simulate(OutputError(1, 0), {"u": u}, {"a1": -2.0, "b0": 1.0})
     square = OutputError(1, 0).add_term("w", signal("w")[t - 1] ** 2)
     with pytest.raises(ModelError, match="finite range at sample"):
@@ -234,9 +230,7 @@ def test_lengths_and_autonomous_models():
         simulate(decay, {})
     with pytest.raises(ModelError, match="long enough"):
         simulate(OutputError(), {"u": [1.0]}, {"a1": 0.0, "b0": 1.0}, n=5)
-    assert simulate(OutputError(3, 0), {"u": [1.0]}, {"a1": 0, "a2": 0, "a3": 0, "b0": 1.0})["y"].shape == (
-        1,
-    )
+    assert simulate(OutputError(3, 0), {"u": [1.0]}, {"a1": 0, "a2": 0, "a3": 0, "b0": 1.0})["y"].shape == (1,)
 
 
 def test_a_long_hammerstein_record_is_fast():

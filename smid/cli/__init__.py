@@ -1,0 +1,5 @@
+"""The command line: ``smid demo``, ``smid identify``, ``smid error-bound``, ``smid validate``."""
+
+from smid.cli.app import main
+
+__all__ = ["main"]

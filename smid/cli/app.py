@@ -1,0 +1,27 @@
+"""The command ``smid`` and its subcommands."""
+
+from __future__ import annotations
+
+import click
+
+from smid.cli.demo import demo
+from smid.cli.error_bound import error_bound
+from smid.cli.face import Face
+from smid.cli.identify import identify
+from smid.cli.validate import validate
+
+
+@click.group(cls=Face, invoke_without_command=True, context_settings={"max_content_width": 110})
+@click.version_option(package_name="smid")
+@click.pass_context
+def main(context: click.Context) -> None:
+    """Set-membership identification: parameter intervals that are theorems.
+
+    Exit codes: 0 done, 1 proven that no parameters explain the data, 2 bad input, 130 interrupted.
+    """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+for command in (demo, identify, error_bound, validate):
+    main.add_command(command)

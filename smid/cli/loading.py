@@ -1,0 +1,118 @@
+"""Read what the user names on the command line, and refuse what does not fit together, before any solve."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from relaxations.solvers.interface import check_solver
+from smid.binding import bind
+from smid.data import DataError, Dataset
+from smid.data.read_csv import read_text
+from smid.feasible import check_data
+from smid.models import Model, load_model
+
+
+def load_data(
+    path: str,
+    input: str,
+    output: str,
+    sampling_time: float | None = None,
+    time: str | None = None,
+    start: int | None = None,
+    stop: int | None = None,
+) -> Dataset:
+    """Read a CSV file; its source keeps the first comment of the file and the samples that were taken.
+
+    Parameters
+    ----------
+    path : str
+    input, output : str
+        Columns.
+    sampling_time : float, optional
+    time : str, optional
+        Column of time stamps.
+    start, stop : int, optional
+        Samples, as in a Python slice.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    DataError
+        As :meth:`smid.Dataset.from_csv`, or where no samples are left.
+    """
+    data = _with_plain_names(Dataset.from_csv(path, input, output, sampling_time, time))
+    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
+    source = data.source
+    if start is not None or stop is not None:
+        count = data.n_samples
+        if not range(count)[start:stop]:
+            raise DataError(f"--start and --stop leave none of the {count} samples; give start < stop")
+        data = data.crop(start, stop)
+        source += f", samples {start or 0}:{count if stop is None else stop}"
+    # The comment may say what the numbers alone do not: that a record is simulated, say.
+    return replace(data, source=f"{source} ({comment[1].strip().rstrip('.')})" if comment else source)
+
+
+def _plain(name: str) -> str:
+    """Return a name that can stand in an equation: a column without header is called ``0``."""
+    plain = re.sub(r"\W", "_", name)
+    return plain if plain.isidentifier() else f"c{plain}"
+
+
+def _with_plain_names(data: Dataset) -> Dataset:
+    names = {name: _plain(name) for name in data.names}
+    return replace(
+        data,
+        experiments=tuple(
+            replace(run, values={names[name]: values for name, values in run.values.items()})
+            for run in data.experiments
+        ),
+        channels=tuple(replace(channel, name=names[channel.name]) for channel in data.channels),
+        inputs=tuple(names[name] for name in data.inputs),
+        outputs=tuple(names[name] for name in data.outputs),
+        resampling=tuple(
+            replace(r, curvature_error={names[name]: e for name, e in r.curvature_error.items()})
+            for r in data.resampling
+        ),
+    )
+
+
+def load_problem(
+    model_path: str, data: Dataset, solver: str, input_noise_bound: float | None
+) -> tuple[Model, dict[str, float]]:
+    """Read the model, and check it against the data, the solver's name and the input's noise bound.
+
+    Parameters
+    ----------
+    model_path : str
+    data : Dataset
+    solver : str
+    input_noise_bound : float or None
+
+    Returns
+    -------
+    model : Model
+        With the data's channel names.
+    fixed : mapping channel -> float
+        Noise bounds of the inputs.
+
+    Raises
+    ------
+    ModelError, DataError, ProblemError, click.UsageError
+    """
+    model = bind(load_model(model_path), data)
+    check_data(model, data)
+    check_solver(solver)
+    noisy = [m.channel for m in model.measurements if m.noise is not None and m.channel in model.input_channels]
+    if noisy and input_noise_bound is None:
+        raise click.UsageError(f"the input {noisy[0]} of this model is noisy: give --input-noise-bound")
+    if not noisy and input_noise_bound is not None:
+        raise click.UsageError("the input of this model is exact: leave out --input-noise-bound, or change the model")
+    return model, {} if input_noise_bound is None else dict.fromkeys(noisy, input_noise_bound)

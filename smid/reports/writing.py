@@ -1,0 +1,79 @@
+"""Write a file whole or not at all, and find out beforehand whether it can be written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from os import PathLike
+from pathlib import Path
+
+
+def check_writable(path: str | PathLike[str]) -> None:
+    """Raise an error that names the cure unless a file can be written there; call it before long work.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    OSError
+        Where the path is a folder, its folder is missing, or nothing can be written there.
+
+    Examples
+    --------
+    >>> check_writable("/nowhere/a.html")
+    Traceback (most recent call last):
+    ...
+    OSError: cannot write /nowhere/a.html: there is no folder /nowhere; create it, or choose another path
+    """
+    target = Path(path)
+    folder = target.parent
+    if target.is_dir():
+        raise OSError(f"cannot write {target}: it is a folder; give the name of a file in it")
+    if not folder.is_dir():
+        raise OSError(f"cannot write {target}: there is no folder {folder}; create it, or choose another path")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise OSError(f"cannot write {target}: it is read-only; change its permissions, or choose another path")
+    try:
+        # Only trying tells: permissions say nothing of a file system that is mounted read-only.
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(f"cannot write {target}: {error.strerror} in {folder}; choose another path") from None
+
+
+def write_text(path: str | PathLike[str], text: str) -> Path:
+    """Write a file by way of a temporary one beside it, so that no reader ever sees half of it.
+
+    Parameters
+    ----------
+    path : str or path
+    text : str
+        Written in UTF-8.
+
+    Returns
+    -------
+    Path
+        The path written.
+
+    Raises
+    ------
+    OSError
+        As :func:`check_writable`.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_text(Path(folder) / "a.txt", "whole").read_text()
+    'whole'
+    """
+    check_writable(path)
+    target = Path(path)
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return target
