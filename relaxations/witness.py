@@ -15,23 +15,24 @@ feasibility by a linear program in the others, which is exact where they enter l
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from mpmath.ctx_iv import MPIntervalContext
 from scipy import sparse
 from scipy.optimize import linprog
 
+from relaxations import fixed_point
 from relaxations.balls import Array, Index
+from relaxations.fixed_point import Interval
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 
 _PRECISIONS = (80, 160, 640, 2560)  # bits
-_NARROW = 1e-15
 # The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
 # push the verified point outside; a wider margin is tried where a narrower one was not enough.
 MARGINS = (1e-9, 1e-7, 1e-5)
-_HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+# HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
+# take no longer.
+_HIGHS = {"presolve": False, "primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
 @dataclass(frozen=True)
@@ -63,21 +64,20 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
     order = definition_order(problem.equalities)
     if order is None:
         return None
-    values: list[Any] = []
+    last = np.inf
     for bits in _PRECISIONS:
-        context = MPIntervalContext()
-        context.prec = bits
-        defined = _define(context, problem.equalities, order, point)
-        if defined is None:
+        values = _define(problem.equalities, order, point, bits)
+        if values is None:
             return None
-        values = defined
-        widest = max((float(v.delta.b) for v in values), default=0.0)
-        if widest <= _NARROW * max(1.0, float(np.max(np.abs(point), initial=0.0))):
-            break
-    if not _holds(context, problem, values):
-        return None
-    value = _evaluate(context, objective, values)[0]
-    return Witness(np.array([float(v.mid.a) for v in values]), float(np.nextafter(float(value.b), np.inf)))
+        if _holds(problem, values, bits):
+            middles = np.array([fixed_point.middle(v, bits) for v in values])
+            value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
+            return Witness(middles, value)
+        widest = max((high - low for low, high in values), default=0) / (1 << bits)
+        if widest > 0.5 * last:  # the data's own rounding: more precision does not help
+            return None
+        last = widest
+    return None
 
 
 def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
@@ -147,41 +147,53 @@ def _terms(polynomials: Polynomials) -> list[list[tuple[float, float, list[int]]
     return members
 
 
-def _product(context: Any, mid: float, rad: float, variables: list[int], values: list[Any]) -> Any:
-    term = context.mpf(mid) if rad == 0 else context.mpf(mid) + context.mpf([-rad, rad])
+def _product(term: tuple[float, float, list[int]], values: list[Interval], bits: int) -> Interval:
+    mid, rad, variables = term
+    result = fixed_point.from_float(mid, bits)
+    if rad:
+        result = fixed_point.widened(result, rad, bits)
     for v in variables:
-        term = term * values[v]
-    return term
+        result = fixed_point.multiply(result, values[v], bits)
+    return result
 
 
-def _define(context: Any, equalities: Polynomials, order: list[tuple[int, int]], point: Array) -> list[Any] | None:
+def _define(equalities: Polynomials, order: list[tuple[int, int]], point: Array, bits: int) -> list[Interval] | None:
     """Return every variable as an interval: floats where free, computed where defined."""
-    values = [context.mpf(float(x)) for x in point]
+    values = [fixed_point.from_float(x, bits) for x in point.tolist()]
     terms = _terms(equalities)
     for row, variable in order:
-        rest, divisor = context.mpf(0), context.mpf(0)
+        rest_low = rest_high = divisor_low = divisor_high = 0
         for mid, rad, variables in terms[row]:
             if variable in variables:
-                divisor = divisor + _product(context, mid, rad, [v for v in variables if v != variable], values)
+                others = [v for v in variables if v != variable]
+                low, high = _product((mid, rad, others), values, bits)
+                divisor_low, divisor_high = divisor_low + low, divisor_high + high
             else:
-                rest = rest + _product(context, mid, rad, variables, values)
-        if divisor.a <= 0 <= divisor.b:
+                low, high = _product((mid, rad, variables), values, bits)
+                rest_low, rest_high = rest_low + low, rest_high + high
+        quotient = fixed_point.divide((-rest_high, -rest_low), (divisor_low, divisor_high), bits)
+        if quotient is None:
             return None
-        values[variable] = -rest / divisor
+        values[variable] = quotient
     return values
 
 
-def _evaluate(context: Any, polynomials: Polynomials, values: list[Any]) -> list[Any]:
-    return [
-        sum((_product(context, *term, values) for term in member), context.mpf(0)) for member in _terms(polynomials)
-    ]
+def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> list[Interval]:
+    sums = []
+    for member in _terms(polynomials):
+        products = [_product(term, values, bits) for term in member]
+        sums.append((sum(low for low, _ in products), sum(high for _, high in products)))
+    return sums
 
 
-def _holds(context: Any, problem: PolynomialProblem, values: list[Any]) -> bool:
-    for value, lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
-        if not (value.a >= lower and value.b <= upper):
+def _holds(problem: PolynomialProblem, values: list[Interval], bits: int) -> bool:
+    for (low, high), lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
+        # A finite end rounded towards the inside: what passes it passes the end itself.
+        if np.isfinite(lower) and low < fixed_point.from_float(lower, bits)[1]:
             return False
-    return all(bool(g.a >= 0) for g in _evaluate(context, problem.inequalities, values))
+        if np.isfinite(upper) and high > fixed_point.from_float(upper, bits)[0]:
+            return False
+    return all(low >= 0 for low, _ in _evaluate(problem.inequalities, values, bits))
 
 
 def search(

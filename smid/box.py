@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 
 from relaxations.boxes import derive_box
-from relaxations.hierarchy import contracted, intervals, relax, resolve, uninterrupted
+from relaxations.hierarchy import contracted, intervals, lowest, relax, resolve, uninterrupted
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
 from smid.feasible import FeasibleSet
 from smid.models import Model, Parameter
@@ -122,22 +122,38 @@ def _reach(
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
     place = {name: k for k, name in enumerate(boxed.names)}
-    method, order, _ = resolve(boxed, "auto", None)
-    parameters = [place[p.name] for p in products.model.parameters]
-    enclosure = uninterrupted(intervals(boxed, parameters, solver=solver, rounds=4, witnesses=False))
-    problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
-    relaxed = relax(problem, method, order, solver)
-    symbols = [sympy.Symbol(name, real=True) for name in problem.names[: len(products.model.parameters)]]
+    method, order, complicating = resolve(boxed, "auto", None)
+    names = boxed.names[: len(products.model.parameters)]
+    distinct = list(dict.fromkeys(factors.values()))
+    both = [sign * factor for factor in distinct for sign in (1, -1)]
+    polynomials = polynomials_from_sympy(both, [sympy.Symbol(name, real=True) for name in names])
+
+    def away(problem: PolynomialProblem, order: int) -> list[float]:
+        """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
+        relaxed = relax(problem, method, order, solver)
+        ends = [relaxed.bound(polynomials.take(np.array([k]))).bound for k in range(polynomials.n_rows)]
+        return [max(forward, backward) for forward, backward in zip(ends[::2], ends[1::2], strict=True)]
+
+    problem = boxed
+    distances = away(problem, lowest(problem, method, complicating))
+    if min(distances) <= 0:
+        targets = [place[p.name] for p in products.model.parameters]
+        enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False))
+        problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
+        distances = away(problem, order)
+    if min(distances) <= 0:
+        return None
     reach = {}
     for name, factor in factors.items():
-        forward, backward = (relaxed.bound(polynomials_from_sympy([sign * factor], symbols)).bound for sign in (1, -1))
-        away = max(forward, backward)  # q >= forward, or q <= -backward
-        if away <= 0:
-            return None
+        away_from_zero = distances[distinct.index(factor)]
         k = place[f"{name}_product"]
         largest = max(abs(problem.lower[k]), abs(problem.upper[k]))
         # An empty set is bounded by anything; the caller will prove it empty.
-        reach[name] = float(np.nextafter(largest / away * (1 + 1e-15), np.inf)) if np.isfinite(away) else largest
+        reach[name] = (
+            float(np.nextafter(largest / away_from_zero * (1 + 1e-15), np.inf))
+            if np.isfinite(away_from_zero)
+            else largest
+        )
     return reach
 
 

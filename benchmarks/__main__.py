@@ -1,0 +1,29 @@
+"""Run the benchmarks and write docs/benchmarks.md: ``make bench``."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmarks import hammerstein, stamping
+
+
+def main() -> None:
+    """Print each result as it comes, then write them all."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "clarabel", "pyscipopt"))
+    parts = [
+        "# Benchmarks",
+        f"Written by `make bench` on {platform.machine()}, {platform.system()}, Python {platform.python_version()}; "
+        f"{libraries}; one thread per process.",
+    ]
+    print("\n\n".join(parts), flush=True)
+    for module in (stamping, hammerstein):
+        part = module.run()
+        print(f"\n{part}", flush=True)
+        parts.append(part)
+    (Path(__file__).parent.parent / "docs" / "benchmarks.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
