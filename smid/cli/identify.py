@@ -52,7 +52,7 @@ DEFAULT = NoiseBound(1.2, True)
     show_default=True,
     help="Stop at gaps below this share of the width.",
 )
-@click.option("--rounds", type=click.IntRange(min=1), default=6, show_default=True, help="At most so many.")
+@click.option("--rounds", type=click.IntRange(min=1), default=10, show_default=True, help="At most so many.")
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
 @json_option
 @report_option

@@ -11,7 +11,7 @@ import click
 from relaxations.solvers.interface import check_solver
 from smid.binding import bind
 from smid.data import DataError, Dataset
-from smid.data.read_csv import read_text
+from smid.data.read_csv import read_csv, read_text
 from smid.feasible import check_data
 from smid.models import Model, load_model
 
@@ -31,7 +31,7 @@ def load_data(
     ----------
     path : str
     input, output : str
-        Columns.
+        Columns, by the name in the file or by the plain name that equations give them.
     sampling_time : float, optional
     time : str, optional
         Column of time stamps.
@@ -47,6 +47,9 @@ def load_data(
     DataError
         As :meth:`smid.Dataset.from_csv`, or where no samples are left.
     """
+    columns = read_csv(Path(path)).cells
+    by_plain_name = {_plain(column): column for column in columns}
+    input, output = (name if name in columns else by_plain_name.get(name, name) for name in (input, output))
     data = _with_plain_names(Dataset.from_csv(path, input, output, sampling_time, time))
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
     source = data.source

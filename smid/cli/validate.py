@@ -21,6 +21,7 @@ from smid.validate import validate as validate_model
 @click.argument("data", nargs=-1, required=True, type=FILE)
 @click.option("--input", "input_", metavar="U", help="Column of the input; else as in the estimate.")
 @click.option("--output", metavar="Y", help="Column of the output; else as in the estimate.")
+@click.option("--sampling-time", type=float, metavar="S", help="Seconds; else as in the estimate.")
 @click.option("--time", metavar="COL", help="Column of time stamps; else the one called time.")
 @json_option
 @report_option
@@ -29,6 +30,7 @@ def validate(
     data: tuple[str, ...],
     input_: str | None,
     output: str | None,
+    sampling_time: float | None,
     time: str | None,
     json_: str | None,
     report: str | None,
@@ -43,7 +45,7 @@ def validate(
     model = Model.from_dict(found["model"])
     bound = found["noise_bound"].get(model.output_channels[0])
     columns = (input_ or model.input_channels[0], output or model.output_channels[0])
-    interval = found["data"]["sampling_time"]
+    interval = sampling_time or found["data"]["sampling_time"]
     records = [load_data(path, *columns, sampling_time=interval, time=time) for path in data]
     runs = [validate_model(model, record, bound) for record in records]
     for run in runs:

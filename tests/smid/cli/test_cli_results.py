@@ -3,9 +3,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from relaxations.hierarchy import Reason
+from smid.cli import main
 from smid.cli.face import Progress
 
 COMMON = "run.csv --input u --output y --model model.toml"
@@ -124,3 +127,22 @@ def test_a_pipe_is_quiet_and_carries_the_exit_code():
     assert done.returncode == 1
     assert done.stderr == ""
     assert "\x1b" not in done.stdout
+
+
+def test_a_record_without_header_is_validated_by_the_estimate_it_gave(tmp_path):
+    rng = np.random.default_rng(3)
+    u = rng.uniform(-1, 1, 40)
+    y = np.zeros(40)
+    for k in range(1, 40):
+        y[k] = 0.7 * y[k - 1] + u[k - 1]
+    record = tmp_path / "run.dat"
+    np.savetxt(record, np.stack([u, y + rng.uniform(-0.05, 0.05, 40)], axis=1))
+    model = tmp_path / "oe.toml"
+    model.write_text('class = "OutputError"\nstable = true\n')
+    estimate = tmp_path / "estimate.json"
+    arguments = [str(record), "--input", "0", "--output", "1", "--sampling-time", "1", "--model", str(model)]
+    first = CliRunner().invoke(main, ["identify", *arguments, "--noise-bound", "0.1", "--json", str(estimate)])
+    assert first.exit_code == 0, first.output
+    second = CliRunner().invoke(main, ["validate", str(estimate), str(record)])
+    assert second.exit_code == 0, second.output
+    assert "c1" in second.output
