@@ -5,7 +5,7 @@
 FOLDER holds the records, one folder each; they do not come with the project. Every record goes the same way, with the
 same grid of structures:
 
-1. The structure with the least noise bound on the identification samples is taken.
+1. The structure with the least noise bound on the identification samples is taken, among those with a certified one.
 2. ``identify`` at 1.1 times the upper end of that bound.
 3. The central model runs freely over the other half of the record. Beside it run the minimax fit, which is the witness
    of the least bound, and a least-squares fit of the same structure that begins there.
@@ -24,7 +24,18 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from relaxations.hierarchy import Proof
-from smid import Dataset, ErrorBound, Estimate, Hammerstein, Model, OutputError, error_bound, identify, validate
+from smid import (
+    Dataset,
+    ErrorBound,
+    Estimate,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    error_bound,
+    identify,
+    validate,
+)
 from smid.models.simulate import simulate
 
 SAMPLES = 200  # at most so many for identification
@@ -163,7 +174,14 @@ def choose(
     """Return the structure with the least noise bound."""
     found = []
     for name, model in grid:
-        bound = error_bound(model, data, order=None if len(grid) == 1 else 1, tolerance=TOLERANCE, rounds=4)
+        try:
+            bound = error_bound(model, data, order=1, tolerance=TOLERANCE, rounds=4)
+        except ModelError as error:
+            print(f"    {name}: left out, {error}", flush=True)
+            continue
+        if bound.lower <= 0:  # no box could be proven for its parameters, so it would get no intervals either
+            print(f"    {name}: left out, nothing certified about {bound.enclosure}", flush=True)
+            continue
         found.append((name, model, bound))
         if say:
             say(f"    {name}: {bound.enclosure} in {bound.seconds:.1f} s")
@@ -217,6 +235,7 @@ def main() -> None:
         outcome = run(record, grid, arguments.folder, arguments.samples, lambda line: print(line, flush=True))
         print(outcome.estimate, flush=True)
         rows.append(outcome.row())
+        print("  ".join(rows[-1]), flush=True)
     print(f"\n{table(rows)}\n\n{time.perf_counter() - started:.0f} s in all")
 
 

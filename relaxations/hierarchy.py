@@ -20,7 +20,7 @@ from relaxations.certificate import Certificate, certify
 from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
 from relaxations.errors import ProblemError
 from relaxations.lasserre import METHODS, groups, lasserre
-from relaxations.lift import complicating_variables, degrees_in, least_order, lift
+from relaxations.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
 from relaxations.moment import Relaxation
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
@@ -54,6 +54,7 @@ class Reason(Enum):
     EMPTY = "the feasible set is certified empty"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
+    UNBOUNDED = "no finite box could be proven, and nothing else without it: give bounds, or richer data"
 
 
 @dataclass(frozen=True)
@@ -184,6 +185,8 @@ class Outcome:
 def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
     """Return the method, the order and the complicating variables that a call means; ProblemError if impossible.
 
+    Where no small set of complicating variables exists, the third is a large one: only a local search can use it.
+
     ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
     complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
     """
@@ -194,7 +197,7 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
         raise ProblemError(f"unknown method {method!r}: choose auto, lift, {', '.join(METHODS)}")
     if method == "lift" and complicating is None:
         raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-    found = np.zeros(0, dtype=np.int64) if complicating is None else complicating
+    found = nonlinear_variables(problem) if complicating is None else complicating
     least = lowest(problem, method, found)
     usual = 1 if method == "lift" and len(found) > 2 else 2
     if order is not None and order < least:
@@ -304,7 +307,7 @@ def intervals(
     if method != "lift":
         groups(problem, order, method)  # refuses blocks that are too wide, at the highest order
     say = progress or (lambda _: None)
-    watched = sorted({*targets, *complicating.tolist()})
+    watched = sorted({*targets, *(complicating.tolist() if method == "lift" else ())})
     ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
     empty: Emptiness | None = None
     reason, done, relaxed = Reason.ROUNDS, 0, None
@@ -343,7 +346,7 @@ def intervals(
         done,
         ends.solves,
         time.perf_counter() - started,
-        tuple(problem.names[k] for k in complicating),
+        tuple(problem.names[k] for k in complicating) if method == "lift" else (),
         relaxed.relaxation.largest_block if relaxed else 0,
         relaxed.relaxation.n_moments if relaxed else 0,
     )

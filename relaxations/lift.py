@@ -29,7 +29,7 @@ from relaxations.moment import Localiser, Relaxation, assemble, localise, monomi
 from relaxations.polynomial import Polynomials, unique
 from relaxations.problem import PolynomialProblem
 
-MOST_COMPLICATING = 8
+MOST_COMPLICATING = 6
 
 
 def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICATING) -> Index | None:
@@ -46,6 +46,18 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
     >>> complicating_variables(problem)
     array([0])
     """
+    squared, rest = _pairs(problem)
+    if len(squared) > most:
+        return None
+    for size in range(most - len(squared) + 1):
+        cover = _vertex_cover({v: n for v, n in rest.items() if n}, size)
+        if cover is not None:
+            return np.array(sorted(squared | cover), dtype=np.int64)
+    return None
+
+
+def _pairs(problem: PolynomialProblem) -> tuple[set[int], dict[int, set[int]]]:
+    """Return the variables that occur squared, and among the others who shares a monomial with whom."""
     squared: set[int] = set()
     neighbours: dict[int, set[int]] = {}
     for family in (problem.equalities, problem.inequalities):
@@ -59,14 +71,7 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
                     else:
                         neighbours.setdefault(u, set()).add(v)
                         neighbours.setdefault(v, set()).add(u)
-    if len(squared) > most:
-        return None
-    rest = {v: n - squared for v, n in neighbours.items() if v not in squared}
-    for size in range(most - len(squared) + 1):
-        cover = _vertex_cover({v: n for v, n in rest.items() if n}, size)
-        if cover is not None:
-            return np.array(sorted(squared | cover), dtype=np.int64)
-    return None
+    return squared, {v: n - squared for v, n in neighbours.items() if v not in squared}
 
 
 def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None:
@@ -82,6 +87,17 @@ def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None
             if cover is not None:
                 return cover | chosen
     return None
+
+
+def nonlinear_variables(problem: PolynomialProblem) -> Index:
+    """Return some set of variables, found greedily, without which every monomial is affine; of any size."""
+    squared, rest = _pairs(problem)
+    chosen = set(squared)
+    while any(rest.values()):
+        most = max(rest, key=lambda v: len(rest[v]))
+        chosen.add(most)
+        rest = {v: n - {most} for v, n in rest.items() if v != most}
+    return np.array(sorted(chosen), dtype=np.int64)
 
 
 def least_order(problem: PolynomialProblem, complicating: Index) -> int:

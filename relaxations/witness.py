@@ -31,8 +31,14 @@ _PRECISIONS = (80, 160, 640, 2560)  # bits
 # push the verified point outside; a wider margin is tried where a narrower one was not enough.
 MARGINS = (1e-9, 1e-7, 1e-5)
 # HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
-# take no longer.
-_HIGHS = {"presolve": False, "primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+# take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
+# up, and with it one candidate of the search.
+_HIGHS = {
+    "presolve": False,
+    "time_limit": 5.0,
+    "primal_feasibility_tolerance": 1e-10,
+    "dual_feasibility_tolerance": 1e-10,
+}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.models import Line, Model
 from smid.models.symbols import rename_signals
 
@@ -36,6 +36,11 @@ def bind(model: Model, data: Dataset) -> Model:
     """
     names = {c.name for c in data.channels}
     renamed: dict[str, str] = {}
+    clumsy = [c for c in (*data.inputs, *data.outputs) if not c.isidentifier()]
+    if clumsy:
+        raise DataError(
+            f"channel {clumsy[0]!r} cannot stand in an equation: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
+        )
     for own, given in ((model.input_channels, data.inputs), (model.output_channels, data.outputs)):
         missing = [c for c in own if c not in names]
         if len(missing) == 1 and len(given) == 1:

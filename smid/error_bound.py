@@ -70,9 +70,8 @@ class ErrorBound:
         return f"[{round_down(self.lower, digits)}, {round_up(self.upper, digits)}]"
 
     def __str__(self) -> str:
-        return (
-            f"least noise bound of {self.channel}: in {self.enclosure} {self.unit}".rstrip()
-            + " (lower end certified, upper end witnessed)"
+        return f"least noise bound of {self.channel}: in {self.enclosure} {self.unit}".rstrip() + (
+            " (lower end certified, upper end witnessed)" if self.lower > 0 else " (witnessed; no lower end is proven)"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -186,7 +185,7 @@ def _minimax(feasible: FeasibleSet) -> tuple[Array | None, float]:
     *_, complicating = resolve(problem, "auto", None)
     start = np.zeros(problem.n_variables)
     best: tuple[Array | None, float] = (None, np.inf)
-    for shrink in (1.0, 0.9, 0.5):  # towards zero: an equation-error fit errs, and towards instability at worst
+    for shrink in (1.0, 0.9, 0.5, 0.0):  # towards zero: an equation-error fit errs, at worst towards instability
         start[: len(parameters)] = shrink * parameters
         found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
         if found is not None and found.value < best[1]:

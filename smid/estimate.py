@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from relaxations.hierarchy import Enclosure, Interval, Proof
+from relaxations.hierarchy import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
 from smid.models import Model, Parameter
 
@@ -118,8 +118,10 @@ class Estimate:
         Parameters that came without prior bounds and got a box proven from the data.
     unbounded : tuple of str
         Parameters for which no box could be proven; then nothing else is certified either.
+    reason : Reason
+        Why the computation stopped.
     enclosure : Enclosure or None
-        How the bounds came about; None where ``unbounded`` is not empty.
+        How the bounds came about; None where the computation ended before them.
     """
 
     model: Model
@@ -130,6 +132,7 @@ class Estimate:
     nearest: Mapping[str, float] | None
     derived: tuple[str, ...]
     unbounded: tuple[str, ...]
+    reason: Reason
     enclosure: Enclosure | None
 
     @property
@@ -152,7 +155,8 @@ class Estimate:
     def summary(self) -> str:
         """Return in one sentence how the intervals were obtained and why the computation stopped."""
         if self.enclosure is None:
-            return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
+            of = f" ({', '.join(self.unbounded)})" if self.unbounded else ""
+            return f"{self.reason.value[0].upper()}{self.reason.value[1:]}{of}."
         e = self.enclosure
         how = f"parametric lift in {', '.join(e.complicating)}" if e.method == "lift" else f"{e.method} relaxation"
         return f"{how}, order {e.order}, {e.solves} certified solves in {e.seconds:.3g} s; {e.reason.value}."

@@ -10,13 +10,13 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from relaxations.balls import Balls, Index, concatenate
+from relaxations.balls import Array, Balls, Index, concatenate
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
 from relaxations.reductions.sparsity import cliques
 from smid.binding import bind
-from smid.data import DataError, Dataset
+from smid.data import DataError, Dataset, excitation
 from smid.models import Model, ModelError
 from smid.template import Template, templates
 
@@ -53,7 +53,7 @@ class FeasibleSet:
     Examples
     --------
     >>> from smid.models import OutputError
-    >>> data = Dataset.from_arrays(input=[1.0, 1, 1, 1], output=[0.0, 0.5, 0.7, 0.8], sampling_time=1.0)
+    >>> data = Dataset.from_arrays(input=[1.0, 1, 1, 0], output=[0.0, 0.5, 0.7, 0.8], sampling_time=1.0)
     >>> feasible = FeasibleSet(OutputError(na=1, stable=True), data, 0.1)
     >>> feasible.n_equalities, feasible.degree
     (3, 2)
@@ -203,6 +203,15 @@ def check_data(model: Model, data: Dataset) -> None:
                 f"experiment {experiment.name!r} has {experiment.n_samples} samples, the model needs {least} "
                 "(its lag, its parameters and one more): take a longer record or a smaller model"
             )
+    for channel in model.input_channels:
+        # Order 1 and no more: a ramp excites little else, and is just what a static curve is measured with. Whether
+        # the data suffice for the parameters is what the intervals say.
+        records = [experiment.values[channel] for experiment in data.experiments]
+        if excitation(*records, max_order=1).order < 1:
+            raise DataError(
+                f"the input {channel!r} does not excite: it is {records[0][0]:g} at every sample; "
+                "measure with an input that moves (a step, a ramp, a PRBS), or crop the record to where it does"
+            )
 
 
 def _stamp_all(
@@ -218,6 +227,7 @@ def _stamp_all(
     equalities: list[Polynomials] = []
     samples = []
     free_latents: list[Index] = []
+    definitions: list[tuple[Polynomials, Index]] = []
     count = len(names)
     for number, experiment in enumerate(data.experiments):
         suffix = "" if len(data.experiments) == 1 else f",{experiment.name}"
@@ -236,6 +246,8 @@ def _stamp_all(
         for part in parts:
             times = np.arange(part.max_lag, experiment.n_samples)
             equalities.append(_stamp(part, experiment.values, times, place, offsets))
+            if part.defines:
+                definitions.append((equalities[-1], times + offsets[part.signal]))
             samples.append(np.stack([np.full(len(times), number), times], axis=1))
 
     inequalities = polynomials_from_sympy(model.constraints, [p.symbol for p in model.parameters])
@@ -244,13 +256,11 @@ def _stamp_all(
         lower.append(np.zeros(1))
         upper.append(np.full(1, np.inf))
         inequalities = Polynomials.join([inequalities, *(_within(i, count) for i in free_latents)])
-    problem = PolynomialProblem(
-        tuple(names),
-        np.concatenate(lower),
-        np.concatenate(upper),
-        Polynomials.join(equalities),
-        inequalities,
-    )
+    low, high = np.concatenate(lower), np.concatenate(upper)
+    for defining, variables in definitions:
+        reach = _reach(defining, variables, low, high)
+        low[variables], high[variables] = -reach, reach
+    problem = PolynomialProblem(tuple(names), low, high, Polynomials.join(equalities), inequalities)
     return problem, np.concatenate(samples).astype(np.int64)
 
 
@@ -287,6 +297,18 @@ def _stamp(
         np.concatenate(factors).astype(np.int64),
         concatenate([term.coefficients(values, times) for term in part.terms]),
     ).collect()
+
+
+def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:
+    """Return how large each latent can be that an equality gives explicitly, with coefficient one."""
+    own = (defining.term_degrees == 1) & (defining.factors.max(axis=1) == variables[defining.rows])
+    largest = np.maximum(np.abs(lower), np.abs(upper))
+    sizes = Balls.exact(np.where(own, 0.0, defining.coefficients.magnitude()))
+    with np.errstate(invalid="ignore"):
+        for column in defining.factors.T:
+            sizes = sizes * Balls.exact(np.where((column >= 0) & ~own, largest[column], 1.0))
+        reach = sizes.segment_sum(defining.rows, defining.n_rows).upper
+    return np.where(np.isfinite(reach), reach, np.inf)
 
 
 def _within(latents: Index, bound: int) -> Polynomials:

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from relaxations.balls import Array, Index
-from relaxations.hierarchy import Emptiness, Enclosure, find_witness, intervals, relax, resolve
+from relaxations.hierarchy import Emptiness, Enclosure, Interval, Reason, find_witness, intervals, relax, resolve
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
 from relaxations.witness import MARGINS, search, verify
-from smid.box import with_finite_box
+from smid.box import Boxed, with_finite_box
 from smid.data import Dataset
 from smid.error_bound import error_bound
 from smid.estimate import CentreStatus, Estimate, ParameterInterval
@@ -103,11 +103,18 @@ def identify(
     feasible = FeasibleSet(model, data, noise_bound)
     model = feasible.model
     resolve(feasible.problem, method, order)
-    boxed = with_finite_box(feasible, solver, progress)
-    if boxed.unbounded:
-        return _without_box(feasible, boxed.unbounded)
+    boxed = Boxed(feasible, (), feasible.problem.unbounded)
+    known: list[Array] = []
+    try:
+        boxed = with_finite_box(feasible, solver, progress)
+        if boxed.unbounded:
+            return _box_only(boxed, Reason.UNBOUNDED)
+        known = _first_witness(boxed.feasible)
+    except KeyboardInterrupt:
+        return _box_only(boxed, Reason.INTERRUPTED)
+    except MemoryError:
+        return _box_only(boxed, Reason.MEMORY)
     problem = boxed.feasible.problem
-    known = _first_witness(boxed.feasible)
     enclosure = intervals(
         problem,
         range(len(model.parameters)),
@@ -137,20 +144,30 @@ def identify(
         values,
         boxed.derived,
         (),
+        enclosure.reason,
         enclosure,
     )
 
 
-def _without_box(feasible: FeasibleSet, unbounded: tuple[str, ...]) -> Estimate:
-    """Return the prior box: all that is known where a parameter cannot be bounded."""
-    from relaxations.hierarchy import Proof
-
-    prior = tuple(
-        ParameterInterval(p.name, p.unit, p.lower, p.upper, np.nan, np.nan, Proof.BOX, Proof.BOX)
-        for p in feasible.model.parameters
+def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
+    """Return the box, all that is known where the computation ended before its bounds."""
+    feasible = boxed.feasible
+    found = tuple(
+        ParameterInterval.of(Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", "")), p)
+        for p, low, high in zip(feasible.model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
     )
+    unbounded = tuple(p.name for p in feasible.model.parameters if p.name in boxed.unbounded)
     return Estimate(
-        feasible.model, feasible.data, feasible.bounds, prior, CentreStatus.UNDECIDED, None, (), unbounded, None
+        feasible.model,
+        feasible.data,
+        feasible.bounds,
+        found,
+        CentreStatus.UNDECIDED,
+        None,
+        boxed.derived,
+        unbounded,
+        reason,
+        None,
     )
 
 

@@ -55,11 +55,22 @@ class Term:
 
 @dataclass(frozen=True)
 class Template:
-    """The equality that one signal's line stands for; ``max_lag`` is how far back it reads."""
+    """The equality that one signal's line stands for.
+
+    Parameters
+    ----------
+    signal : str
+    terms : tuple of Term
+    max_lag : int
+        How far back it reads.
+    defines : bool
+        Whether it gives the latent ``signal`` explicitly, in terms of nothing but parameters, noises and data.
+    """
 
     signal: str
     terms: tuple[Term, ...]
     max_lag: int
+    defines: bool = False
 
     @property
     def latents(self) -> frozenset[Reference]:
@@ -79,9 +90,27 @@ def templates(model: Model) -> tuple[Template, ...]:
     ModelError
         Where a line is no polynomial in parameters, noises and latent signals.
     """
-    measured = {m.signal: m for m in model.measurements}
     kept, static = _split(model)
-    return tuple(_template(model, line, static, measured) for line in kept)
+    curved = _curved_sensors(model)
+    dynamic = {*model.states, *(m.signal for m in model.measurements)}
+    lines = [
+        _template(
+            model,
+            line.signal,
+            _substitute_static(line.target - line.expression, static),
+            curved,
+            line.signal not in dynamic,
+        )
+        for line in kept
+    ]
+    sensors = [
+        _template(
+            model, m.signal, signal(m.signal)[t] - _seen(m, signal(m.channel)[t], signal(m.noise)[t]), curved, True
+        )
+        for m in model.measurements
+        if m.noise is not None and m.signal in curved
+    ]
+    return (*lines, *sensors)
 
 
 def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
@@ -91,16 +120,49 @@ def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
 
 
 def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
-    """Return the lines that read as equalities, and the others by signal."""
+    """Return the lines that read as equalities, and the others by signal.
+
+    A static line that bends a noisy input stays an equality of a latent signal of its own: put into the dynamics it
+    would raise their degree, and with it the order of every relaxation.
+    """
+    defined = {line.signal for line in model.lines}
     dynamic = {*model.states, *(m.signal for m in model.measurements)}
-    kept = [line for line in model.lines if line.signal in dynamic]
-    return kept, {line.signal: line.expression for line in model.lines if line.signal not in dynamic}
+    noisy = {m.signal for m in model.measurements if m.noise is not None and m.signal not in defined}
+    kept: list[Line] = []
+    static: dict[str, sympy.Expr] = {}
+    for line in model.lines:
+        if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
+            kept.append(line)
+        else:
+            static[line.signal] = line.expression
+    return kept, static
 
 
-def _template(
-    model: Model, line: Line, static: Mapping[str, sympy.Expr], measured: Mapping[str, Measurement]
-) -> Template:
-    expression = _substitute_static(line.target - line.expression, static)
+def _bends(expression: sympy.Expr, noisy: set[str]) -> bool:
+    """Tell whether an expression is of degree two or more in noisy inputs."""
+    atoms = [signal(name)[t - lag] for name, lag in references(expression) if name in noisy]
+    return bool(atoms) and expression.is_polynomial(*atoms) and sympy.Poly(expression, *atoms).total_degree() > 1
+
+
+def _curved_sensors(model: Model) -> frozenset[str]:
+    """Return the measured signals whose sensor curve bends the noise: they stay latent, beside an equality."""
+    return frozenset(
+        m.signal
+        for m in model.measurements
+        if m.inverse is not None and m.noise is not None and sympy.degree(m.inverse, VALUE) > 1
+    )
+
+
+def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None) -> sympy.Expr:
+    """Return the signal behind a measured value and its noise."""
+    plain = value if noise is None else value - noise
+    return plain if measurement.inverse is None else measurement.inverse.xreplace({VALUE: plain})
+
+
+def _template(model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], defines: bool) -> Template:
+    """Expand one equality; ``curved`` signals stay latent although they are measured."""
+    measured = {m.signal: m for m in model.measurements if m.signal not in curved}
+    hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved
     replacements: dict[sympy.Expr, sympy.Expr] = {}
     data: dict[sympy.Symbol, Reference] = {}
     latent: dict[sympy.Symbol, Reference] = {}
@@ -110,18 +172,13 @@ def _template(
         table[made] = (name, lag)
         return made
 
-    defined = {item.signal for item in model.lines}
     for name, lag in sorted(references(expression)):
         atom = signal(name)[t - lag]
         measurement = measured.get(name)
         if measurement is not None:
-            value = symbol(data, measurement.channel, lag)
-            if measurement.noise is not None:
-                value = value - symbol(latent, measurement.noise, lag)
-            if measurement.inverse is not None:
-                value = measurement.inverse.xreplace({VALUE: value})
-            replacements[atom] = value
-        elif name in defined:
+            noise = None if measurement.noise is None else symbol(latent, measurement.noise, lag)
+            replacements[atom] = _seen(measurement, symbol(data, measurement.channel, lag), noise)
+        elif name in hidden:
             replacements[atom] = symbol(latent, name, lag)
         else:
             replacements[atom] = symbol(data, name, lag)
@@ -131,7 +188,8 @@ def _template(
     parameters = {p.symbol: p.name for p in model.parameters if p.symbol in flat.free_symbols}
     unknowns = [*parameters, *sorted(latent, key=str)]
     lags = [lag for _, lag in (*data.values(), *latent.values())]
-    return Template(line.signal, _terms(line.signal, flat, unknowns, parameters, latent, data), max(lags, default=0))
+    terms = _terms(target, flat, unknowns, parameters, latent, data)
+    return Template(target, terms, max(lags, default=0), defines)
 
 
 def _terms(

@@ -75,7 +75,7 @@ def demo(context: click.Context, report: str, json_: str | None) -> None:
     }
     page = write_report(estimate, Path(report), bound, runs, truth=truth, notes=(NOTE,), settings=settings)
     outputs.say(page.resolve())
-    if estimate.enclosure is not None and estimate.enclosure.reason is Reason.INTERRUPTED:
+    if estimate.reason is Reason.INTERRUPTED:
         click.echo("interrupted: what is printed is proven", err=True)
         context.exit(INTERRUPTED)
 

@@ -166,7 +166,7 @@ def publish(
 
 def interrupted(estimate: Estimate) -> bool:
     """Tell whether Ctrl-C cut the computation short."""
-    return estimate.enclosure is not None and estimate.enclosure.reason is Reason.INTERRUPTED
+    return estimate.reason is Reason.INTERRUPTED
 
 
 def _tell_empty(

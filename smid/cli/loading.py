@@ -50,7 +50,8 @@ def load_data(
     columns = read_csv(Path(path)).cells
     by_plain_name = {_plain(column): column for column in columns}
     input, output = (name if name in columns else by_plain_name.get(name, name) for name in (input, output))
-    data = _with_plain_names(Dataset.from_csv(path, input, output, sampling_time, time))
+    data = Dataset.from_csv(path, input, output, sampling_time, time)
+    data = data.rename({name: _plain(name) for name in data.names})
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
     source = data.source
     if start is not None or stop is not None:
@@ -67,24 +68,6 @@ def _plain(name: str) -> str:
     """Return a name that can stand in an equation: a column without header is called ``0``."""
     plain = re.sub(r"\W", "_", name)
     return plain if plain.isidentifier() else f"c{plain}"
-
-
-def _with_plain_names(data: Dataset) -> Dataset:
-    names = {name: _plain(name) for name in data.names}
-    return replace(
-        data,
-        experiments=tuple(
-            replace(run, values={names[name]: values for name, values in run.values.items()})
-            for run in data.experiments
-        ),
-        channels=tuple(replace(channel, name=names[channel.name]) for channel in data.channels),
-        inputs=tuple(names[name] for name in data.inputs),
-        outputs=tuple(names[name] for name in data.outputs),
-        resampling=tuple(
-            replace(r, curvature_error={names[name]: e for name, e in r.curvature_error.items()})
-            for r in data.resampling
-        ),
-    )
 
 
 def load_problem(

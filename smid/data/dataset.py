@@ -396,6 +396,32 @@ class Dataset:
         """Return the same data with another number of warm-up samples."""
         return replace(self, n_init=n_init)
 
+    def rename(self, names: Mapping[str, str]) -> "Dataset":
+        """Give channels other names; a model can use only names that are identifiers.
+
+        Parameters
+        ----------
+        names : mapping of str to str
+            New name for each old one; channels not named keep theirs.
+
+        Returns
+        -------
+        Dataset
+            The same numbers.
+
+        Raises
+        ------
+        DataError
+            For a channel that is not there.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input={"0": [0, 1]}, output={"1": [0, 2]}, sampling_time=1)
+        >>> data.rename({"0": "u", "1": "y"}).names
+        ('u', 'y')
+        """
+        return edit.rename(self, names)
+
     def select(self, names: str | Sequence[str]) -> "Dataset":
         """Keep the experiments of these names, in this order."""
         return edit.select(self, names)

@@ -1,6 +1,6 @@
 """Parts and transformations of a data set; `Dataset` offers each as a method."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,36 @@ def slice_samples(experiment: Experiment, samples: range, sampling_time: float) 
         name: array[samples.start : max(samples.start, samples.stop)] for name, array in experiment.values.items()
     }
     return Experiment(experiment.name, values, experiment.start_time + samples.start * sampling_time)
+
+
+def rename(dataset: "Dataset", names: Mapping[str, str]) -> "Dataset":
+    """See `Dataset.rename`."""
+    for name in names:
+        if name not in dataset.names:
+            raise DataError(f"channel {name!r} is to be renamed but is not there; {name_hint(name, dataset.names)}")
+    full = {name: names.get(name, name) for name in dataset.names}
+    scaled = dataset.normalisation
+    return replace(
+        dataset,
+        experiments=tuple(
+            replace(run, values={full[name]: values for name, values in run.values.items()})
+            for run in dataset.experiments
+        ),
+        channels=tuple(replace(channel, name=full[channel.name]) for channel in dataset.channels),
+        inputs=tuple(full[name] for name in dataset.inputs),
+        outputs=tuple(full[name] for name in dataset.outputs),
+        resampling=tuple(
+            replace(r, curvature_error={full[name]: error for name, error in r.curvature_error.items()})
+            for r in dataset.resampling
+        ),
+        normalisation=scaled
+        and replace(
+            scaled,
+            offset={full[name]: value for name, value in scaled.offset.items()},
+            scale={full[name]: value for name, value in scaled.scale.items()},
+            units={full[name]: value for name, value in scaled.units.items()},
+        ),
+    )
 
 
 def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":

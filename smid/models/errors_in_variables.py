@@ -12,7 +12,14 @@ __all__ = ["ErrorsInVariables"]
 
 
 def ErrorsInVariables(
-    na: int = 1, nb: int = 0, delay: int = 0, *, input: str = "u", output: str = "y", **priors: Any
+    na: int = 1,
+    nb: int = 0,
+    delay: int = 0,
+    *,
+    input: str = "u",
+    output: str = "y",
+    offset: bool = False,
+    **priors: Any,
 ) -> Model:
     """Give an errors-in-variables model, equations (2.5)-(2.7), (2.12).
 
@@ -28,13 +35,16 @@ def ErrorsInVariables(
         Samples from input to output; none in (2.12).
     input, output : str
         Channels of the data.
+    offset : bool
+        Add a constant to the line of w, the parameter ``offset`` in the output's unit.
     **priors
         Fields of `smid.models.Priors`.
 
     Returns
     -------
     Model
-        Signals ``u_true`` and ``w``; parameters ``a1..``, ``b0..``; noises ``eta``, ``zeta``.
+        Signals ``u_true`` and ``w``; parameters ``a1..``, ``b0..``, ``offset`` where asked for; noises ``eta``,
+        ``zeta``.
 
     Raises
     ------
@@ -51,5 +61,5 @@ def ErrorsInVariables(
       a1 free
       b0 free
     """
-    model = OutputError(na, nb, delay, input=input, output=output, **priors)
+    model = OutputError(na, nb, delay, input=input, output=output, offset=offset, **priors)
     return replace(model.with_input_noise(input), name="errors in variables")

@@ -13,7 +13,14 @@ __all__ = ["OutputError"]
 
 
 def OutputError(
-    na: int = 1, nb: int = 0, delay: int = 1, *, input: str = "u", output: str = "y", **priors: Any
+    na: int = 1,
+    nb: int = 0,
+    delay: int = 1,
+    *,
+    input: str = "u",
+    output: str = "y",
+    offset: bool = False,
+    **priors: Any,
 ) -> Model:
     r"""Give an output-error model, equations (2.3)-(2.5), (2.7).
 
@@ -29,6 +36,9 @@ def OutputError(
         Samples from input to output.
     input, output : str
         Channels of the data.
+    offset : bool
+        Add a constant to the line of w, the parameter ``offset`` in the output's unit: measured records are rarely
+        centred. The priors, ``dc_gain`` included, speak of the transfer function alone.
     **priors
         Fields of `smid.models.Priors`: ``stable``, ``pole_radius``, ``minimum_phase``, ``dc_gain``,
         ``pole_range``, ``zero_range``, ``integrator``, ``bounds``, ``fixed``.
@@ -36,7 +46,8 @@ def OutputError(
     Returns
     -------
     Model
-        Signals ``u`` (the input channel) and ``w``; parameters ``a1..``, ``b0..``; noise ``eta``.
+        Signals ``u`` (the input channel) and ``w``; parameters ``a1..``, ``b0..``, ``offset`` where asked for; noise
+        ``eta``.
 
     Raises
     ------
@@ -51,13 +62,17 @@ def OutputError(
       y[t] = w[t] + eta[t]
       a1 in [-1, 1]
       b0 free
+    >>> print(OutputError(1, 0, offset=True).lines[0].expression)
+    -a1*w[t - 1] + b0*u[t - 1] + offset
     """
     check_count("na", na, 0)
     check_count("nb", nb, 0)
     check_count("delay", delay, 0)
     denominator, numerator = names("a", na, 1), names("b", nb + 1, 0)
     parameters = tuple(Parameter(name) for name in (*denominator, *numerator))
+    constant = (Parameter("offset", null=0.0),) if offset else ()
     a, b = [item.symbol for item in parameters[:na]], [item.symbol for item in parameters[na:]]
-    line = Line(signal("w")[t], linear_expression("w", input, a, b, delay))
-    model = Model("output error", parameters, (line,), (Measurement(output, "w", "eta"),))
+    expression = sum((item.symbol for item in constant), linear_expression("w", input, a, b, delay))
+    line = Line(signal("w")[t], expression)
+    model = Model("output error", (*parameters, *constant), (line,), (Measurement(output, "w", "eta"),))
     return Priors.of(priors).apply(model, denominator, numerator)

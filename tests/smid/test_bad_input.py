@@ -1,0 +1,228 @@
+"""A mistake is named, with its cure, before any solver is called; a solver that fails proves nothing and says so."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import relaxations.hierarchy as hierarchy
+from relaxations.errors import ProblemError
+from relaxations.hierarchy import Proof
+from relaxations.solvers.interface import ConicSolution, Stop
+from smid import (
+    DataError,
+    Dataset,
+    ErrorsInVariables,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    Wiener,
+    error_bound,
+    identify,
+    load_model,
+    lowest_order,
+)
+
+RNG = np.random.default_rng(0)
+U, Y = RNG.normal(size=20), RNG.normal(size=20)
+MODEL = OutputError(1, 0, stable=True, bounds={"b0": (-5, 5)})
+
+
+def data_of(u: object = U, y: object = Y, **settings: object) -> Dataset:
+    return Dataset.from_arrays(input={"u": u}, output={"y": y}, **{"sampling_time": 0.5, **settings})  # type: ignore[arg-type]
+
+
+def csv(text: str, tmp: Path, **settings: object) -> Dataset:
+    path = tmp / "run.csv"
+    path.write_text(text, encoding="utf-8")
+    return Dataset.from_csv(path, **{"input": "u", "output": "y", **settings})  # type: ignore[arg-type]
+
+
+def spoilt(value: float) -> np.ndarray:
+    y = Y.copy()
+    y[7] = value
+    return y
+
+
+ROWS = "".join(f"{k},{u:.3f},{y:.3f}\n" for k, (u, y) in enumerate(zip(U, Y, strict=True)))
+HEADER = "time,u,y\n"
+SWAPPED = HEADER + "0,1,1\n2,0,1\n1,1,0\n3,0,0\n"
+REPEATED = HEADER + "0,1,1\n1,0,1\n1,1,0\n2,0,0\n"
+
+MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] = {
+    # what is done, the error, its cause, its cure
+    "a missing sample": (
+        lambda _: data_of(y=spoilt(np.nan)),
+        DataError,
+        r"channel 'y' of experiment 'experiment' is nan at sample 7 \(t = 3\.5 s\)",
+        "correct it, or crop",
+    ),
+    "an infinite sample": (lambda _: data_of(u=spoilt(np.inf)), DataError, "channel 'u'.*is inf at sample 7", "crop"),
+    "unsorted time stamps": (lambda tmp: csv(SWAPPED, tmp), DataError, "run.csv.*time", "sort"),
+    "repeated time stamps": (lambda tmp: csv(REPEATED, tmp), DataError, "run.csv.*time", "drop|remove|keep|merge"),
+    "a missing column": (
+        lambda tmp: csv(HEADER + ROWS, tmp, output="z"),
+        DataError,
+        "no column 'z'",
+        "u|y",
+    ),
+    "unequal lengths": (
+        lambda _: data_of(y=Y[:-1]),
+        DataError,
+        r"differ in length \('u' 20, 'y' 19\)",
+        "cut them to the same instants",
+    ),
+    "a missing channel": (
+        lambda _: identify(
+            OutputError(input="current", output="pressure"),
+            Dataset.from_arrays(input={"u": U, "v": Y}, output={"y": Y}, sampling_time=1.0),
+            0.1,
+        ),
+        DataError,
+        "the model needs the channel 'current', the data have u, v, y",
+        "name the channels",
+    ),
+    "too few samples": (
+        lambda _: identify(OutputError(2, 1, stable=True), data_of(U[:6], Y[:6]), 0.1),
+        DataError,
+        "has 6 samples, the model needs 7",
+        "take a longer record or a smaller model",
+    ),
+    "a constant input": (
+        lambda _: identify(MODEL, data_of(u=np.full(20, 2.5)), 0.1),
+        DataError,
+        "the input 'u' does not excite: it is 2.5 at every sample",
+        "measure with an input that moves",
+    ),
+    "a constant input, phase 1": (
+        lambda _: error_bound(Hammerstein(1, (3,), stable=True), data_of(u=np.zeros(20))),
+        DataError,
+        "the input 'u' does not excite: it is 0 at every sample",
+        "measure with an input that moves",
+    ),
+    "a negative bound": (
+        lambda _: identify(MODEL, data_of(), -0.1),
+        ModelError,
+        r"the noise bound of 'y' is -0\.1",
+        "give a positive number",
+    ),
+    "a zero bound": (lambda _: identify(MODEL, data_of(), 0.0), ModelError, "is 0.0", "give a positive number"),
+    "no number as a bound": (
+        lambda _: identify(MODEL, data_of(), float("nan")),
+        ModelError,
+        "is nan",
+        "error_bound encloses the least",
+    ),
+    "an infinite bound": (lambda _: identify(MODEL, data_of(), np.inf), ModelError, "is inf", "give a positive number"),
+    "a bound too few": (
+        lambda _: identify(ErrorsInVariables(stable=True), data_of(), {"y": 0.1}),
+        ModelError,
+        "no noise bound for u",
+        "give noise_bound=",
+    ),
+    "a bound of no channel": (
+        lambda _: identify(MODEL, data_of(), {"y": 0.1, "z": 0.1}),
+        ModelError,
+        "noise bound of 'z'",
+        "name one of them",
+    ),
+    "an unknown solver": (
+        lambda _: identify(MODEL, data_of(), 0.1, solver="CLARABELLE"),
+        ProblemError,
+        "unknown solver 'CLARABELLE'",
+        "choose one of clarabel",
+    ),
+    "an unknown solver, phase 1": (
+        lambda _: error_bound(MODEL, data_of(), solver="none"),
+        ProblemError,
+        "unknown solver",
+        "choose one of",
+    ),
+    "an unknown solver, orders": (
+        lambda _: lowest_order([MODEL], data_of(), 0.1, solver="none"),
+        ProblemError,
+        "unknown solver",
+        "choose one of",
+    ),
+    "an unknown method": (
+        lambda _: identify(MODEL, data_of(), 0.1, method="lasserre"),
+        ProblemError,
+        "unknown method 'lasserre'",
+        "choose auto, lift, ",
+    ),
+    "no round": (lambda _: identify(MODEL, data_of(), 0.1, rounds=0), ProblemError, "rounds is 0", "at least one"),
+    "an order too low": (
+        lambda _: identify(Wiener(1, (2,), stable=True), data_of(), 0.1, order=1),
+        ProblemError,
+        "order 1 is too low for the degrees",
+        "the least order is 2",
+    ),
+    "no order": (
+        lambda _: identify(MODEL, data_of(), 0.1, order=0),
+        ProblemError,
+        "order 0 is too low",
+        "the least order is 1",
+    ),
+    "an unknown field": (
+        lambda tmp: load_model(_file(tmp, 'class = "OutputError"\npoles = 1')),
+        ModelError,
+        "model.toml: unknown field of OutputError 'poles'",
+        "na",
+    ),
+    "an offset that is no truth value": (
+        lambda tmp: load_model(_file(tmp, 'class = "OutputError"\noffset = 1.5')),
+        ModelError,
+        "field 'offset' of OutputError is 1.5",
+        "give true or false",
+    ),
+}
+
+
+def _file(folder: Path, text: str) -> Path:
+    path = folder / "model.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_cause_and_cure_before_any_solve(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        pytest.fail("a solver was called")
+
+    monkeypatch.setattr(hierarchy, "solve", refuse)
+    do, error, cause, cure = MISTAKES[name]
+    with pytest.raises(error) as caught:
+        do(tmp_path)
+    message = str(caught.value)
+    assert re.search(cause, message), message
+    assert re.search(cure, message), message
+    assert "\n" not in message
+
+
+def test_an_offset_from_a_file(tmp_path: Path) -> None:
+    for kind, call in (("OutputError", OutputError), ("ErrorsInVariables", ErrorsInVariables)):
+        model: Model = load_model(_file(tmp_path, f'class = "{kind}"\noffset = true\n[bounds]\noffset = [-1, 1]'))
+        assert model == call(offset=True, bounds={"offset": (-1, 1)})
+
+
+@pytest.mark.parametrize("stop", [Stop.FAILED, Stop.LIMIT, Stop.INFEASIBLE, Stop.SOLVED])
+@pytest.mark.parametrize("fill", [np.nan, 0.0, 1e300])
+def test_a_solver_that_fails_proves_nothing(monkeypatch: pytest.MonkeyPatch, stop: Stop, fill: float) -> None:
+    """Whatever the solver claims, without multipliers that check out nothing is certified."""
+
+    def failing(program, objective, solver="clarabel"):  # type: ignore[no-untyped-def]
+        rows = len(honest(program, objective, solver).dual)
+        return ConicSolution(stop, stop.name, np.full(len(objective), fill), np.full(rows, fill), 0.0)
+
+    honest = hierarchy.solve
+    monkeypatch.setattr(hierarchy, "solve", failing)
+    found = identify(MODEL, data_of(y=0.1 * Y), 1.0, order=1, rounds=1)
+    for interval, parameter in zip(found.intervals, MODEL.parameters, strict=True):
+        # The prior box is all there is, or an end that is true all the same.
+        assert interval.lower == parameter.lower or interval.lower <= interval.inner_lower
+        assert interval.upper == parameter.upper or interval.upper >= interval.inner_upper
+        if interval.lower == parameter.lower:
+            assert interval.proof_lower is Proof.BOX
