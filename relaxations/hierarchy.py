@@ -54,7 +54,7 @@ class Reason(Enum):
     EMPTY = "the feasible set is certified empty"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
-    UNBOUNDED = "no finite box could be proven, and nothing else without it: give bounds, or richer data"
+    UNBOUNDED = "no box could be proven, and nothing else without one: give bounds, or richer data"
 
 
 @dataclass(frozen=True)

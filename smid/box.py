@@ -47,6 +47,9 @@ def with_finite_box(
     names = feasible.problem.unbounded
     if not names:
         return Boxed(feasible, (), ())
+    if set(names) - {p.name for p in feasible.model.parameters}:
+        # A latent signal without a box gets one from the boxes of the parameters that define it.
+        return Boxed(feasible, (), names)
     factors = vanishing_factors(feasible.model, names)
     if not factors:
         box = derive_box(feasible.problem, _guess(feasible), solver, progress)

@@ -155,8 +155,9 @@ class Estimate:
     def summary(self) -> str:
         """Return in one sentence how the intervals were obtained and why the computation stopped."""
         if self.enclosure is None:
-            of = f" ({', '.join(self.unbounded)})" if self.unbounded else ""
-            return f"{self.reason.value[0].upper()}{self.reason.value[1:]}{of}."
+            if self.unbounded:
+                return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
+            return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
         how = f"parametric lift in {', '.join(e.complicating)}" if e.method == "lift" else f"{e.method} relaxation"
         return f"{how}, order {e.order}, {e.solves} certified solves in {e.seconds:.3g} s; {e.reason.value}."

@@ -26,6 +26,7 @@ class Case:
     residual: Residual
     respond: Callable[[dict[str, float], np.ndarray], np.ndarray]
     noisy: tuple[str, ...] = ("eta",)
+    latent: Residual | None = None  # gives the signal "x" where it stays latent
 
 
 def _output_error(p, noise, u, y):
@@ -39,15 +40,31 @@ def _errors_in_variables(p, noise, u, y):
 
 
 def _hammerstein(p, noise, u, y):
-    w, v = y - noise["eta"], 0.5 * (u - noise.get("zeta", 0.0))
+    w, v = y - noise["eta"], 0.5 * u
     x = p["gamma1"] * v**3 + p["gamma2"] * v
     return w[1:] + p["alpha"] * w[:-1] - (1 + p["alpha"]) * x[:-1]
 
 
+def _bent_input(p, noise, u, y):
+    """A bent noisy input is a latent signal: the equality that gives it comes first."""
+    w, x = y - noise["eta"], noise["x"]
+    return np.concatenate([x - _curve(p, noise, u, y), w[1:] + p["alpha"] * w[:-1] - (1 + p["alpha"]) * x[:-1]])
+
+
+def _curve(p, noise, u, _y):
+    v = 0.5 * (u - noise["zeta"])
+    return p["gamma1"] * v**3 + p["gamma2"] * v
+
+
 def _wiener(p, noise, u, y):
+    """So is the signal behind a curved sensor: its dynamics come first, then the sensor."""
+    x = noise["x"]
+    return np.concatenate([x[1:] + p["alpha"] * x[:-1] - p["beta"] * u[:-1], x - _behind(p, noise, u, y)])
+
+
+def _behind(p, noise, _u, y):
     z = y - noise["eta"]
-    x = z + p["s2"] * z**2 + p["s3"] * z**3
-    return x[1:] + p["alpha"] * x[:-1] - p["beta"] * u[:-1]
+    return z + p["s2"] * z**2 + p["s3"] * z**3
 
 
 def _with_offset(p, noise, u, y):
@@ -111,14 +128,16 @@ CASES = {
         {"alpha": -0.5, "beta": 0.8, "s2": 0.1, "s3": 0.2},
         _wiener,
         _wiener_output,
+        latent=_behind,
     ),
 }
 CASES["hammerstein with input noise"] = Case(
     Hammerstein(1, (3, 1), input_scale=0.5, stable=True, input_noise=True),
     CASES["hammerstein"].truth,
-    _hammerstein,
+    _bent_input,
     CASES["hammerstein"].respond,
     ("eta", "zeta"),
+    _curve,
 )
 
 
@@ -129,6 +148,8 @@ def record(case: Case, seed: int, n: int = N) -> tuple[Dataset, Noises]:
     noises = {name: rng.uniform(-0.1, 0.1, n) for name in case.noisy}
     y = case.respond(case.truth, u) + noises["eta"]
     measured = u + noises.get("zeta", 0.0)
+    if case.latent is not None:
+        noises["x"] = case.latent(case.truth, noises, measured, y)
     return Dataset.from_arrays(input={"u": measured}, output={"y": y}, sampling_time=1.0, name=f"run{seed}"), noises
 
 

@@ -65,14 +65,17 @@ def test_balls_contain_the_exact_coefficients_of_a_sum_of_products() -> None:
     data = data_of(9, seed=3)
     feasible = FeasibleSet(Wiener(1, (3,)), data, 0.3)
     y = [Fraction(x) for x in data.values("y").tolist()]
-    for row in range(feasible.n_equalities):
-        found = coefficients(feasible, row)
-        now, before = y[row + 1], y[row]
+    sensor = feasible.n_equalities - len(y)  # the sensor's equalities follow those of the dynamics
+    for k, now in enumerate(y):
+        found = coefficients(feasible, sensor + k)
+        eta = f"eta[{k}]"
         exact = {
-            ("s3",): now**3,
-            ("alpha", "s3"): before**3,
-            (f"eta[{row + 1}]", "s3"): -3 * now**2,
-            ("alpha", f"eta[{row}]", f"eta[{row}]", "s3"): 3 * before,
+            (f"x[{k}]",): Fraction(1),
+            (): -now,
+            ("s3",): -(now**3),
+            (eta, "s3"): 3 * now**2,
+            (eta, eta, "s3"): -3 * now,
+            (eta, eta, eta, "s3"): Fraction(1),
         }
         for monomial, value in exact.items():
             low, high = found[tuple(sorted(monomial))]
