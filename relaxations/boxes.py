@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.balls import Array, Balls, Index, concatenate
-from relaxations.hierarchy import Progress, intervals, lowest, relax, resolve, uninterrupted
+from relaxations.bounding import lowest, relax, resolve
+from relaxations.hierarchy import Progress, intervals, uninterrupted
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials, pad
 from relaxations.problem import PolynomialProblem

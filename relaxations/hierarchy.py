@@ -1,4 +1,4 @@
-"""Intervals of variables over a polynomial set: relax, certify, contract, witness, branch.
+"""Intervals of variables over a polynomial set: relax, certify, contract, witness.
 
 Every bound of a round is computed on the same relaxation. Certified ends replace the box of their variables (the
 parameters asked for and the complicating ones), which makes the next round's relaxation tighter; this stops when the
@@ -16,32 +16,25 @@ from enum import Enum
 import numpy as np
 
 from relaxations.balls import Array, Index
-from relaxations.certificate import Certificate, certify
-from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
+from relaxations.bounding import Emptiness, Relaxed, lowest, relax, resolve
 from relaxations.errors import ProblemError
-from relaxations.lasserre import METHODS, groups, lasserre
-from relaxations.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
-from relaxations.moment import Relaxation
-from relaxations.polynomial import Polynomials
+from relaxations.lasserre import groups
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
-from relaxations.solvers import Stop, solve
 from relaxations.solvers.interface import check_solver
-from relaxations.witness import MARGINS, Witness, search, verify
+from relaxations.witness import find_witness
 
 Progress = Callable[[str], None]
 
 WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
 STALLED = 0.01
 FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
-DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 
 
 class Proof(Enum):
     """What stands behind a number."""
 
     PROVEN = "certified in ball arithmetic"
-    NUMERICAL = "computed, not certified"
     BOX = "not tightened by the data: the prior box's own end"
 
 
@@ -55,22 +48,6 @@ class Reason(Enum):
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
     UNBOUNDED = "no box could be proven, and nothing else without one: give bounds, or richer data"
-
-
-@dataclass(frozen=True)
-class Emptiness:
-    """A proof that no point satisfies all constraints.
-
-    Parameters
-    ----------
-    margin : float
-        How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
-    weights : ndarray, shape (n_equalities of the problem,)
-        Share of each equality in the proof; sums to one.
-    """
-
-    margin: float
-    weights: Array
 
 
 @dataclass(frozen=True)
@@ -131,113 +108,6 @@ class Enclosure:
     complicating: tuple[str, ...]
     largest_block: int
     n_moments: int
-
-
-@dataclass(frozen=True)
-class Relaxed:
-    """A relaxation on one box, ready for any objective."""
-
-    problem: PolynomialProblem
-    scaling: Scaling
-    scaled: PolynomialProblem
-    relaxation: Relaxation
-    program: ConicProgram
-    solver: str
-
-    def bound(self, objective: Polynomials) -> Outcome:
-        """Return the certified lower bound of an objective in the problem's own variables."""
-        scaled = self.scaling.polynomials(objective)
-        cost = np.zeros(self.relaxation.n_moments)
-        moment, _ = self.relaxation.moments_of(scaled)
-        if (moment < 0).any():
-            raise ProblemError("the objective has a monomial that this relaxation has no moment for: raise the order")
-        np.add.at(cost, moment, scaled.coefficients.mid)
-        solution = solve(self.program, cost, self.solver)
-        if not np.isfinite(solution.dual).all():
-            return Outcome(-np.inf, None, solution.status, None)
-        largest = float(np.max(np.abs(solution.dual), initial=0.0))
-        if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
-            # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
-            ray = multipliers(self.relaxation, self.program, solution.dual / largest)
-            proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
-            if proof.bound > 0:
-                return Outcome(np.inf, proof, solution.status, None)
-        dual = multipliers(self.relaxation, self.program, solution.dual)
-        proof = certify(self.relaxation, scaled, dual)
-        point = self.scaling.recover(self.relaxation.first_order(solution.moments))
-        return Outcome(proof.bound, proof, solution.status, point)
-
-    def emptiness(self, proof: Certificate) -> Emptiness:
-        """Return the proof of an empty set with the weight that each equality carries in it."""
-        return Emptiness(proof.bound, equality_weights(self.problem, self.relaxation, proof.multipliers))
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven."""
-
-    bound: float
-    certificate: Certificate | None
-    status: str
-    point: Array | None
-
-
-def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
-    """Return the method, the order and the complicating variables that a call means; ProblemError if impossible.
-
-    Where no small set of complicating variables exists, the third is a large one: only a local search can use it.
-
-    ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
-    complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
-    """
-    complicating = complicating_variables(problem)
-    if method == "auto":
-        method = "sparse" if complicating is None else "lift"
-    if method not in ("lift", *METHODS):
-        raise ProblemError(f"unknown method {method!r}: choose auto, lift, {', '.join(METHODS)}")
-    if method == "lift" and complicating is None:
-        raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-    found = nonlinear_variables(problem) if complicating is None else complicating
-    least = lowest(problem, method, found)
-    usual = 1 if method == "lift" and len(found) > 2 else 2
-    if order is not None and order < least:
-        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    return method, order or max(least, usual), found
-
-
-def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
-    """Return the least order that the degrees allow."""
-    return least_order(problem, complicating) if method == "lift" else max(1, -(-problem.degree // 2))
-
-
-def relax(
-    problem: PolynomialProblem,
-    method: str,
-    order: int,
-    solver: str = "clarabel",
-    objective: Polynomials | None = None,
-) -> Relaxed:
-    """Scale a problem with a finite box and build its relaxation."""
-    scaling = Scaling.of_box(problem)
-    scaled = scaling.apply(problem)
-    relaxation = lift(scaled, order) if method == "lift" else lasserre(scaled, order, method, objective)
-    return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
-
-
-def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
-    """Return the share of each of the problem's equalities in a dual solution.
-
-    A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
-    :mod:`smid` makes do in the lift; otherwise they share alike.
-    """
-    count = problem.equalities.n_rows
-    alike = np.full(count, 1.0 / max(count, 1))
-    degrees = np.unique(degrees_in(problem.equalities, relaxation.complicating))
-    if relaxation.method != "lift" or len(degrees) != 1:
-        return alike
-    weights = np.abs(dual.equalities).reshape(count, -1).sum(axis=1)
-    total = weights.sum()
-    return np.asarray(weights / total if total > 0 else alike, dtype=np.float64)
 
 
 @dataclass
@@ -415,33 +285,6 @@ def _try_witness(
         if found is not None:
             ends.pool.append(found.point)
             return
-
-
-def find_witness(
-    box: PolynomialProblem,
-    problem: PolynomialProblem,
-    objective: Polynomials,
-    complicating: Index,
-    start: Array,
-    magnitude: Array | None = None,
-) -> Witness | None:
-    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
-
-    ``magnitude`` scales the variables that have no box.
-    """
-    scaling = Scaling.of_box(box, magnitude)
-    scaled = scaling.apply(box)
-    cost = scaling.polynomials(objective)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
-    for margin in MARGINS:
-        point = search(scaled, cost, complicating, begin, margin)
-        if point is None:  # a wider margin leaves even less room
-            return None
-        witness = verify(problem, objective, scaling.recover(point))
-        if witness is not None:
-            return witness
-    return None
 
 
 def _inner(ends: _Ends, k: int) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from relaxations.balls import Array, Index
 from relaxations.fixed_point import Interval
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
+from relaxations.reductions.scaling import Scaling
 
 _PRECISIONS = (80, 160, 640, 2560)  # bits
 # The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
@@ -200,6 +201,33 @@ def _holds(problem: PolynomialProblem, values: list[Interval], bits: int) -> boo
         if np.isfinite(upper) and high > fixed_point.from_float(upper, bits)[0]:
             return False
     return all(low >= 0 for low, _ in _evaluate(problem.inequalities, values, bits))
+
+
+def find_witness(
+    box: PolynomialProblem,
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    start: Array,
+    magnitude: Array | None = None,
+) -> Witness | None:
+    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
+
+    ``magnitude`` scales the variables that have no box.
+    """
+    scaling = Scaling.of_box(box, magnitude)
+    scaled = scaling.apply(box)
+    cost = scaling.polynomials(objective)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
+    for margin in MARGINS:
+        point = search(scaled, cost, complicating, begin, margin)
+        if point is None:  # a wider margin leaves even less room
+            return None
+        witness = verify(problem, objective, scaling.recover(point))
+        if witness is not None:
+            return witness
+    return None
 
 
 def search(

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy
 
+from relaxations.bounding import lowest, relax, resolve
 from relaxations.boxes import derive_box
-from relaxations.hierarchy import contracted, intervals, lowest, relax, resolve, uninterrupted
+from relaxations.hierarchy import contracted, intervals, uninterrupted
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
 from smid.feasible import FeasibleSet
 from smid.models import Model, Parameter

@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 
 from relaxations.balls import Array
-from relaxations.hierarchy import Reason, find_witness, intervals, resolve
+from relaxations.bounding import resolve
+from relaxations.hierarchy import Reason, intervals
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
+from relaxations.witness import find_witness
 from smid.binding import bind
 from smid.box import with_finite_box
 from smid.data import Dataset

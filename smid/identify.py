@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from relaxations.balls import Array, Index
-from relaxations.hierarchy import Emptiness, Enclosure, Interval, Reason, find_witness, intervals, relax, resolve
+from relaxations.bounding import Emptiness, relax, resolve
+from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
-from relaxations.witness import MARGINS, search, verify
+from relaxations.witness import MARGINS, find_witness, search, verify
 from smid.box import Boxed, with_finite_box
 from smid.data import Dataset
 from smid.error_bound import error_bound

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from relaxations import hierarchy
+from relaxations import bounding
 from relaxations.boxes import derive_box
 from relaxations.hierarchy import intervals
 from relaxations.polynomial import Polynomials
@@ -171,7 +171,7 @@ def test_a_plain_polytope_is_boxed():
 @pytest.mark.parametrize("call", [1, 2, 3])
 def test_an_interruption_is_not_mistaken_for_an_unbounded_variable(output_error, monkeypatch, failure, call):
     problem = silent_gain(output_error(10))
-    real, calls = hierarchy.solve, []
+    real, calls = bounding.solve, []
 
     def fails_at_last(*arguments):
         calls.append(1)
@@ -179,7 +179,7 @@ def test_an_interruption_is_not_mistaken_for_an_unbounded_variable(output_error,
             raise failure
         return real(*arguments)
 
-    monkeypatch.setattr(hierarchy, "solve", fails_at_last)
+    monkeypatch.setattr(bounding, "solve", fails_at_last)
     with pytest.raises(failure):
         derive_box(problem, np.ones(problem.n_variables))
 

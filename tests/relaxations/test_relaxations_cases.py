@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import sympy
 
-from relaxations.hierarchy import intervals, relax, resolve
+from relaxations.bounding import relax, resolve
+from relaxations.hierarchy import intervals
 from relaxations.problem import from_sympy
 
 FILE = Path(__file__).resolve().parents[3] / "shared" / "cases" / "pop_cases.json"

@@ -9,11 +9,12 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from relaxations import hierarchy
+from relaxations import bounding, hierarchy
 from relaxations.balls import Balls
+from relaxations.bounding import relax
 from relaxations.certificate import Certificate, certify, residual_polynomial
 from relaxations.conic import Multipliers, conic_program, multipliers
-from relaxations.hierarchy import intervals, relax
+from relaxations.hierarchy import intervals
 from relaxations.lasserre import lasserre
 from relaxations.lift import lift
 from relaxations.polynomial import Polynomials
@@ -314,9 +315,9 @@ def test_a_certificate_weakened_on_purpose_is_caught(textbook_case, monkeypatch)
         residual = residual_polynomial(relaxation, objective, dual)
         return Certificate(float(residual.mid[0]), 0.0, dual)  # drops the sum of |r_i|
 
-    monkeypatch.setattr(hierarchy, "solve", lambda *_: solution)
+    monkeypatch.setattr(bounding, "solve", lambda *_: solution)
     honest = relaxed.bound(objective)
-    monkeypatch.setattr(hierarchy, "certify", trusting)
+    monkeypatch.setattr(bounding, "certify", trusting)
     weak = relaxed.bound(objective)
     assert is_sound(honest.bound, witness)
     assert not is_sound(weak.bound, witness)

@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from relaxations import hierarchy
+from relaxations import bounding, hierarchy
+from relaxations.bounding import resolve
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import Reason, contracted, intervals, resolve
+from relaxations.hierarchy import Reason, contracted, intervals
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 
@@ -94,7 +95,7 @@ def test_a_stop_inside_a_solve_returns_the_ends_proven_so_far(output_error, monk
     model = output_error(15, seed=4)
     points = model.sample(40, np.random.default_rng(5))
     whole = intervals(model.problem, [0, 1], order=1, tolerance=0.0)
-    real, calls = hierarchy.solve, []
+    real, calls = bounding.solve, []
 
     def fails_at_last(*arguments):
         calls.append(1)
@@ -102,7 +103,7 @@ def test_a_stop_inside_a_solve_returns_the_ends_proven_so_far(output_error, monk
             raise failure
         return real(*arguments)
 
-    monkeypatch.setattr(hierarchy, "solve", fails_at_last)
+    monkeypatch.setattr(bounding, "solve", fails_at_last)
     found = intervals(model.problem, [0, 1], order=1, tolerance=0.0)
     assert found.reason is reason
     assert found.solves == call - 1
@@ -145,13 +146,13 @@ def no_solve(*_, **__):
     ],
 )
 def test_a_wrong_call_is_refused_before_any_solve(hammerstein, monkeypatch, options, message):
-    monkeypatch.setattr(hierarchy, "solve", no_solve)
+    monkeypatch.setattr(bounding, "solve", no_solve)
     with pytest.raises(ProblemError, match=message):
         intervals(hammerstein(12).problem, [0], **options)
 
 
 def test_an_infinite_box_is_refused_before_any_solve(output_error, monkeypatch):
-    monkeypatch.setattr(hierarchy, "solve", no_solve)
+    monkeypatch.setattr(bounding, "solve", no_solve)
     problem = output_error(6).problem
     upper = problem.upper.copy()
     upper[1] = np.inf

@@ -8,8 +8,9 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from relaxations.bounding import relax
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import intervals, relax
+from relaxations.hierarchy import intervals
 from relaxations.lasserre import lasserre
 from relaxations.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
 from relaxations.moment import monomials_up_to

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import sympy
 
-from relaxations import hierarchy
+from relaxations import bounding, hierarchy
+from relaxations.bounding import relax
 from relaxations.certificate import certify
 from relaxations.conic import multipliers
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import Reason, intervals, relax
+from relaxations.hierarchy import Reason, intervals
 from relaxations.problem import from_sympy
 from relaxations.solvers import ConicSolution, Stop, available_solvers, solve
 from relaxations.solvers.through_cvxpy import run
@@ -76,7 +77,7 @@ def test_an_unknown_solver_is_refused_before_any_work(monkeypatch):
         raise AssertionError("work was done")
 
     monkeypatch.setattr(hierarchy, "relax", no_work)
-    monkeypatch.setattr(hierarchy, "solve", no_work)
+    monkeypatch.setattr(bounding, "solve", no_work)
     with pytest.raises(ProblemError, match=r"unknown solver 'mosec': choose one of clarabel, ") as caught:
         intervals(product_problem(), [0], solver="mosec")
     for name in available_solvers():
@@ -96,7 +97,7 @@ def test_a_solver_that_answers_nan_proves_nothing(monkeypatch, method):
         nan = np.full(program.n_rows, np.nan)
         return ConicSolution(Stop.FAILED, "broken", np.full(len(objective), np.nan), nan, 0.0)
 
-    monkeypatch.setattr(hierarchy, "solve", broken)
+    monkeypatch.setattr(bounding, "solve", broken)
     found = intervals(product_problem(), [2], method=method, order=2)
     assert (found.intervals[0].lower, found.intervals[0].upper) == (-1.0, 1.0)
     assert found.reason in (Reason.STALLED, Reason.ROUNDS, Reason.TIGHT)

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import sympy
 
-from relaxations.hierarchy import find_witness
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem, from_sympy
-from relaxations.witness import definition_order, search, verify
+from relaxations.witness import definition_order, find_witness, search, verify
 
 
 def feasible_in_fractions(problem, point, defined, exact_value):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import relaxations.hierarchy as hierarchy
+import relaxations.bounding as bounding
 from relaxations.errors import ProblemError
 from relaxations.hierarchy import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
@@ -192,7 +192,7 @@ def test_cause_and_cure_before_any_solve(name: str, tmp_path: Path, monkeypatch:
     def refuse(*_: object, **__: object) -> None:
         pytest.fail("a solver was called")
 
-    monkeypatch.setattr(hierarchy, "solve", refuse)
+    monkeypatch.setattr(bounding, "solve", refuse)
     do, error, cause, cure = MISTAKES[name]
     with pytest.raises(error) as caught:
         do(tmp_path)
@@ -217,8 +217,8 @@ def test_a_solver_that_fails_proves_nothing(monkeypatch: pytest.MonkeyPatch, sto
         rows = len(honest(program, objective, solver).dual)
         return ConicSolution(stop, stop.name, np.full(len(objective), fill), np.full(rows, fill), 0.0)
 
-    honest = hierarchy.solve
-    monkeypatch.setattr(hierarchy, "solve", failing)
+    honest = bounding.solve
+    monkeypatch.setattr(bounding, "solve", failing)
     found = identify(MODEL, data_of(y=0.1 * Y), 1.0, order=1, rounds=1)
     for interval, parameter in zip(found.intervals, MODEL.parameters, strict=True):
         # The prior box is all there is, or an end that is true all the same.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_problems import random_problem
 
-import relaxations.hierarchy
+import relaxations.bounding
 from relaxations.certificate import Certificate
 from smid import EmptyFeasibleSetError, identify
 
@@ -38,13 +38,13 @@ def test_truth_lies_inside_every_interval(first: int) -> None:
 
 def test_a_weakened_certificate_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the residual out of the bound, as trusting the solver does, and the check above must fail."""
-    honest = relaxations.hierarchy.certify
+    honest = relaxations.bounding.certify
 
     def careless(relaxation, objective, multipliers):  # type: ignore[no-untyped-def]
         proof = honest(relaxation, objective, multipliers)
         return Certificate(proof.bound + proof.residual, proof.residual, multipliers)
 
-    monkeypatch.setattr(relaxations.hierarchy, "certify", careless)
+    monkeypatch.setattr(relaxations.bounding, "certify", careless)
 
     def caught(seed: int) -> bool:
         try:

@@ -15,7 +15,7 @@ def _no_solve(monkeypatch):
     def solve(*_arguments):
         raise AssertionError("solved before the mistake was told")
 
-    monkeypatch.setattr("relaxations.hierarchy.solve", solve)
+    monkeypatch.setattr("relaxations.bounding.solve", solve)
 
 
 def refused(result):
