@@ -210,6 +210,7 @@ class Estimate:
             "nearest_feasible": None if self.nearest is None else dict(self.nearest),
             "derived_boxes": list(self.derived),
             "unbounded": list(self.unbounded),
+            "stopped": self.reason.name.lower(),
             "relaxation": None
             if e is None
             else {
@@ -220,7 +221,6 @@ class Estimate:
                 "largest_block": e.largest_block,
                 "rounds": e.rounds,
                 "solves": e.solves,
-                "stopped": e.reason.name.lower(),
                 "seconds": e.seconds,
             },
             "data": {

@@ -99,7 +99,7 @@ def test_interrupted_in_the_intervals_keeps_what_is_proven(smid, monkeypatch):
     assert result.exit_code == 130
     assert "interrupted: what is printed is proven" in result.stderr
     estimate = json.loads(Path("out.json").read_text())["estimate"]
-    assert estimate["relaxation"]["stopped"] == Reason.INTERRUPTED.name.lower()
+    assert estimate["stopped"] == Reason.INTERRUPTED.name.lower()
     a1, b0 = estimate["parameters"]
     assert a1["lower"] <= -0.7 <= a1["upper"]
     assert b0["lower"] <= 0.5 <= b0["upper"]
