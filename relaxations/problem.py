@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -26,6 +26,9 @@ class PolynomialProblem:
         The box; infinite where nothing is known.
     equalities, inequalities : Polynomials
         Members are ``== 0`` and ``>= 0``.
+    exact : callable, optional
+        Gives the equalities with every coefficient as a sum of floats that is (all but) exact, in place of a ball. The
+        radii of balls pile up along a recursion; a witness is verified with these where they are given.
 
     Raises
     ------
@@ -45,6 +48,7 @@ class PolynomialProblem:
     upper: Array
     equalities: Polynomials
     inequalities: Polynomials
+    exact: Callable[[], Polynomials] | None = None
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.lower) == len(self.upper):
@@ -141,7 +145,7 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
     members, coefficients = [], []
     for expression in expressions:
         try:
-            poly = sympy.Poly(sympy.sympify(expression), *variables)
+            poly = sympy.Poly(with_fractions(sympy.sympify(expression)), *variables)
         except sympy.PolynomialError as error:
             raise ProblemError(f"{expression} is no polynomial in {variables}: {error}") from error
         terms = {}
@@ -161,6 +165,18 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
     ]
     flat = concatenate([Balls(np.atleast_1d(v.mid), np.atleast_1d(v.rad)) for v in values])
     return Polynomials(len(expressions), shape.rows, shape.factors, flat).collect()
+
+
+def with_fractions(expression: sympy.Expr) -> sympy.Expr:
+    """Turn every finite Float into the fraction that it is: sympy would round when it multiplies floats.
+
+    Examples
+    --------
+    >>> with_fractions(0.25 * sympy.Symbol("x"))
+    x/4
+    """
+    floats = [f for f in expression.atoms(sympy.Float) if f.is_finite]
+    return expression.xreplace({f: sympy.Rational(*float(f).as_integer_ratio()) for f in floats})
 
 
 def exact_ball(value: sympy.Expr) -> Balls:

@@ -68,12 +68,13 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
         One row.
     point : ndarray, shape (n_variables,)
     """
-    order = definition_order(problem.equalities)
+    equalities = problem.exact() if problem.exact is not None else problem.equalities
+    order = definition_order(equalities)
     if order is None:
         return None
     last = np.inf
     for bits in _PRECISIONS:
-        values = _define(problem.equalities, order, point, bits)
+        values = _define(equalities, order, point, bits)
         if values is None:
             return None
         if _holds(problem, values, bits):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import sympy
@@ -228,6 +228,12 @@ def _stamp_all(
     samples = []
     free_latents: list[Index] = []
     definitions: list[tuple[Polynomials, Index]] = []
+    stamped: list[tuple[Template, Mapping[str, Array], Index, Mapping[str, int], Mapping[str, int]]] = []
+
+    @cache
+    def exact() -> Polynomials:
+        return Polynomials.join([_stamp(*arguments, expand=True) for arguments in stamped])
+
     count = len(names)
     for number, experiment in enumerate(data.experiments):
         suffix = "" if len(data.experiments) == 1 else f",{experiment.name}"
@@ -245,7 +251,9 @@ def _stamp_all(
             count += size
         for part in parts:
             times = np.arange(part.max_lag, experiment.n_samples)
-            equalities.append(_stamp(part, experiment.values, times, place, offsets))
+            arguments = (part, experiment.values, times, place, offsets)
+            stamped.append(arguments)
+            equalities.append(_stamp(*arguments))
             if part.defines:
                 definitions.append((equalities[-1], times + offsets[part.signal]))
             samples.append(np.stack([np.full(len(times), number), times], axis=1))
@@ -260,7 +268,7 @@ def _stamp_all(
     for defining, variables in definitions:
         reach = _reach(defining, variables, low, high)
         low[variables], high[variables] = -reach, reach
-    problem = PolynomialProblem(tuple(names), low, high, Polynomials.join(equalities), inequalities)
+    problem = PolynomialProblem(tuple(names), low, high, Polynomials.join(equalities), inequalities, exact)
     return problem, np.concatenate(samples).astype(np.int64)
 
 
@@ -277,26 +285,31 @@ def _ranges(parts: tuple[Template, ...], n_samples: int) -> dict[str, tuple[int,
 
 def _stamp(
     part: Template,
-    values: Mapping[str, np.ndarray],
+    values: Mapping[str, Array],
     times: Index,
     place: Mapping[str, int],
     offsets: Mapping[str, int],
+    expand: bool = False,
 ) -> Polynomials:
-    """Return one equality per time, all terms at once."""
+    """Return one equality per time, all terms at once; ``expand`` gives coefficients as sums of exact floats."""
     degree = max(len(term.parameters) + len(term.latents) for term in part.terms)
-    factors = []
+    rows, factors, coefficients = [], [], []
     for term in part.terms:
         columns = [np.full(len(times), place[p]) for p in term.parameters]
         columns += [times - lag + offsets[latent] for latent, lag in term.latents]
         columns += [np.full(len(times), -1)] * (degree - len(columns))
-        factors.append(np.sort(np.stack(columns, axis=1), axis=1) if columns else np.empty((len(times), 0)))
-    rows = np.arange(len(times))
-    return Polynomials(
-        len(times),
-        np.tile(rows, len(part.terms)),
-        np.concatenate(factors).astype(np.int64),
-        concatenate([term.coefficients(values, times) for term in part.terms]),
-    ).collect()
+        monomials = np.sort(np.stack(columns, axis=1), axis=1) if columns else np.empty((len(times), 0))
+        own, balls = np.arange(len(times)), term.coefficients(values, times)
+        if expand and balls.rad.any():
+            own, balls = term.expansions(values, times)
+        rows.append(own)
+        factors.append(monomials[own])
+        coefficients.append(balls)
+    stamped = Polynomials(
+        len(times), np.concatenate(rows), np.concatenate(factors).astype(np.int64), concatenate(coefficients)
+    )
+    # Collecting would add the summands up again.
+    return stamped if expand else stamped.collect()
 
 
 def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:

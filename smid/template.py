@@ -8,6 +8,7 @@ evaluated over all samples at once, in ball arithmetic.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,10 +17,12 @@ import numpy as np
 import sympy
 
 from relaxations.balls import Array, Balls, Index
+from relaxations.problem import with_fractions
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t
 
 Reference = tuple[str, int]  # (signal or channel, lag)
+MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,37 @@ class Term:
             value = product * Balls(np.full(len(times), constant.mid), np.full(len(times), constant.rad))
             total = value if len(self.data) == 1 else total + value
         return total
+
+    def expansions(self, channels: Mapping[str, Array], times: Index) -> tuple[Index, Balls]:
+        """Return each coefficient as a sum of floats that leaves next to nothing.
+
+        Returns
+        -------
+        which : ndarray of int
+            For every summand, the place in ``times`` of the coefficient it belongs to.
+        summands : Balls
+            Exact floats, and where the sum does not end (a third, say) a last ball around the rest.
+        """
+        samples = [
+            (factor, [(channels[c][times - lag].tolist(), power) for c, lag, power in powers])
+            for factor, powers in self.data
+        ]
+        which, mids, rads = [], [], []
+        for k in range(len(times)):
+            rest = sum(
+                (math.prod((Fraction(v[k]) ** power for v, power in powers), start=f) for f, powers in samples),
+                start=Fraction(0),
+            )
+            for _ in range(MOST_SUMMANDS):
+                which.append(k)
+                mids.append(float(rest))
+                rest -= Fraction(mids[-1])
+                rads.append(0.0)
+                if not rest:
+                    break
+            else:
+                rads[-1] = math.nextafter(abs(float(rest)), math.inf)
+        return np.array(which, dtype=np.int64), Balls(np.array(mids), np.array(rads))
 
 
 @dataclass(frozen=True)
@@ -130,7 +164,9 @@ def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
     noisy = {m.signal for m in model.measurements if m.noise is not None and m.signal not in defined}
     kept: list[Line] = []
     static: dict[str, sympy.Expr] = {}
-    for line in model.lines:
+    for given in model.lines:
+        # Exact before anything is put together: sympy rounds when it multiplies floats.
+        line = Line(given.target, with_fractions(given.expression))
         if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
             kept.append(line)
         else:
@@ -156,7 +192,7 @@ def _curved_sensors(model: Model) -> frozenset[str]:
 def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None) -> sympy.Expr:
     """Return the signal behind a measured value and its noise."""
     plain = value if noise is None else value - noise
-    return plain if measurement.inverse is None else measurement.inverse.xreplace({VALUE: plain})
+    return plain if measurement.inverse is None else with_fractions(measurement.inverse).xreplace({VALUE: plain})
 
 
 def _template(model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], defines: bool) -> Template:
@@ -182,7 +218,7 @@ def _template(model: Model, target: str, expression: sympy.Expr, curved: frozens
             replacements[atom] = symbol(latent, name, lag)
         else:
             replacements[atom] = symbol(data, name, lag)
-    flat = _exact(expression.xreplace(replacements))
+    flat = expression.xreplace(replacements)
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
         flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.box)
     parameters = {p.symbol: p.name for p in model.parameters if p.symbol in flat.free_symbols}
@@ -235,8 +271,3 @@ def _substitute_static(expression: sympy.Expr, static: Mapping[str, sympy.Expr])
         expression = expression.xreplace(
             {signal(name)[t - lag]: static[name].xreplace({t: t - lag}) for name, lag in found}
         )
-
-
-def _exact(expression: sympy.Expr) -> sympy.Expr:
-    """Turn every Float into the fraction that it is: sympy would round when it multiplies floats."""
-    return expression.xreplace({f: sympy.Rational(*float(f).as_integer_ratio()) for f in expression.atoms(sympy.Float)})

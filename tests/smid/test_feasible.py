@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 import pytest
 import sympy
 
-from smid import Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, ModelError, OutputError, Wiener
+from smid import Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, ModelError, OutputError, Wiener, identify
 
 N = 14
 Noises = dict[str, np.ndarray]
@@ -298,3 +299,35 @@ def test_the_offset_is_a_parameter_of_its_own() -> None:
     shifted = OutputError(offset=True).simulate(data, values).outputs[0]["y"]
     centred = OutputError().simulate(data, {"a1": -0.5, "b0": 1.0}, "rest").outputs[0]["y"]
     np.testing.assert_allclose(shifted, centred + 6.0)  # 3 / (1 - 0.5), where it starts
+
+
+def test_the_exact_equalities_add_up_to_the_exact_coefficients() -> None:
+    data, _ = record(CASES["hammerstein"], 5, n=6)
+    feasible = FeasibleSet(Hammerstein(1, (5, 3), input_scale=0.01, stable=True), data, 0.1)
+    problem = feasible.problem
+    assert problem.exact is not None
+    exact = problem.exact()
+    assert (exact.coefficients.rad == 0).all()
+    sums: dict[tuple[int, ...], Fraction] = {}
+    for row, factor, value in zip(exact.rows, exact.factors, exact.coefficients.mid, strict=True):
+        key = (int(row), *(int(v) for v in factor if v >= 0))
+        sums[key] = sums.get(key, Fraction(0)) + Fraction(float(value))
+    u = [Fraction(x) for x in data.values("u").tolist()]
+    place = {name: k for k, name in enumerate(problem.names)}
+    for row in range(feasible.n_equalities):
+        for name, power in (("gamma1", 5), ("gamma2", 3)):
+            assert sums[row, place[name]] == -((Fraction(0.01) * u[row]) ** power)
+
+
+def test_two_poles_and_a_scaled_input_are_witnessed() -> None:
+    """The radii of rounded coefficients would pile up along the recursion of two poles."""
+    rng = np.random.default_rng(1)
+    u = rng.uniform(-10, 10, 60)
+    v = 0.1 * u
+    w = _recursion(
+        60, [0.0, 0.0], lambda w, t: 1.2 * w[t - 1] - 0.5 * w[t - 2] + 0.3 * (0.5 * v[t - 1] ** 3 + v[t - 1])
+    )
+    data = Dataset.from_arrays(input={"u": u}, output={"y": w + rng.uniform(-0.05, 0.05, 60)}, sampling_time=1.0)
+    found = identify(Hammerstein(2, (3, 1), input_scale=0.1, stable=True), data, 0.05, tolerance=1e-3)
+    for interval in found.intervals:
+        assert interval.gap <= 1e-3 * interval.width
