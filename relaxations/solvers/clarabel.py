@@ -8,7 +8,7 @@ from scipy import sparse
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
-from relaxations.solvers.interface import Stop
+from relaxations.solvers.stop import Stop
 
 TOLERANCE = 1e-11  # asked for so that little is lost to the certificate; mostly Clarabel stops a little short of it
 

@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
 from relaxations.errors import ProblemError
-
-
-class Stop(Enum):
-    """Why a solver stopped; no statement about what is proven."""
-
-    SOLVED = "the solver reached its tolerances"
-    INEXACT = "the solver stopped short of its tolerances"
-    INFEASIBLE = "the solver reports an empty feasible set"
-    UNBOUNDED = "the solver reports an unbounded objective"
-    LIMIT = "the solver ran into its iteration or time limit"
-    FAILED = "the solver failed"
+from relaxations.solvers.stop import Stop
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
-from relaxations.solvers.interface import Stop
+from relaxations.solvers.stop import Stop
 
 _STOPS = {
     "optimal": Stop.SOLVED,
