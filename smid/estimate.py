@@ -155,7 +155,7 @@ class Estimate:
     def summary(self) -> str:
         """Return in one sentence how the intervals were obtained and why the computation stopped."""
         if self.enclosure is None:
-            if self.unbounded:
+            if self.reason is Reason.UNBOUNDED:
                 return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
@@ -187,7 +187,7 @@ class Estimate:
             round_down(i.lower, digits),
             round_up(i.upper, digits),
             f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
-            f"{i.centre:.{digits}g}",
+            f"{i.centre:.{digits}g}" if np.isfinite(i.centre) else "unknown",
             i.unit,
             ends,
         )

@@ -4,7 +4,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from relaxations.hierarchy import Proof
+from relaxations.hierarchy import Proof, Reason
 from smid.data.resample import Resampling
 from smid.estimate import CentreStatus
 from smid.reports import check_writable, data_report, report, versions
@@ -130,6 +130,7 @@ def test_nothing_proven_is_said(estimate, tmp_path):
         centre_status=CentreStatus.UNDECIDED,
         nearest=None,
         unbounded=("b0",),
+        reason=Reason.UNBOUNDED,
         enclosure=None,
     )
     text = read(report(nothing, tmp_path / "r.html")).text
