@@ -175,7 +175,7 @@ def choose(
     found = []
     for name, model in grid:
         try:
-            bound = error_bound(model, data, order=1, tolerance=TOLERANCE, rounds=4)
+            bound = error_bound(model, data, order=1, tolerance=TOLERANCE, rounds=4, nodes=0)
         except ModelError as error:
             print(f"    {name}: left out, {error}", flush=True)
             continue

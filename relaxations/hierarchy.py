@@ -1,4 +1,4 @@
-"""Intervals of variables over a polynomial set: relax, certify, contract, witness.
+"""Intervals of variables over a polynomial set: relax, certify, contract, witness, branch.
 
 Every bound of a round is computed on the same relaxation. Certified ends replace the box of their variables (the
 parameters asked for and the complicating ones), which makes the next round's relaxation tighter; this stops when the
@@ -17,6 +17,7 @@ import numpy as np
 
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, Relaxed, lowest, relax, resolve
+from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
 from relaxations.lasserre import groups
 from relaxations.problem import PolynomialProblem
@@ -135,6 +136,7 @@ def intervals(
     witnesses: bool = True,
     known: Sequence[Array] = (),
     absolute: float = 0.0,
+    nodes: int = 0,
     progress: Progress | None = None,
 ) -> Enclosure:
     """Enclose the range of some variables over a polynomial set.
@@ -159,6 +161,8 @@ def intervals(
         Verified feasible points to begin with.
     absolute : float
         A gap below this is tight too, in the variable's unit.
+    nodes : int
+        Where contraction has stalled with a gap left, branch with at most so many relaxations for each end.
     progress : callable, optional
         Called with one line of text now and then.
 
@@ -202,6 +206,9 @@ def intervals(
             elif shrinkage < STALLED:
                 reason = Reason.STALLED
                 break
+        if reason is not Reason.EMPTY and not _tight(ends, targets) and nodes and method == "lift":
+            _branch(problem, ends, targets, complicating, least, nodes, solver, say)
+            reason = Reason.TIGHT if _tight(ends, targets) else reason
     except KeyboardInterrupt:
         reason = Reason.INTERRUPTED
     except MemoryError:
@@ -261,6 +268,40 @@ def _round(
     return None
 
 
+def _branch(
+    problem: PolynomialProblem,
+    ends: _Ends,
+    targets: Sequence[int],
+    complicating: Index,
+    order: int,
+    nodes: int,
+    solver: str,
+    say: Progress,
+) -> None:
+    """Tighten the ends that still have a gap to their witness by branch and bound."""
+    for k in targets:
+        for sign in (1, -1):
+            inner = _inner(ends, k)
+            if np.isnan(inner[0]) or _end_tight(ends, k, sign):
+                continue
+            box = problem.with_box(ends.lower, ends.upper)
+            start, best = (ends.lower[k], inner[0]) if sign > 0 else (-ends.upper[k], -inner[1])
+            goal = best - _allowed_gap(ends, k)
+            bound = branch_and_bound(
+                box,
+                problem.variable(k, sign),
+                complicating,
+                start=float(start),
+                goal=float(goal),
+                order=order,
+                nodes=nodes,
+                solver=solver,
+                progress=say,
+            )
+            if np.isfinite(bound):  # a witness exists, so the set is not empty
+                _tighten(ends, k, sign, bound)
+
+
 def _tighten(ends: _Ends, k: int, sign: int, bound: float) -> float:
     if sign > 0:
         gained = max(bound - ends.lower[k], 0.0)
@@ -297,8 +338,12 @@ def _end_tight(ends: _Ends, k: int, sign: int) -> bool:
     if np.isnan(inner[0]):
         return False
     gap = inner[0] - ends.lower[k] if sign > 0 else ends.upper[k] - inner[1]
+    return bool(gap <= _allowed_gap(ends, k))
+
+
+def _allowed_gap(ends: _Ends, k: int) -> float:
     size = max(abs(ends.lower[k]), abs(ends.upper[k]))
-    return bool(gap <= max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute, FLOOR * size))
+    return float(max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute, FLOOR * size))
 
 
 def _tight(ends: _Ends, targets: Sequence[int]) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.balls import Array
-from relaxations.bounding import resolve
+from relaxations.bounding import lowest, resolve
 from relaxations.hierarchy import Reason, intervals
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
@@ -91,6 +91,7 @@ def error_bound(
     solver: str = "clarabel",
     tolerance: float = 1e-3,
     rounds: int = 12,
+    nodes: int = 200,
     progress: Callable[[str], None] | None = None,
 ) -> ErrorBound:
     """Enclose the least noise bound of the output (phase 1 of the clutch thesis, 3.2.3).
@@ -101,12 +102,16 @@ def error_bound(
     data : Dataset
     fixed : mapping channel -> float, optional
         Bounds of the other noisy channels (errors in variables); exactly one noisy channel must remain.
-    method, order, solver
+    method, solver
         See :func:`smid.identify`.
+    order : int, optional
+        Highest relaxation order; by default the least, for here branching closes a gap sooner than order does.
     tolerance : float
         Stop once the enclosure is narrower than this share of its upper end.
     rounds : int
         At most so many contractions.
+    nodes : int
+        Where they leave a gap, branch with at most so many relaxations.
     progress : callable, optional
         Called with a line of text now and then.
 
@@ -139,7 +144,8 @@ def error_bound(
         )
     channel = open_channels[0]
     feasible = FeasibleSet(model, data, fixed or {}, channel)
-    resolve(feasible.problem, method, order)
+    method, asked, complicating = resolve(feasible.problem, method, order)
+    order = asked if order is not None else lowest(feasible.problem, method, complicating)
     point, reach = _minimax(feasible)
     if point is None:
         raise ModelError(
@@ -162,6 +168,7 @@ def error_bound(
         absolute=tolerance * reach,
         rounds=rounds,
         known=[point],
+        nodes=nodes,
         progress=progress,
     )
     best = min(enclosure.witnesses, key=lambda w: w[last])

@@ -54,6 +54,7 @@ def identify(
     solver: str = "clarabel",
     tolerance: float = 1e-4,
     rounds: int = 10,
+    nodes: int = 0,
     progress: Progress | None = None,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
@@ -77,6 +78,8 @@ def identify(
         Stop once each gap is below this share of its interval's width.
     rounds : int
         At most so many contractions.
+    nodes : int
+        Where they leave a gap, branch with at most so many relaxations for each end (the lift only).
     progress : callable, optional
         Called with a line of text now and then.
 
@@ -124,6 +127,7 @@ def identify(
         solver=solver,
         tolerance=tolerance,
         rounds=rounds,
+        nodes=nodes,
         known=known,
         progress=progress,
     )

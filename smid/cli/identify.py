@@ -53,6 +53,13 @@ DEFAULT = NoiseBound(1.2, True)
     help="Stop at gaps below this share of the width.",
 )
 @click.option("--rounds", type=click.IntRange(min=1), default=10, show_default=True, help="At most so many.")
+@click.option(
+    "--nodes",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Where a gap is left, branch with at most so many relaxations for each end.",
+)
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
 @json_option
 @report_option
@@ -74,6 +81,7 @@ def identify(
     solver: str,
     tolerance: float,
     rounds: int,
+    nodes: int,
     others: tuple[str, ...],
     json_: str | None,
     report: str | None,
@@ -94,6 +102,7 @@ def identify(
         "solver": solver,
         "tolerance": f"{tolerance:g}",
         "rounds at most": str(rounds),
+        "branching nodes at most": str(nodes),
     }
     channel = bound_model.output_channels[0]
     unit = dataset.channel(channel).unit
@@ -116,6 +125,7 @@ def identify(
                     solver=solver,
                     tolerance=tolerance,
                     rounds=rounds,
+                    nodes=nodes,
                     progress=progress,
                 )
             except EmptyFeasibleSetError as proof:

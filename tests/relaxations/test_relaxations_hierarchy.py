@@ -214,3 +214,17 @@ def test_progress_is_told_in_lines(output_error):
     intervals(output_error(6).problem, [0], progress=lines.append)
     assert lines
     assert all(line.startswith("a in [") for line in lines)
+
+
+def test_branching_closes_the_gap_that_contraction_leaves(hammerstein):
+    model = hammerstein(20, seed=0)
+    targets = range(len(model.truth))
+    stalled = intervals(model.problem, targets, order=1, rounds=3, tolerance=1e-3)
+    branched = intervals(model.problem, targets, order=1, rounds=3, tolerance=1e-3, nodes=200)
+    assert stalled.reason is not Reason.TIGHT
+    assert branched.reason is Reason.TIGHT
+    for before, after, true in zip(stalled.intervals, branched.intervals, model.truth, strict=True):
+        assert before.lower <= after.lower <= true <= after.upper <= before.upper
+        assert after.lower <= after.inner_lower
+        assert after.inner_upper <= after.upper
+        assert after.gap <= 1e-3 * after.width
