@@ -52,10 +52,7 @@ class Relaxed:
         """Return the certified lower bound of an objective in the problem's own variables."""
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
-        moment, _ = self.relaxation.moments_of(scaled)
-        if (moment < 0).any():
-            raise ProblemError("the objective has a monomial that this relaxation has no moment for: raise the order")
-        np.add.at(cost, moment, scaled.coefficients.mid)
+        np.add.at(cost, self.relaxation.moments_of(scaled), scaled.coefficients.mid)
         solution = solve(self.program, cost, self.solver)
         if not np.isfinite(solution.dual).all():
             return Outcome(-np.inf, None, solution.status, None)

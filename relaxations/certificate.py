@@ -18,7 +18,6 @@ import numpy as np
 
 from relaxations.balls import Balls, concatenate, gram
 from relaxations.conic import Multipliers
-from relaxations.errors import ProblemError
 from relaxations.moment import Relaxation
 from relaxations.polynomial import Polynomials
 
@@ -64,12 +63,7 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
 
 def residual_polynomial(relaxation: Relaxation, objective: Polynomials, multipliers: Multipliers) -> Balls:
     """Return the coefficients of r, one ball per moment."""
-    moment, _ = relaxation.moments_of(objective)
-    if (moment < 0).any():
-        raise ProblemError(
-            "the objective has a monomial beyond this relaxation: raise the order, or choose method='sparse'"
-        )
-    moments = [moment, relaxation.equality_moment]
+    moments = [relaxation.moments_of(objective), relaxation.equality_moment]
     terms = [
         objective.coefficients,
         -(relaxation.equality_coefficient * Balls.exact(multipliers.equalities[relaxation.equality_row])),

@@ -19,6 +19,7 @@ from itertools import combinations_with_replacement, pairwise
 import numpy as np
 
 from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.errors import ProblemError
 from relaxations.polynomial import Factors, Polynomials, multiply, pad, unique
 
 
@@ -93,14 +94,19 @@ class Relaxation:
         """Return the width of the widest block."""
         return max((b.size for b in self.blocks), default=0)
 
-    def moments_of(self, polynomials: Polynomials) -> tuple[Index, Index]:
-        """Return for each term of ``polynomials`` its moment's number, or -1 where there is none; and the rows."""
+    def moments_of(self, polynomials: Polynomials) -> Index:
+        """Return the moment's number for each term; ProblemError where a monomial has none."""
         degree = max(self.monomials.shape[1], polynomials.factors.shape[1])
         stacked = np.concatenate([pad(self.monomials, degree), pad(polynomials.factors, degree)])
         _, which = unique(stacked)
         place = np.full(int(which.max(initial=0)) + 1, -1, dtype=np.int64)
         place[which[: self.n_moments]] = np.arange(self.n_moments)
-        return place[which[self.n_moments :]], polynomials.rows
+        found = place[which[self.n_moments :]]
+        if (found < 0).any():
+            raise ProblemError(
+                "the objective has a monomial beyond this relaxation: raise the order, or choose method='sparse'"
+            )
+        return found
 
     def first_order(self, moments: Array) -> Array:
         """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none."""

@@ -208,7 +208,7 @@ def _capped(problem: PolynomialProblem, reach: float) -> PolynomialProblem:
     lower, upper = problem.lower.copy(), problem.upper.copy()
     upper[last] = reach
     inequalities = problem.inequalities
-    beside = np.isin(inequalities.rows, inequalities.rows[(inequalities.factors == last).any(axis=1)])
-    noises = np.setdiff1d(np.unique(inequalities.factors[beside]), [-1, last])
+    bounding = np.unique(inequalities.rows[(inequalities.factors == last).any(axis=1)])
+    noises = np.setdiff1d(inequalities.take(bounding).occurring(), [last])
     lower[noises], upper[noises] = np.maximum(lower[noises], -reach), np.minimum(upper[noises], reach)
     return problem.with_box(lower, upper)

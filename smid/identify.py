@@ -14,7 +14,7 @@ from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
-from relaxations.witness import MARGINS, find_witness, search, verify
+from relaxations.witness import find_witness
 from smid.box import Boxed, with_finite_box
 from smid.data import Dataset
 from smid.error_bound import error_bound
@@ -243,8 +243,6 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, co
     """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
     if not enclosure.witnesses:
         return None
-    from relaxations.reductions.scaling import Scaling
-
     count, last = len(centre), problem.n_variables
     width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
     # distance - |theta_k - centre_k| / width_k >= 0, the distance being one more variable
@@ -264,18 +262,6 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, co
         lower=np.append(lower, 0.0),
         upper=np.append(upper, 1.0),
     ).with_inequalities(closeness)
-    scaling = Scaling.of_box(extended)
-    scaled = scaling.apply(extended)
-    objective = scaling.polynomials(extended.variable(last))
     begin = min(enclosure.witnesses, key=lambda w: float(np.abs((w[:count] - centre) / width).max()))
-    for margin in MARGINS:
-        start = np.nan_to_num(
-            (np.append(begin, 1.0) - scaling.centre) / np.where(scaling.scale > 0, scaling.scale, 1.0)
-        )
-        point = search(scaled, objective, complicating, start, margin)
-        if point is not None:
-            nothing = Polynomials.from_terms([{}])
-            witness = verify(problem, nothing, scaling.recover(point)[:-1])
-            if witness is not None:
-                return witness.point[:count]
-    return np.asarray(begin[:count])
+    found = find_witness(extended, extended, extended.variable(last), complicating, np.append(begin, 1.0))
+    return np.asarray(begin[:count] if found is None else found.point[:count])

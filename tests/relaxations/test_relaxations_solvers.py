@@ -27,7 +27,7 @@ def product_problem():
 def certified(relaxed, objective, run):
     scaled = relaxed.scaling.polynomials(objective)
     cost = np.zeros(relaxed.relaxation.n_moments)
-    np.add.at(cost, relaxed.relaxation.moments_of(scaled)[0], scaled.coefficients.mid)
+    np.add.at(cost, relaxed.relaxation.moments_of(scaled), scaled.coefficients.mid)
     stop, _, _, dual = run(relaxed.program, cost[1:])
     assert stop in (Stop.SOLVED, Stop.INEXACT)
     return certify(relaxed.relaxation, scaled, multipliers(relaxed.relaxation, relaxed.program, dual)).bound
