@@ -16,7 +16,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_N
 .PHONY: help demo test check bench clean
 
 help:
-	@echo "make demo    identify the bundled clutch record and write a report"
+	@echo "make demo    identify the bundled clutch record, diagnose where it fails, write a report"
 	@echo "make test    run the tests"
 	@echo "make check   lint, format, types and import layers"
 	@echo "make bench   run the benchmarks"

@@ -2,6 +2,7 @@
 
 from smid.binding import bind
 from smid.data import DataError, Dataset
+from smid.diagnosis import Diagnosis, diagnose
 from smid.error_bound import ErrorBound, error_bound
 from smid.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.feasible import FeasibleSet
@@ -26,6 +27,7 @@ __all__ = [
     "CentreStatus",
     "DataError",
     "Dataset",
+    "Diagnosis",
     "EmptyFeasibleSetError",
     "ErrorBound",
     "ErrorsInVariables",
@@ -41,6 +43,7 @@ __all__ = [
     "Validation",
     "Wiener",
     "bind",
+    "diagnose",
     "error_bound",
     "identify",
     "load_model",

@@ -1,6 +1,7 @@
-"""Fit a model's channel names to the data's.
+"""Fit a model's channel names and sampling time to the data's.
 
-A model written with the default names ``u`` and ``y`` is meant for whatever the data call their input and output.
+A model written with the default names ``u`` and ``y`` is meant for whatever the data call their input and output, and
+one in derivatives without a sampling time for whatever the data were sampled at.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from smid.data import DataError, Dataset
-from smid.models import Line, Model
+from smid.models import Model
+from smid.models.running import at_sampling_time
 from smid.models.symbols import rename_signals
 
 
 def bind(model: Model, data: Dataset) -> Model:
-    """Rename the model's only missing input and output channel to the data's only input and output.
+    """Rename the model's only missing input and output channel, and take over the data's sampling time.
 
     Parameters
     ----------
@@ -26,6 +28,13 @@ def bind(model: Model, data: Dataset) -> Model:
     Model
         The model itself where all its channels are in the data, or where no single pair fits (the check of the data
         names what is missing).
+
+    Raises
+    ------
+    DataError
+        If a channel's name cannot stand in an equation.
+    ModelError
+        If the model has rates and another sampling time than the data.
 
     Examples
     --------
@@ -45,7 +54,7 @@ def bind(model: Model, data: Dataset) -> Model:
         missing = [c for c in own if c not in names]
         if len(missing) == 1 and len(given) == 1:
             renamed[missing[0]] = given[0]
-    return rename_channels(model, renamed) if renamed else model
+    return at_sampling_time(rename_channels(model, renamed) if renamed else model, data.sampling_time)
 
 
 def rename_channels(model: Model, names: Mapping[str, str]) -> Model:
@@ -60,6 +69,6 @@ def rename_channels(model: Model, names: Mapping[str, str]) -> Model:
     exact = {old: new for old, new in names.items() if old not in measured}
     return replace(
         model,
-        lines=tuple(Line(line.target, rename_signals(line.expression, exact)) for line in model.lines),
+        lines=tuple(replace(line, expression=rename_signals(line.expression, exact)) for line in model.lines),
         measurements=tuple(replace(m, channel=names.get(m.channel, m.channel)) for m in model.measurements),
     )

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 import sympy
 
-from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.balls import Array, Index
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem, polynomials_from_sympy
+from relaxations.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques
 from smid.binding import bind
 from smid.data import DataError, Dataset, excitation
 from smid.models import Model, ModelError
-from smid.template import Template, templates
+from smid.stamp import FREE_BOUND, Opening, Sides, Stamped, Structure, stamp_all
 
-FREE_BOUND = "noise_bound"  # name of the variable that stands for an unknown noise bound
+__all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound"]
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,11 @@ class FeasibleSet:
         Variables: the parameters, then the noises and latent signals sample by sample.
     samples : ndarray of int, shape (n_equalities, 2)
         Experiment and time index that each equality belongs to.
+    structure : Structure
+        The model's templates.
+    openings : tuple of Opening
+        The kinks (of Max, Min, Abs and sign) that are not decided on the box of the parameters. They stand in the
+        problem with their hulls, so that it is a relaxation of the set; without any, it is the set itself.
 
     Raises
     ------
@@ -65,14 +70,39 @@ class FeasibleSet:
     free_channel: str | None = None
     problem: PolynomialProblem = field(init=False)
     samples: Index = field(init=False)
+    structure: Structure = field(init=False, repr=False)
+    openings: tuple[Opening, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         model = bind(self.model, self.data)
         check_data(model, self.data)
         bounds = check_noise_bound(model, self.noise_bound, self.free_channel)
-        problem, samples = _stamp_all(model, self.data, bounds, self.free_channel)
-        for name, value in (("model", model), ("problem", problem), ("samples", samples)):
-            object.__setattr__(self, name, value)
+        structure = Structure.of(model)
+        if structure.hinges and self.free_channel is not None:
+            raise ModelError(
+                "the least noise bound of a model with Max, Min, Abs or sign is not available: give the bound that you "
+                "know of the sensor, or that of a model without them"
+            )
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "structure", structure)
+        self._take(stamp_all(structure, self.data, bounds, self.free_channel))
+
+    def _take(self, stamped: Stamped) -> None:
+        for name in ("problem", "samples", "openings"):
+            object.__setattr__(self, name, getattr(stamped, name))
+
+    def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:
+        """Return the set on a smaller box of the parameters, where fewer kinks may be open.
+
+        Parameters
+        ----------
+        lower, upper : ndarray, shape (n_parameters,)
+        choose : mapping, optional
+            Sides to take for kinks that are open all the same (:func:`smid.stamp.stamp_all`).
+        """
+        other = copy(self)
+        other._take(stamp_all(self.structure, self.data, self.bounds, None, (lower, upper), choose))
+        return other
 
     def with_problem(self, problem: PolynomialProblem) -> FeasibleSet:
         """Return the same set with a tighter (proven) box."""
@@ -212,125 +242,3 @@ def check_data(model: Model, data: Dataset) -> None:
                 f"the input {channel!r} does not excite: it is {records[0][0]:g} at every sample; "
                 "measure with an input that moves (a step, a ramp, a PRBS), or crop the record to where it does"
             )
-
-
-def _stamp_all(
-    model: Model, data: Dataset, bounds: Mapping[str, float], free: str | None
-) -> tuple[PolynomialProblem, Index]:
-    """Stamp a model's equations over all experiments."""
-    noise_channel = {m.noise: m.channel for m in model.measurements if m.noise is not None}
-    parts = templates(model)
-    place = {p.name: k for k, p in enumerate(model.parameters)}
-    names = [p.name for p in model.parameters]
-    lower = [np.array([p.lower for p in model.parameters], dtype=np.float64)]
-    upper = [np.array([p.upper for p in model.parameters], dtype=np.float64)]
-    equalities: list[Polynomials] = []
-    samples = []
-    free_latents: list[Index] = []
-    definitions: list[tuple[Polynomials, Index]] = []
-    stamped: list[tuple[Template, Mapping[str, Array], Index, Mapping[str, int], Mapping[str, int]]] = []
-
-    @cache
-    def exact() -> Polynomials:
-        return Polynomials.join([_stamp(*arguments, expand=True) for arguments in stamped])
-
-    count = len(names)
-    for number, experiment in enumerate(data.experiments):
-        suffix = "" if len(data.experiments) == 1 else f",{experiment.name}"
-        offsets = {}
-        for latent, (first, last) in _ranges(parts, experiment.n_samples).items():
-            offsets[latent] = count - first
-            size = last - first + 1
-            names += [f"{latent}[{k}{suffix}]" for k in range(first, last + 1)]
-            channel = noise_channel.get(latent)
-            limit = bounds.get(channel, np.inf) if channel is not None else np.inf
-            if channel is not None and channel == free:
-                free_latents.append(np.arange(count, count + size))
-            lower.append(np.full(size, -limit))
-            upper.append(np.full(size, limit))
-            count += size
-        for part in parts:
-            times = np.arange(part.max_lag, experiment.n_samples)
-            arguments = (part, experiment.values, times, place, offsets)
-            stamped.append(arguments)
-            equalities.append(_stamp(*arguments))
-            if part.defines:
-                definitions.append((equalities[-1], times + offsets[part.signal]))
-            samples.append(np.stack([np.full(len(times), number), times], axis=1))
-
-    inequalities = polynomials_from_sympy(model.constraints, [p.symbol for p in model.parameters])
-    if free is not None:
-        names.append(FREE_BOUND)
-        lower.append(np.zeros(1))
-        upper.append(np.full(1, np.inf))
-        inequalities = Polynomials.join([inequalities, *(_within(i, count) for i in free_latents)])
-    low, high = np.concatenate(lower), np.concatenate(upper)
-    for defining, variables in definitions:
-        reach = _reach(defining, variables, low, high)
-        low[variables], high[variables] = -reach, reach
-    problem = PolynomialProblem(tuple(names), low, high, Polynomials.join(equalities), inequalities, exact)
-    return problem, np.concatenate(samples).astype(np.int64)
-
-
-def _ranges(parts: tuple[Template, ...], n_samples: int) -> dict[str, tuple[int, int]]:
-    """Return first and last time index at which each latent occurs."""
-    ranges: dict[str, tuple[int, int]] = {}
-    for part in parts:
-        for latent, lag in sorted(part.latents):
-            first, last = part.max_lag - lag, n_samples - 1 - lag
-            old = ranges.get(latent, (first, last))
-            ranges[latent] = (min(old[0], first), max(old[1], last))
-    return ranges
-
-
-def _stamp(
-    part: Template,
-    values: Mapping[str, Array],
-    times: Index,
-    place: Mapping[str, int],
-    offsets: Mapping[str, int],
-    expand: bool = False,
-) -> Polynomials:
-    """Return one equality per time, all terms at once; ``expand`` gives coefficients as sums of exact floats."""
-    degree = max(len(term.parameters) + len(term.latents) for term in part.terms)
-    rows, factors, coefficients = [], [], []
-    for term in part.terms:
-        columns = [np.full(len(times), place[p]) for p in term.parameters]
-        columns += [times - lag + offsets[latent] for latent, lag in term.latents]
-        columns += [np.full(len(times), -1)] * (degree - len(columns))
-        monomials = np.sort(np.stack(columns, axis=1), axis=1) if columns else np.empty((len(times), 0))
-        own, balls = np.arange(len(times)), term.coefficients(values, times)
-        if expand and balls.rad.any():
-            own, balls = term.expansions(values, times)
-        rows.append(own)
-        factors.append(monomials[own])
-        coefficients.append(balls)
-    stamped = Polynomials(
-        len(times), np.concatenate(rows), np.concatenate(factors).astype(np.int64), concatenate(coefficients)
-    )
-    # Collecting would add the summands up again.
-    return stamped if expand else stamped.collect()
-
-
-def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:
-    """Return how large each latent can be that an equality gives explicitly, with coefficient one."""
-    own = (defining.term_degrees == 1) & (defining.factors.max(axis=1) == variables[defining.rows])
-    largest = np.maximum(np.abs(lower), np.abs(upper))
-    sizes = Balls.exact(np.where(own, 0.0, defining.coefficients.magnitude()))
-    with np.errstate(invalid="ignore"):
-        for column in defining.factors.T:
-            sizes = sizes * Balls.exact(np.where((column >= 0) & ~own, largest[column], 1.0))
-        reach = sizes.segment_sum(defining.rows, defining.n_rows).upper
-    return np.where(np.isfinite(reach), reach, np.inf)
-
-
-def _within(latents: Index, bound: int) -> Polynomials:
-    """Return ``bound - latent >= 0`` and ``bound + latent >= 0``."""
-    count = len(latents)
-    own = np.arange(2 * count)
-    return Polynomials(
-        2 * count,
-        np.concatenate([own, own]),
-        np.concatenate([np.tile(latents, 2), np.full(2 * count, bound)]).reshape(-1, 1),
-        Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(3 * count)])),
-    )

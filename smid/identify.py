@@ -20,7 +20,8 @@ from smid.data import Dataset
 from smid.error_bound import error_bound
 from smid.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.feasible import FeasibleSet
-from smid.models import Model
+from smid.models import Model, ModelError
+from smid.piecewise import piecewise_centre, piecewise_intervals
 from smid.start import equation_error_fit, magnitudes
 
 Progress = Callable[[str], None]
@@ -79,7 +80,8 @@ def identify(
     rounds : int
         At most so many contractions.
     nodes : int
-        Where they leave a gap, branch with at most so many relaxations for each end (the lift only).
+        Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
+        Min, Abs or sign is always branched (:func:`smid.piecewise.piecewise_intervals`).
     progress : callable, optional
         Called with a line of text now and then.
 
@@ -107,6 +109,8 @@ def identify(
     feasible = FeasibleSet(model, data, noise_bound)
     model = feasible.model
     resolve(feasible.problem, method, order)
+    if feasible.openings:
+        return _piecewise(feasible, method, order, solver, tolerance, rounds, nodes, progress)
     boxed = Boxed(feasible, (), feasible.problem.unbounded)
     known: list[Array] = []
     try:
@@ -136,22 +140,57 @@ def identify(
     status, nearest = CentreStatus.UNDECIDED, None
     with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
         status, nearest = _centre(problem, enclosure, len(model.parameters), solver)
+    return _estimate(feasible, enclosure, boxed.derived, status, nearest)
+
+
+def _estimate(
+    feasible: FeasibleSet, enclosure: Enclosure, derived: tuple[str, ...], status: CentreStatus, nearest: Array | None
+) -> Estimate:
+    model = feasible.model
     found = tuple(ParameterInterval.of(i, p) for i, p in zip(enclosure.intervals, model.parameters, strict=True))
     names = [p.name for p in model.parameters]
     values = None if nearest is None else dict(zip(names, nearest.tolist(), strict=True))
     central = values if values is not None else {i.name: i.centre for i in found}
     return Estimate(
         model.with_values(central),
-        data,
+        feasible.data,
         feasible.bounds,
         found,
         status,
         values,
-        boxed.derived,
+        derived,
         (),
         enclosure.reason,
         enclosure,
     )
+
+
+def _piecewise(
+    feasible: FeasibleSet,
+    method: str,
+    order: int | None,
+    solver: str,
+    tolerance: float,
+    rounds: int,
+    nodes: int,
+    progress: Progress | None,
+) -> Estimate:
+    """Identify a model whose Max, Min, Abs or sign are not decided by the priors and the data alone."""
+    if method not in ("auto", "lift"):
+        raise ModelError(f"a model with Max, Min, Abs or sign is bounded by the lift: method={method!r} does not apply")
+    enclosure = piecewise_intervals(
+        feasible, order=order, solver=solver, tolerance=tolerance, rounds=rounds, nodes=nodes, progress=progress
+    )
+    if enclosure.empty is not None:
+        raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
+    loose = [p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower)]
+    left = tuple(i.name for i in enclosure.intervals if not np.isfinite(i.width))
+    if left:
+        return _box_only(Boxed(feasible, (), left), enclosure.reason)
+    status, nearest = CentreStatus.UNDECIDED, None
+    with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
+        status, nearest = piecewise_centre(feasible, enclosure, solver)
+    return _estimate(feasible, enclosure, tuple(loose), status, nearest)
 
 
 def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
@@ -204,14 +243,17 @@ def _proven_empty(
     channel = next(c for c in feasible.model.output_channels if c in noisy)
     fixed = {c: b for c, b in feasible.bounds.items() if c != channel}
     given = feasible.bounds[channel]
+    unit = feasible.data.channel(channel).unit
+    proven = f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
+    samples_text = f"Samples that carry the proof: {carried}"
+    if feasible.openings:
+        return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
     least = error_bound(
         feasible.model, feasible.data, fixed, method=method, order=order, solver=solver, progress=progress
     )
-    unit = feasible.data.channel(channel).unit
     return EmptyFeasibleSetError(
-        f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
-        + f"The least bound lies in {least.enclosure}: raise the bound above it or extend the "
-        f"model. Samples that carry the proof: {carried}",
+        f"{proven}The least bound lies in {least.enclosure}: raise the bound above it or extend the "
+        f"model. {samples_text}",
         least.lower,
         samples,
     )

@@ -18,6 +18,7 @@ import sympy
 
 from relaxations.balls import Array, Balls, Index
 from relaxations.problem import with_fractions
+from smid.kinks import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t
 
@@ -112,8 +113,23 @@ class Template:
         return frozenset(reference for term in self.terms for reference in term.latents)
 
 
+@dataclass(frozen=True)
+class Hinge:
+    """A kink whose argument has been expanded.
+
+    Parameters
+    ----------
+    kink : Kink
+    argument : Template
+        The argument itself, not an equality.
+    """
+
+    kink: Kink
+    argument: Template
+
+
 def templates(model: Model) -> tuple[Template, ...]:
-    """Expand a model's lines into templates.
+    """Expand a model's lines into templates; they read the signals of :func:`hinges` where the lines have kinks.
 
     Parameters
     ----------
@@ -122,24 +138,32 @@ def templates(model: Model) -> tuple[Template, ...]:
     Raises
     ------
     ModelError
-        Where a line is no polynomial in parameters, noises and latent signals.
+        Where a line is no polynomial in parameters, noises, latent signals and kinks.
     """
+    model = model.discretised()
     kept, static = _split(model)
     curved = _curved_sensors(model)
     dynamic = {*model.states, *(m.signal for m in model.measurements)}
+    depths = {hinge.kink.name: hinge.argument.max_lag for hinge in hinges(model)}
     lines = [
         _template(
             model,
             line.signal,
             _substitute_static(line.target - line.expression, static),
             curved,
+            depths,
             line.signal not in dynamic,
         )
         for line in kept
     ]
     sensors = [
         _template(
-            model, m.signal, signal(m.signal)[t] - _seen(m, signal(m.channel)[t], signal(m.noise)[t]), curved, True
+            model,
+            m.signal,
+            signal(m.signal)[t] - _seen(m, signal(m.channel)[t], signal(m.noise)[t]),
+            curved,
+            depths,
+            True,
         )
         for m in model.measurements
         if m.noise is not None and m.signal in curved
@@ -147,9 +171,33 @@ def templates(model: Model) -> tuple[Template, ...]:
     return (*lines, *sensors)
 
 
+def hinges(model: Model) -> tuple[Hinge, ...]:
+    """Expand the arguments of a model's kinks, each after those that it reads.
+
+    Parameters
+    ----------
+    model : Model
+
+    Raises
+    ------
+    ModelError
+        Where an argument is no polynomial in parameters, noises, latent signals and earlier kinks.
+    """
+    model = model.discretised()
+    _, static = _split(model)
+    curved = _curved_sensors(model)
+    depths: dict[str, int] = {}
+    found = []
+    for kink in unfold(model).kinks:
+        argument = _template(model, kink.name, _substitute_static(kink.argument, static), curved, depths, False)
+        depths[kink.name] = argument.max_lag
+        found.append(Hinge(kink, argument))
+    return tuple(found)
+
+
 def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
-    """Return ``target - expression`` of each dynamic line with the static lines put in."""
-    kept, static = _split(model)
+    """Return ``target - expression`` of each dynamic line with the static lines put in, and kinks by name."""
+    kept, static = _split(model.discretised())
     return tuple(_substitute_static(line.target - line.expression, static) for line in kept)
 
 
@@ -164,7 +212,7 @@ def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
     noisy = {m.signal for m in model.measurements if m.noise is not None and m.signal not in defined}
     kept: list[Line] = []
     static: dict[str, sympy.Expr] = {}
-    for given in model.lines:
+    for given in unfold(model).lines:
         # Exact before anything is put together: sympy rounds when it multiplies floats.
         line = Line(given.target, with_fractions(given.expression))
         if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
@@ -195,10 +243,20 @@ def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None)
     return plain if measurement.inverse is None else with_fractions(measurement.inverse).xreplace({VALUE: plain})
 
 
-def _template(model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], defines: bool) -> Template:
-    """Expand one equality; ``curved`` signals stay latent although they are measured."""
+def _template(
+    model: Model,
+    target: str,
+    expression: sympy.Expr,
+    curved: frozenset[str],
+    depths: Mapping[str, int],
+    defines: bool,
+) -> Template:
+    """Expand one expression; ``curved`` signals stay latent although they are measured.
+
+    ``depths`` tells of each kink how far back its argument reads.
+    """
     measured = {m.signal: m for m in model.measurements if m.signal not in curved}
-    hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved
+    hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved | {*depths}
     replacements: dict[sympy.Expr, sympy.Expr] = {}
     data: dict[sympy.Symbol, Reference] = {}
     latent: dict[sympy.Symbol, Reference] = {}
@@ -221,9 +279,11 @@ def _template(model: Model, target: str, expression: sympy.Expr, curved: frozens
     flat = expression.xreplace(replacements)
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
         flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.box)
-    parameters = {p.symbol: p.name for p in model.parameters if p.symbol in flat.free_symbols}
+    names = [*(p.name for p in model.parameters), *depths]
+    symbols = {sympy.Symbol(name, real=True): name for name in names}
+    parameters = {s: name for s, name in symbols.items() if s in flat.free_symbols}
     unknowns = [*parameters, *sorted(latent, key=str)]
-    lags = [lag for _, lag in (*data.values(), *latent.values())]
+    lags = [lag + depths.get(name, 0) for name, lag in (*data.values(), *latent.values())]
     terms = _terms(target, flat, unknowns, parameters, latent, data)
     return Template(target, terms, max(lags, default=0), defines)
 
@@ -242,7 +302,7 @@ def _terms(
     except (sympy.PolynomialError, sympy.CoercionFailed):
         raise ModelError(
             f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
-            "write Max, Min, Abs or sign of an unknown as further equations, or simulate only"
+            "write it with polynomials, Max, Min, Abs and sign, or simulate only"
         ) from None
     split = len(unknowns)
     grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}

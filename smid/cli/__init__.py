@@ -1,4 +1,4 @@
-"""The command line: ``smid demo``, ``smid identify``, ``smid error-bound``, ``smid validate``."""
+"""The command line: ``smid demo``, ``smid identify``, ``smid error-bound``, ``smid validate``, ``smid diagnose``."""
 
 from smid.cli.app import main
 

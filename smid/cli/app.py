@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from smid.cli.demo import demo
+from smid.cli.diagnose import diagnose
 from smid.cli.error_bound import error_bound
 from smid.cli.face import Face
 from smid.cli.identify import identify
@@ -23,5 +24,5 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (demo, identify, error_bound, validate):
+for command in (demo, identify, error_bound, validate, diagnose):
     main.add_command(command)

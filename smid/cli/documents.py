@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from smid.data import Dataset
+from smid.diagnosis import Diagnosis
 from smid.error_bound import ErrorBound
 from smid.estimate import Estimate
 from smid.identify import EmptyFeasibleSetError
@@ -17,6 +18,7 @@ from smid.reports import versions, write_text
 from smid.validate import Validation
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
+DIAGNOSE = "smid.diagnose/1"
 
 Document = dict[str, Any]
 
@@ -67,6 +69,11 @@ def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Docu
 def validate_document(validations: Sequence[Validation]) -> Document:
     """Return what ``smid validate --json`` writes."""
     return {"schema": VALIDATE, "validations": [v.to_dict() for v in validations], "versions": versions()}
+
+
+def diagnose_document(diagnosis: Diagnosis) -> Document:
+    """Return what ``smid diagnose --json`` writes."""
+    return {**diagnosis.to_dict(), "schema": DIAGNOSE, "versions": versions()}
 
 
 def write_document(target: str, document: Document) -> None:

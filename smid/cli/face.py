@@ -26,7 +26,7 @@ class Face(click.Group):
         try:
             code = super().main(*args, **settings)
         except click.Abort:
-            code = _fail("interrupted; no intervals are proven yet", INTERRUPTED)
+            code = _fail("interrupted; there is no result yet", INTERRUPTED)
         except click.UsageError as error:
             command = error.ctx.command_path if error.ctx else "smid"
             code = _fail(f"{error.format_message().rstrip('.')}; see {command} --help")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def load_data(
     time: str | None = None,
     start: int | None = None,
     stop: int | None = None,
+    channels: Sequence[str] | None = None,
 ) -> Dataset:
     """Read a CSV file; its source keeps the first comment of the file and the samples that were taken.
 
@@ -37,6 +39,8 @@ def load_data(
         Column of time stamps.
     start, stop : int, optional
         Samples, as in a Python slice.
+    channels : sequence of str, optional
+        Further columns to keep; every column of numbers when not given.
 
     Returns
     -------
@@ -49,8 +53,12 @@ def load_data(
     """
     columns = read_csv(Path(path)).cells
     by_plain_name = {_plain(column): column for column in columns}
-    input, output = (name if name in columns else by_plain_name.get(name, name) for name in (input, output))
-    data = Dataset.from_csv(path, input, output, sampling_time, time)
+    input, output, *others = (
+        name if name in columns else by_plain_name.get(name, name) for name in (input, output, *(channels or ()))
+    )
+    data = Dataset.from_csv(
+        path, input, output, sampling_time, time, others=None if channels is None else list(dict.fromkeys(others))
+    )
     data = data.rename({name: _plain(name) for name in data.names})
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
     source = data.source

@@ -62,7 +62,7 @@ def apply_all(*options: Command) -> Command:
     return decorate
 
 
-data_options = apply_all(
+record_options = apply_all(
     click.argument("data", type=FILE),
     click.option("--input", "input_", required=True, metavar="U", help="Column of the input."),
     click.option("--output", required=True, metavar="Y", help="Column of the output."),
@@ -71,6 +71,10 @@ data_options = apply_all(
     click.option("--start", type=int, metavar="K", help="First sample to use, counted from 0."),
     click.option("--stop", type=int, metavar="K", help="First sample not to use any more."),
     click.option("--model", required=True, type=FILE, metavar="TOML", help="Model class and its fields."),
+)
+
+data_options = apply_all(
+    record_options,
     click.option(
         "--input-noise-bound",
         type=click.FloatRange(min=0, min_open=True),

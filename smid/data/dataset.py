@@ -263,6 +263,42 @@ class Dataset:
         return dataset_of_tables([table_of_frame(frame, name)], input, output, sampling_time, time, units, others)
 
     @staticmethod
+    def from_nonlinear_benchmarks(records: Any, sampling_time: float | None = None) -> "Dataset":
+        """Take records that a loader of the package `nonlinear_benchmarks` gave.
+
+        Parameters
+        ----------
+        records : Input_output_data, or tuple or list of them
+            Several become experiments. Loaders give training and test records: take them one at a time.
+        sampling_time : float, optional
+            In seconds, where the records do not know theirs.
+
+        Returns
+        -------
+        Dataset
+            Channels "u" and "y", or "u1", "u2", ... where there are several; `n_init` is the longest window that the
+            benchmark allows for finding the state.
+
+        Raises
+        ------
+        DataError
+            For anything else, and for records of different channels or sampling times.
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> test = SimpleNamespace(
+        ...     u=[0, 1, 1], y=[0, 0, 1], sampling_time=0.5, name="tanks", state_initialization_window_length=1
+        ... )
+        >>> data = Dataset.from_nonlinear_benchmarks(test)
+        >>> data.names, data.n_init, data.experiments[0].name
+        (('u', 'y'), 1, 'tanks')
+        """
+        from smid.data.read_nonlinear_benchmarks import read_nonlinear_benchmarks
+
+        return read_nonlinear_benchmarks(records, sampling_time)
+
+    @staticmethod
     def merge(datasets: "Sequence[Dataset]") -> "Dataset":
         """Put the experiments of several data sets together; channels, roles and sampling time must agree."""
         return edit.merge(datasets)

@@ -8,6 +8,8 @@ from smid.models.hammerstein import Hammerstein
 from smid.models.model import VALUE, Line, Measurement, Model, Parameter, signal, t
 from smid.models.output_error import OutputError
 from smid.models.priors import Priors
+from smid.models.reactor import Reactor
+from smid.models.rotating_arm import RotatingArm
 from smid.models.schur_cohn import schur_cohn
 from smid.models.sensor import channel_to_signal, signal_to_channel
 from smid.models.simulate import Simulation, predict, simulate
@@ -25,6 +27,8 @@ __all__ = [
     "OutputError",
     "Parameter",
     "Priors",
+    "Reactor",
+    "RotatingArm",
     "Simulation",
     "Wiener",
     "channel_to_signal",

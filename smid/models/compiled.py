@@ -28,7 +28,7 @@ from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
 from smid.models.symbols import plain_symbols, references, signal, t
 
-__all__ = ["Array", "Group", "compile_lines"]
+__all__ = ["Array", "Group", "compile_lines", "numpy_function"]
 
 Array = NDArray[np.float64]
 Function = Callable[..., Any]
@@ -148,7 +148,8 @@ class Group:
             for row, value in zip(rows, result, strict=True):
                 row.append(value)
         for name, row in history.items():
-            known[name][: len(row)] = row
+            # A fractional power of a negative number is complex to Python, NaN to NumPy.
+            known[name][: len(row)] = [np.nan if isinstance(value, complex) else value for value in row]
             known[name][len(row) :] = np.nan
 
     def _batch_loop(self, known: dict[str, Array], values: Mapping[str, Any], start: int, count: int) -> None:
@@ -195,10 +196,12 @@ def compile_lines(lines: tuple[Line, ...]) -> tuple[Group, ...]:
     [True]
     """
     first = first_samples(lines)
-    return tuple(_compile_group(group, recursive, first) for group, recursive in groups(lines))
+    return tuple(_compile_group(group, recursive, first[group[0].signal]) for group, recursive in groups(lines))
 
 
-def _compile_group(lines: Sequence[Line], recursive: bool, first: Mapping[str, int]) -> Group:
+# Edits of a model leave most of its lines as they are: those are not compiled again.
+@lru_cache(maxsize=2048)
+def _compile_group(lines: tuple[Line, ...], recursive: bool, first: int) -> Group:
     members = tuple(line.signal for line in lines)
     parameters = tuple(sorted(set().union(*(plain_symbols(line.expression) for line in lines))))
     reads = set().union(*(references(line.expression) for line in lines))
@@ -217,7 +220,7 @@ def _compile_group(lines: Sequence[Line], recursive: bool, first: Mapping[str, i
         single.append((read, function))
     return Group(
         members,
-        first[members[0]],
+        first,
         recursive,
         parameters,
         (*outside, *own),
@@ -269,6 +272,31 @@ def _binary(expression: sympy.Expr) -> sympy.Expr:
         return apply
 
     return expression.replace(sympy.Max, fold(_MAXIMUM)).replace(sympy.Min, fold(_MINIMUM))
+
+
+def numpy_function(arguments: Sequence[sympy.Symbol], expressions: Sequence[sympy.Expr]) -> Function:
+    """Compile expressions into one NumPy function that returns the list of their values.
+
+    Parameters
+    ----------
+    arguments : sequence of sympy.Symbol
+        Arguments, in order.
+    expressions : sequence of sympy.Expr
+        What to evaluate.
+
+    Returns
+    -------
+    callable
+        Of scalars or arrays that broadcast.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> numpy_function([x], [sympy.Max(x, 1), x**2])(3)
+    [np.int64(3), 9]
+    """
+    function: Function = sympy.lambdify(arguments, [_binary(item) for item in expressions], _NUMPY, cse=True)
+    return function
 
 
 def _function(

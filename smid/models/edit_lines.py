@@ -19,7 +19,15 @@ from smid.models.symbols import canonical, rename_signals, signal, t
 if TYPE_CHECKING:
     from smid.models.model import Model
 
-__all__ = ["add_term", "insert_after", "insert_before", "replace_line", "with_input_noise", "with_line"]
+__all__ = [
+    "add_term",
+    "insert_after",
+    "insert_before",
+    "insert_sensor",
+    "replace_line",
+    "with_input_noise",
+    "with_line",
+]
 
 Transformation = Callable[[sympy.Indexed], sympy.Expr]
 
@@ -56,7 +64,9 @@ def _line(model: Model, name: str) -> Line:
     raise ModelError(f"{name!r} is an input, no line defines it: use insert_before, or with_line to define it")
 
 
-def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
+def with_line(
+    model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = (), *, rate: bool = False
+) -> Model:
     """Define a new signal (a state, a helper), or one that was an input.
 
     Parameters
@@ -66,9 +76,11 @@ def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Itera
     name : str
         Name of the signal.
     expression : sympy.Expr
-        Its value at time t.
+        Its value at time t, or its derivative.
     parameters : iterable of Parameter
         Parameters the expression brings in.
+    rate : bool
+        Whether the expression is the signal's derivative, per second.
 
     Returns
     -------
@@ -86,11 +98,11 @@ def with_line(model: Model, name: str, expression: sympy.Expr, parameters: Itera
     >>> OutputError().with_line("u", signal("r")[t - 1]).inputs
     ('r',)
     """
-    return _extended(model, parameters, (*model.lines, Line(signal(name)[t], expression)))
+    return _extended(model, parameters, (*model.lines, Line(signal(name)[t], expression, rate)))
 
 
 def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Give a signal another right-hand side.
+    """Give a signal another right-hand side; the line of a rate stays a rate.
 
     Parameters
     ----------
@@ -99,7 +111,7 @@ def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: It
     name : str
         Signal, or channel that measures it.
     expression : sympy.Expr
-        Its new value at time t.
+        Its new value at time t, or its new derivative.
     parameters : iterable of Parameter
         Parameters the expression brings in.
 
@@ -120,12 +132,14 @@ def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: It
     u[t - 3]
     """
     old = _line(model, name)
-    new = Line(old.target, expression)
+    new = replace(old, expression=expression)
     return _extended(model, parameters, (new if line is old else line for line in model.lines))
 
 
 def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
     """Add a term to the right-hand side of a signal.
+
+    In a rate the term is per second, and reads the state as ``x[t]``: there ``x[t - 1]`` is the sample before.
 
     Parameters
     ----------
@@ -199,7 +213,7 @@ def insert_before(
     old = _resolve(model, name)
     new = new_name or _free_name(model, f"{old}_new")
     inserted = Line(signal(new)[t], transformation(signal(old)[t]))
-    lines = [Line(line.target, rename_signals(line.expression, {old: new})) for line in model.lines]
+    lines = [replace(line, expression=rename_signals(line.expression, {old: new})) for line in model.lines]
     return _extended(model, parameters, (inserted, *lines))
 
 
@@ -215,6 +229,9 @@ def insert_after(
 
     The line's own result gets a new name and the signal becomes its transformed value, which measurements,
     other lines and the line's own feedback then read.
+
+    Of a rate line the raw signal is the one that is integrated, and the signal is a plain line of it: with
+    ``min(x, s)`` the integral winds up beyond s, and everything, its own rate included, sees at most s.
 
     Parameters
     ----------
@@ -247,9 +264,64 @@ def insert_after(
     """
     old = _line(model, name)
     raw = signal(raw_name or _free_name(model, f"{old.signal}_raw"))
-    pair = (Line(raw[t], old.expression), Line(old.target, transformation(raw[t])))
+    pair = (replace(old, target=raw[t]), Line(old.target, transformation(raw[t])))
     lines = [item for line in model.lines for item in (pair if line is old else (line,))]
     return _extended(model, parameters, lines)
+
+
+def insert_sensor(
+    model: Model,
+    channel: str,
+    transformation: Transformation,
+    parameters: Iterable[Parameter] = (),
+    *,
+    new_name: str | None = None,
+) -> Model:
+    """Put a line between a signal and the channel that measures it, as in ``y = min(w, s) + eta``.
+
+    All lines, the feedback included, still read the signal itself: only what is seen of it changes.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    channel : str
+        Output channel.
+    transformation : callable
+        From ``w[t]`` to what the sensor sees at t; it may read any signal, also its own past.
+    parameters : iterable of Parameter
+        Parameters the transformation brings in.
+    new_name : str or None
+        Name of what the sensor sees; by default ``<signal>_seen``, numbered where taken.
+
+    Returns
+    -------
+    Model
+        The model with one line more.
+
+    Raises
+    ------
+    ModelError
+        If the channel is no output.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(OutputError().insert_sensor("y", lambda w: sympy.Min(w, 5)).measurements[0])
+    y[t] = w_seen[t] + eta[t]
+    """
+    if channel not in model.output_channels:
+        raise ModelError(
+            f"{channel!r} measures no signal that a line defines: choose one of {', '.join(model.output_channels)}, "
+            "or insert_before for an input"
+        )
+    old = next(item for item in model.measurements if item.channel == channel)
+    new = new_name or _free_name(model, f"{old.signal}_seen")
+    inserted = Line(signal(new)[t], transformation(signal(old.signal)[t]))
+    return replace(
+        _extended(model, parameters, (*model.lines, inserted)),
+        measurements=tuple(replace(item, signal=new) if item is old else item for item in model.measurements),
+    )
 
 
 def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Model:
@@ -286,6 +358,6 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
     if measured:
         raise ModelError(f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement")
     true = _free_name(model, f"{channel}_true")
-    lines = tuple(Line(line.target, rename_signals(line.expression, {channel: true})) for line in model.lines)
+    lines = tuple(replace(line, expression=rename_signals(line.expression, {channel: true})) for line in model.lines)
     measurement = Measurement(channel, true, noise or _free_name(model, "zeta"))
     return replace(model, lines=lines, measurements=(*model.measurements, measurement))

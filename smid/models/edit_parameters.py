@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from smid.models.errors import ModelError
-from smid.models.parts import Line, Parameter
+from smid.models.parts import Parameter
 from smid.models.symbols import canonical, number
 
 if TYPE_CHECKING:
@@ -191,15 +191,25 @@ def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: 
     return _replace_symbol(model, find_parameter(model, name), canonical(expression), new_parameters)
 
 
+def _without_denominator(constraint: sympy.Expr, parameters: Iterable[Parameter]) -> sympy.Expr:
+    """Multiply ``constraint >= 0`` by a denominator that the boxes show to be positive, for a polynomial."""
+    signs = {item.symbol: sympy.Dummy(nonnegative=True) for item in parameters if item.lower >= 0}
+    numerator, denominator = sympy.fraction(sympy.together(constraint))
+    # A zero there belongs to no value of the old parameter, and the numerator's sign can only admit more.
+    return numerator if denominator.xreplace(signs).is_nonnegative and not denominator.is_number else constraint
+
+
 def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_parameters: Iterable[Parameter]) -> Model:
+    new_parameters = tuple(new_parameters)
     swap = {old.symbol: expression}
     constraints = model.constraints
     if expression.atoms(sympy.Indexed):
         constraints = tuple(item for item in constraints if old.symbol not in item.free_symbols)
     else:
         if not expression.is_number:
-            constraints += (expression - number(old.lower),) if math.isfinite(old.lower) else ()
-            constraints += (number(old.upper) - expression,) if math.isfinite(old.upper) else ()
+            box = (expression - number(old.lower),) if math.isfinite(old.lower) else ()
+            box += (number(old.upper) - expression,) if math.isfinite(old.upper) else ()
+            constraints += tuple(_without_denominator(item, (*model.parameters, *new_parameters)) for item in box)
         constraints = tuple(item.xreplace(swap) for item in constraints)
         for before, after in zip(model.constraints, constraints, strict=False):
             if after.is_negative:
@@ -208,7 +218,7 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
     return replace(
         model,
         parameters=(*(item for item in model.parameters if item.name != old.name), *new_parameters),
-        lines=tuple(Line(line.target, line.expression.xreplace(swap)) for line in model.lines),
+        lines=tuple(replace(line, expression=line.expression.xreplace(swap)) for line in model.lines),
         measurements=tuple(
             item if item.inverse is None else replace(item, inverse=item.inverse.xreplace(swap))
             for item in model.measurements

@@ -61,14 +61,20 @@ class Equations:
         Equations
             Its equations in causal order, then measurements, priors and parameters.
         """
-        text = [f"{line.target} = {to_text(line.expression)}" for line in model.lines]
-        rows = [f"{_latex(line.target)} &= {_latex(line.expression)}" for line in model.lines]
+        text = [str(line) for line in model.lines]
+        rows = [
+            ("\\frac{d}{dt} " if line.rate else "") + f"{_latex(line.target)} &= {_latex(line.expression)}"
+            for line in model.lines
+        ]
         text += [str(measurement) for measurement in model.measurements]
         rows += [_measurement_row(measurement) for measurement in model.measurements]
         text += [f"{to_text(constraint)} >= 0" for constraint in model.constraints]
         rows += [f"{_latex(constraint)} &\\ge 0" for constraint in model.constraints]
         text += [_box(parameter) + _value(model, parameter) for parameter in model.parameters]
         rows += [_box_row(parameter) for parameter in model.parameters]
+        if any(line.rate for line in model.lines):
+            text.append(_integration(model))
+            rows.append(f"&\\text{{{_integration(model)}}}")
         title = f"{model.name}: {model.description}" if model.description else model.name
         return Equations(title, tuple(text), tuple(rows))
 
@@ -98,6 +104,12 @@ class Equations:
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
+
+
+def _integration(model: Model) -> str:
+    steps = "1 step" if model.substeps == 1 else f"{model.substeps} steps"
+    interval = "" if model.sampling_time is None else f" of {model.sampling_time:g} s"
+    return f"integrated by {model.scheme}, {steps} per sample{interval}, inputs held"
 
 
 def _latex(expression: sympy.Expr) -> str:

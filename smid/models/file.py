@@ -16,6 +16,8 @@ from smid.models.hammerstein import Hammerstein
 from smid.models.model import Model
 from smid.models.output_error import OutputError
 from smid.models.priors import Priors
+from smid.models.reactor import Reactor
+from smid.models.rotating_arm import RotatingArm
 from smid.models.wiener import Wiener
 
 __all__ = ["MODEL_CLASSES", "load_model", "model_from_mapping"]
@@ -25,6 +27,8 @@ MODEL_CLASSES: dict[str, Callable[..., Model]] = {
     "ErrorsInVariables": ErrorsInVariables,
     "Hammerstein": Hammerstein,
     "Wiener": Wiener,
+    "Reactor": Reactor,
+    "RotatingArm": RotatingArm,
 }
 """The model classes a file may name; a new one is one line here."""
 
@@ -67,13 +71,11 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 
 
 def _fields(build: Callable[..., Model]) -> dict[str, str]:
-    """Field names of a model class, priors included, each with its annotation as text."""
-    own = {
-        name: str(item.annotation)
-        for name, item in inspect.signature(build).parameters.items()
-        if item.kind is not inspect.Parameter.VAR_KEYWORD
-    }
-    return own | {item.name: str(item.type) for item in fields(Priors)}
+    """Field names of a model class, priors included where it takes them, each with its annotation as text."""
+    arguments = inspect.signature(build).parameters.values()
+    own = {item.name: str(item.annotation) for item in arguments if item.kind is not inspect.Parameter.VAR_KEYWORD}
+    priors = {item.name: str(item.type) for item in fields(Priors)}
+    return own | priors if len(own) < len(arguments) else own
 
 
 def model_from_mapping(content: Mapping[str, Any]) -> Model:

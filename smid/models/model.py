@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,14 @@ import sympy
 from numpy.typing import NDArray
 
 from smid.models import edit_lines, edit_parameters
+from smid.models.checks import check_integration, check_names, check_symbols
+from smid.models.discretise import discretise
 from smid.models.equations import Equations
 from smid.models.errors import ModelError
 from smid.models.expressions import from_text, to_text
 from smid.models.parts import Line, Measurement, Parameter
 from smid.models.structure import causal_order, exogenous, first_samples, state_lags
-from smid.models.symbols import VALUE, canonical, plain_symbols, signal, t
+from smid.models.symbols import VALUE, canonical, number, signal, t
 
 if TYPE_CHECKING:
     from smid.models.simulate import Experiments, Simulation
@@ -29,7 +31,7 @@ __all__ = ["VALUE", "Line", "Measurement", "Model", "Parameter", "signal", "t"]
 
 @dataclass(frozen=True)
 class Model:
-    """A discrete-time model as a list of explicit, causal equations.
+    """A model as a list of explicit, causal equations, in samples or in derivatives.
 
     Attributes
     ----------
@@ -38,7 +40,7 @@ class Model:
     parameters : tuple of Parameter
         The unknown constants.
     lines : tuple of Line
-        One line per defined signal; sorted into causal order on construction.
+        One line per defined signal, plain or a rate; sorted into causal order on construction.
     measurements : tuple of Measurement
         What the data show of the signals.
     constraints : tuple of sympy.Expr
@@ -47,6 +49,12 @@ class Model:
         Parameter values where known (a central model), in the parameters' units.
     description : str
         A sentence for the reader.
+    scheme : str
+        How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4".
+    substeps : int
+        Steps of the scheme per sampling interval.
+    sampling_time : float or None
+        In seconds; needed by rate lines as soon as something is computed. None: taken from the data.
 
     Raises
     ------
@@ -69,9 +77,13 @@ class Model:
     constraints: tuple[sympy.Expr, ...] = ()
     values: Mapping[str, float] = field(default_factory=dict)
     description: str = ""
+    scheme: str = "rk4"
+    substeps: int = 1
+    sampling_time: float | None = None
 
     def __post_init__(self) -> None:
-        _check_names(self)
+        check_names(self)
+        check_integration(self)
         constraints = tuple(canonical(constraint) for constraint in self.constraints)
         values = {name: float(value) for name, value in self.values.items()}
         # Tuples and a read-only mapping: a model is a key of the caches of compiled simulations.
@@ -83,10 +95,11 @@ class Model:
             ("values", MappingProxyType(values)),
         ):
             object.__setattr__(self, name, value)
-        _check_symbols(self)
+        check_symbols(self)
 
     def __hash__(self) -> int:
-        return hash((self.name, self.parameters, self.lines, self.measurements, self.constraints))
+        own = (self.name, self.parameters, self.lines, self.measurements, self.constraints)
+        return hash((*own, self.scheme, self.substeps, self.sampling_time))
 
     def __reduce__(self) -> tuple[type[Model], tuple[Any, ...]]:
         # A read-only mapping does not pickle, and models travel to worker processes.
@@ -119,12 +132,65 @@ class Model:
     @property
     def states(self) -> tuple[str, ...]:
         """Defined signals whose own past determines their future."""
-        return tuple(state_lags(self.lines))
+        return tuple(state_lags(self._structure))
 
     @property
     def max_lag(self) -> int:
         """Samples the model looks back, lags added up along its lines: the first sample it can compute."""
-        return max(first_samples(self.lines).values(), default=0)
+        return max(first_samples(self._structure).values(), default=0)
+
+    @property
+    def continuous(self) -> bool:
+        """Whether any line is a rate."""
+        return any(line.rate for line in self.lines)
+
+    def discretised(self) -> Model:
+        """Give the equivalent model of plain lines, which is what is simulated and bounded.
+
+        Parameters whose box is one point are put into its lines as numbers, which can make them linear or polynomial;
+        they stay among its parameters.
+
+        Returns
+        -------
+        Model
+            The model itself where it has no rate lines.
+
+        Raises
+        ------
+        ModelError
+            If there are rate lines and no sampling time.
+
+        Examples
+        --------
+        >>> x, u = signal("x"), signal("u")
+        >>> lines = (Line(x[t], u[t] - x[t], rate=True),)
+        >>> tank = Model("tank", (), lines, (Measurement("y", "x", "eta"),), scheme="euler", sampling_time=0.5)
+        >>> print(tank.discretised().lines[0])
+        x[t] = u[t - 1]/2 + x[t - 1]/2
+        """
+        if not self.continuous:
+            return self
+        if self.sampling_time is None:
+            raise ModelError(
+                f"model {self.name!r} has rates and no sampling time: give sampling_time in seconds, "
+                "or a Dataset, which knows its own"
+            )
+        return self._discretised
+
+    @cached_property
+    def _discretised(self) -> Model:
+        return replace(self, lines=self._structure)
+
+    @cached_property
+    def _structure(self) -> tuple[Line, ...]:
+        """The plain lines; which signals they read at which lags does not depend on the sampling time."""
+        if not self.continuous:
+            return self.lines
+        taken = {*(p.name for p in self.parameters), *self.inputs, *self.channels}
+        taken |= {item.noise for item in self.measurements if item.noise}
+        fixed = {p.symbol: number(p.lower) for p in self.parameters if p.lower == p.upper}
+        step = 1.0 if self.sampling_time is None else self.sampling_time
+        return causal_order(discretise(self.lines, self.scheme, self.substeps, step, taken, fixed))
 
     def parameter(self, name: str) -> Parameter:
         """Find a parameter by name.
@@ -170,6 +236,12 @@ class Model:
         dict
             Input of `from_dict`.
         """
+        integration = {
+            "rates": [line.signal for line in self.lines if line.rate],
+            "scheme": self.scheme,
+            "substeps": self.substeps,
+            "sampling_time": self.sampling_time,
+        }
         return {
             "name": self.name,
             "description": self.description,
@@ -195,6 +267,7 @@ class Model:
             ],
             "constraints": [to_text(constraint) for constraint in self.constraints],
             "values": dict(self.values),
+            **(integration if self.continuous else {}),
         }
 
     @staticmethod
@@ -227,7 +300,11 @@ class Model:
                 )
                 for entry in content["measurements"]
             )
-            lines = tuple(Line(signal(name)[t], from_text(text)) for name, text in content["lines"].items())
+            rates = content.get("rates", ())
+            lines = tuple(
+                Line(signal(name)[t], from_text(text), name in rates) for name, text in content["lines"].items()
+            )
+            integration = {name: content[name] for name in ("scheme", "substeps", "sampling_time") if rates}
             constraints = tuple(from_text(text) for text in content["constraints"])
             return Model(
                 content["name"],
@@ -237,6 +314,7 @@ class Model:
                 constraints,
                 content["values"],
                 content["description"],
+                **integration,
             )
         except KeyError as missing:
             raise ModelError(f"the stored model lacks {missing}: store it with Model.to_dict") from None
@@ -268,6 +346,7 @@ class Model:
     add_term = edit_lines.add_term
     insert_before = edit_lines.insert_before
     insert_after = edit_lines.insert_after
+    insert_sensor = edit_lines.insert_sensor
     with_constraint = edit_parameters.with_constraint
     with_input_noise = edit_lines.with_input_noise
 
@@ -276,49 +355,3 @@ def _parameter(entry: Mapping[str, Any]) -> Parameter:
     lower = -math.inf if entry["lower"] is None else entry["lower"]
     upper = math.inf if entry["upper"] is None else entry["upper"]
     return Parameter(entry["name"], lower, upper, entry["unit"], entry["null"])
-
-
-def _check_names(model: Model) -> None:
-    """Every name stands for one thing."""
-    names = (
-        [("parameter", parameter.name) for parameter in model.parameters]
-        + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]
-        + [("channel", measurement.channel) for measurement in model.measurements]
-        + [("noise", measurement.noise) for measurement in model.measurements if measurement.noise]
-    )
-    for signal_name, count in Counter(line.signal for line in model.lines).items():
-        if count > 1:
-            raise ModelError(f"signal {signal_name!r} is defined by {count} lines: keep one, or use replace_line")
-    for name, count in Counter(name for _, name in names).items():
-        if count > 1:
-            kinds = " and ".join(kind for kind, other in names if other == name)
-            raise ModelError(f"the name {name!r} stands for {kinds}: rename one of them")
-
-
-def _check_symbols(model: Model) -> None:
-    """Every symbol is a parameter, every measured signal and every value belongs to the model."""
-    known = {parameter.name for parameter in model.parameters}
-    expressions = [(f"the line of {line.signal!r}", line.expression) for line in model.lines]
-    expressions += [(f"the constraint '{constraint} >= 0'", constraint) for constraint in model.constraints]
-    for measurement in model.measurements:
-        inverse = measurement.inverse if measurement.inverse is not None else VALUE
-        expressions.append(
-            (f"the sensor curve of {measurement.channel!r}", inverse.xreplace({VALUE: sympy.Integer(1)}))
-        )
-    for place, expression in expressions:
-        unknown = sorted(plain_symbols(expression) - known)
-        if unknown:
-            raise ModelError(f"{place} uses {', '.join(unknown)}, no parameter: add it by with_parameter")
-    for constraint in model.constraints:
-        if constraint.atoms(sympy.Indexed):
-            raise ModelError(f"the constraint '{constraint} >= 0' reads a signal: state it in the parameters only")
-    signals = {*exogenous(model.lines), *(line.signal for line in model.lines)}
-    for measurement in model.measurements:
-        if measurement.signal not in signals:
-            raise ModelError(
-                f"channel {measurement.channel!r} measures {measurement.signal!r}, which no line "
-                f"defines or reads: name one of {', '.join(sorted(signals))}"
-            )
-    for name, value in model.values.items():
-        if name not in known or not math.isfinite(value):
-            raise ModelError(f"the value {name} = {value} is refused: give finite values of {', '.join(sorted(known))}")

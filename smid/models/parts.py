@@ -65,7 +65,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Line:
-    """One signal, defined explicitly: ``target = expression``.
+    """One signal, defined explicitly: ``target = expression``, or ``d/dt target = expression``.
 
     Attributes
     ----------
@@ -73,6 +73,9 @@ class Line:
         The signal now, as in ``w[t]``.
     expression : sympy.Expr
         Its value, in parameters and in signals at ``t - k``, ``k >= 0``.
+    rate : bool
+        Whether the expression is the signal's derivative in time, per second, and reads the signals now, its own
+        included; see `smid.models.discretise` for what happens between the samples.
 
     Raises
     ------
@@ -84,10 +87,13 @@ class Line:
     >>> from smid.models.symbols import signal
     >>> Line(signal("v")[t], 2 * signal("u")[t - 1]).signal
     'v'
+    >>> print(Line(signal("x")[t], -signal("x")[t], rate=True))
+    d/dt x[t] = -x[t]
     """
 
     target: sympy.Indexed
     expression: sympy.Expr
+    rate: bool = False
 
     def __post_init__(self) -> None:
         target = canonical(self.target)
@@ -106,6 +112,9 @@ class Line:
     def signal(self) -> str:
         """Name of the signal that the line defines."""
         return str(self.target.base.label)
+
+    def __str__(self) -> str:
+        return f"{'d/dt ' if self.rate else ''}{self.target} = {to_text(self.expression)}"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from smid.models.parts import Line
 from smid.models.sensor import channel_to_signal
 from smid.models.structure import first_samples
 
-__all__ = ["channel_samples", "input_signals", "measured_signals", "parameter_values", "run_lines"]
+__all__ = ["at_sampling_time", "channel_samples", "input_signals", "measured_signals", "parameter_values", "run_lines"]
 
 
 def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -> tuple[dict[str, Any], int | None]:
@@ -31,16 +32,18 @@ def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -
     Returns
     -------
     values : dict of str to float or numpy.ndarray
-        A value for each parameter of the model; scalars stay Python floats.
+        A value for each parameter of the model, that of its box where the box is one point; scalars stay
+        Python floats.
     batch : int or None
         B, or None without batch.
 
     Raises
     ------
     ModelError
-        If a value is missing, unknown, or of another shape than the rest.
+        If a value is missing, unknown, not that of a fixed parameter, or of another shape than the rest.
     """
-    merged: dict[str, Any] = {**model.values, **(parameters or {})}
+    fixed = {item.name: item.lower for item in model.parameters if item.lower == item.upper}
+    merged: dict[str, Any] = {**fixed, **model.values, **(parameters or {})}
     names = [parameter.name for parameter in model.parameters]
     missing = [name for name in names if name not in merged]
     unknown = sorted(set(merged) - set(names))
@@ -48,11 +51,47 @@ def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -
         problem = f"no value for {', '.join(missing)}" if missing else f"no parameter {', '.join(unknown)}"
         raise ModelError(f"{problem}: the simulation needs a value for each of {', '.join(names)}")
     arrays = {name: np.asarray(merged[name], dtype=float) for name in names}
+    for name, value in fixed.items():
+        # The lines in use may hold the number in the parameter's place.
+        if not np.allclose(arrays[name], value, rtol=1e-9, atol=0.0):
+            raise ModelError(f"{name} is fixed at {value:g}, not {merged[name]}: widen its box first, by bound")
     sizes = {array.shape[0] for array in arrays.values() if array.ndim == 1}
     if len(sizes) > 1 or any(array.ndim > 1 for array in arrays.values()):
         raise ModelError("batched parameters differ in shape: give scalars, or arrays of one common shape (B,)")
     values = {name: array if array.ndim else float(array) for name, array in arrays.items()}
     return values, next(iter(sizes), None)
+
+
+def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
+    """Give a model in derivatives the sampling time of the data.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    sampling_time : float or None
+        Of the data, in seconds; None: not known.
+
+    Returns
+    -------
+    Model
+        The model itself where it has no rates.
+
+    Raises
+    ------
+    ModelError
+        If the model's own sampling time is another.
+    """
+    if not model.continuous or sampling_time is None:
+        return model
+    if model.sampling_time is None:
+        return replace(model, sampling_time=float(sampling_time))
+    if not np.isclose(model.sampling_time, sampling_time, rtol=1e-9, atol=0.0):
+        raise ModelError(
+            f"model {model.name!r} is for samples every {model.sampling_time:g} s, the data have one every "
+            f"{sampling_time:g} s: resample them, or leave the model's sampling_time at None"
+        )
+    return model
 
 
 def channel_samples(channels: Mapping[str, ArrayLike], name: str) -> Array:

@@ -14,6 +14,7 @@ from smid.models.errors import ModelError
 from smid.models.model import Model
 from smid.models.predictor import past_name, predictor
 from smid.models.running import (
+    at_sampling_time,
     channel_samples,
     input_signals,
     measured_signals,
@@ -109,7 +110,8 @@ def simulate(
     """
     values, batch = parameter_values(model, parameters)
     inputs, count = input_signals(model, channels, values, n)
-    known = run_lines(model.lines, inputs, values, batch, initial or {}, count, check)
+    lines = model.discretised().lines
+    known = _of_model(model, run_lines(lines, inputs, values, batch, initial or {}, count, check))
     for item in model.measurements:
         samples = channels.get(item.channel)
         anchor = 0.0 if samples is None or item.inverse is None else float(np.nanmedian(np.asarray(samples)))
@@ -161,10 +163,9 @@ def predict(
     values, batch = parameter_values(model, parameters)
     inputs, count = input_signals(model, channels, values, n)
     past = measured_signals(model, channels, values)
-    lines = predictor(model.lines, frozenset(past))
+    lines = predictor(model.discretised().lines, frozenset(past))
     inputs |= {past_name(name): samples[..., :count] for name, samples in past.items()}
-    known = run_lines(lines, inputs, values, batch, past, count, check)
-    known = {name: samples for name, samples in known.items() if not name.endswith(past_name(""))}
+    known = _of_model(model, run_lines(lines, inputs, values, batch, past, count, check))
     for item in model.measurements:
         anchor = float(np.nanmedian(channel_samples(channels, item.channel))) if item.inverse is not None else 0.0
         known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
@@ -184,7 +185,8 @@ def simulate_data(
     model : Model
         The model.
     data : Experiments
-        Anything with ``experiments``, each with ``values[channel]`` of shape (n,).
+        Anything with ``experiments``, each with ``values[channel]`` of shape (n,); its ``sampling_time``, where it has
+        one, is that of a model in derivatives that has none.
     parameters : Mapping of str to float, optional
         Values, over those the model carries.
     initial : {"measured", "rest"} or Mapping of str to array_like
@@ -212,6 +214,7 @@ def simulate_data(
     """
     if isinstance(initial, str) and initial not in ("measured", "rest"):
         raise ModelError(f"initial = {initial!r} is unknown: use 'measured', 'rest' or a mapping of signals to samples")
+    model = at_sampling_time(model, getattr(data, "sampling_time", None))
     values, _ = parameter_values(model, parameters)
     runs = []
     for experiment in data.experiments:
@@ -244,7 +247,14 @@ def predict_data(model: Model, data: Experiments, parameters: Mapping[str, float
     ModelError
         If a channel or a value is missing, or the prediction leaves the finite range.
     """
+    model = at_sampling_time(model, getattr(data, "sampling_time", None))
     return _collect(model, [predict(model, item.values, parameters) for item in data.experiments])
+
+
+def _of_model(model: Model, known: dict[str, Array]) -> dict[str, Array]:
+    """Leave out the helper lines of the integration and of the predictor."""
+    own = {*model.inputs, *(line.signal for line in model.lines)}
+    return {name: samples for name, samples in known.items() if name in own}
 
 
 def _collect(model: Model, runs: Sequence[Mapping[str, Array]]) -> Simulation:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from smid.models.errors import ModelError
 from smid.models.parts import Line
@@ -13,6 +18,8 @@ __all__ = ["causal_order", "exogenous", "first_samples", "groups", "state_lags"]
 
 def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
     """Sort lines so that each reads only signals defined above it at the same time.
+
+    What a rate line reads now decides its signal later, so a rate line waits for no other.
 
     Parameters
     ----------
@@ -36,20 +43,29 @@ def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
     >>> [line.signal for line in causal_order([Line(w[t], v[t]), Line(v[t], u[t])])]
     ['v', 'w']
     """
-    waiting = list(lines)
+    given = list(lines)
+    defined = {line.signal for line in given}
+    needs = [
+        set() if line.rate else {name for name, lag in references(line.expression) if lag == 0 and name in defined}
+        for line in given
+    ]
+    users: dict[str, list[int]] = {name: [] for name in defined}
+    for k, names in enumerate(needs):
+        for name in names:
+            users[name].append(k)
+    ready = [k for k, names in enumerate(needs) if not names]
     ordered: list[Line] = []
-    while waiting:
-        undefined = {line.signal for line in waiting}
-        ready = [
-            line
-            for line in waiting
-            if not any(lag == 0 and name in undefined for name, lag in references(line.expression))
-        ]
-        if not ready:
-            names = ", ".join(sorted(undefined))
-            raise ModelError(f"algebraic loop at one time among {names}: delay one of them, as in w[t - 1]")
-        ordered.append(ready[0])
-        waiting.remove(ready[0])
+    heapify(ready)
+    while ready:
+        line = given[heappop(ready)]
+        ordered.append(line)
+        for user in users[line.signal]:
+            needs[user].discard(line.signal)
+            if not needs[user]:
+                heappush(ready, user)
+    if len(ordered) < len(given):
+        undefined = ", ".join(sorted(defined - {line.signal for line in ordered}))
+        raise ModelError(f"algebraic loop at one time among {undefined}: delay one of them, as in w[t - 1]")
     return tuple(ordered)
 
 
@@ -99,21 +115,32 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
     >>> [recursive for _, recursive in groups([Line(v[t], u[t]), Line(w[t], w[t - 1] / 2 + v[t])])]
     [False, True]
     """
-    reads = {line.signal: {name for name, _ in references(line.expression)} for line in lines}
-    reach = {name: read & reads.keys() for name, read in reads.items()}
-    for via in reads:
-        for name in reads:
-            if via in reach[name]:
-                reach[name] = reach[name] | reach[via]
-    waiting = list(lines)
+    place = {line.signal: k for k, line in enumerate(lines)}
+    reads = [{place[name] for name, _ in references(line.expression) if name in place} for line in lines]
+    pairs = [(k, other) for k, read in enumerate(reads) for other in read]
+    rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
+    graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(len(lines), len(lines)))
+    component = connected_components(graph, connection="strong")[1].tolist()
+    members: dict[int, list[int]] = {}
+    for k, own in enumerate(component):
+        members.setdefault(own, []).append(k)
+    needs = {own: {component[o] for k in group for o in reads[k]} - {own} for own, group in members.items()}
+    # Of the groups whose needs are met, that of the first line comes next.
+    ready = [group[0] for own, group in members.items() if not needs[own]]
+    users: dict[int, list[int]] = {own: [] for own in members}
+    for own, others in needs.items():
+        for other in others:
+            users[other].append(own)
     result: list[tuple[tuple[Line, ...], bool]] = []
-    while waiting:
-        names = {line.signal for line in waiting}
-        # The first line all of whose unfinished ancestors lie on its own loop heads the next group.
-        head = next(line for line in waiting if all(line.signal in reach[name] for name in reach[line.signal] & names))
-        loop = {name for name in reach[head.signal] if head.signal in reach[name]} | {head.signal}
-        result.append((tuple(line for line in waiting if line.signal in loop), head.signal in reach[head.signal]))
-        waiting = [line for line in waiting if line.signal not in loop]
+    heapify(ready)
+    while ready:
+        own = component[heappop(ready)]
+        group = members[own]
+        result.append((tuple(lines[k] for k in group), any(component[o] == own for k in group for o in reads[k])))
+        for user in users[own]:
+            needs[user].discard(own)
+            if not needs[user]:
+                heappush(ready, members[user][0])
     return tuple(result)
 
 
@@ -150,7 +177,8 @@ def state_lags(lines: Sequence[Line]) -> dict[str, int]:
 def first_samples(lines: Sequence[Line]) -> dict[str, int]:
     """Give the first sample at which each line can be evaluated from inputs and initial states alone.
 
-    Lags add up along the lines: ``d[t] = u[t] - u[t-1]``, ``w[t] = d[t-2]`` looks three samples back.
+    Lags add up along lines without memory: ``d[t] = u[t] - u[t-1]``, ``w[t] = d[t-2]`` looks three samples back.  A
+    state is known from its first sample on, which is why two states in succession look back no further than one.
 
     Parameters
     ----------
@@ -170,8 +198,10 @@ def first_samples(lines: Sequence[Line]) -> dict[str, int]:
     {'d': 1, 'w': 3}
     """
     first: dict[str, int] = {}
-    for group, _ in groups(lines):
+    known: dict[str, int] = {}
+    for group, recursive in groups(lines):
         reads = [read for line in group for read in references(line.expression)]
-        start = max((first.get(name, 0) + lag for name, lag in reads), default=0)
+        start = max((known.get(name, 0) + lag for name, lag in reads), default=0)
         first.update({line.signal: start for line in group})
+        known.update({line.signal: 0 if recursive else start for line in group})
     return first

@@ -1,6 +1,7 @@
 """Reports: figures, and one self-contained HTML page."""
 
-from smid.reports.html import data_report, report
+from smid.reports.html import data_report
+from smid.reports.report import report
 from smid.reports.versions import versions
 from smid.reports.writing import check_writable, write_text
 

@@ -1,27 +1,24 @@
-"""The report: one self-contained HTML page that says what was found, from what, and what of it is proven."""
+"""The page of an estimate: what was found, from what, and what of it is proven."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from relaxations.hierarchy import Proof
 from smid.data import Dataset
-from smid.data.resample import Resampling
 from smid.error_bound import ErrorBound
 from smid.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model, ModelError
 from smid.reports import mathml
-from smid.reports.figures import data_figure, intervals_figure, simulation_figure
+from smid.reports.figures import intervals_figure, simulation_figure
+from smid.reports.page import render_page
 from smid.reports.style import inline_svg
-from smid.reports.versions import versions
 from smid.reports.writing import check_writable, write_text
 from smid.validate import Score, Validation, validate
 
@@ -35,7 +32,7 @@ class Run:
     picture: str
 
 
-def report(
+def estimate_report(
     estimate: Estimate,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
@@ -44,44 +41,9 @@ def report(
     truth: Mapping[str, float] | None = None,
     notes: Sequence[str] = (),
     settings: Mapping[str, str] | None = None,
+    links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write an estimate as one HTML page: no network, light and dark, for screen, phone and paper.
-
-    Parameters
-    ----------
-    estimate : Estimate
-    path : str or path
-    error_bound : ErrorBound, optional
-        Shown where it was computed.
-    validations : sequence of Validation
-        Free runs over other records.
-    truth : mapping str -> float, optional
-        The parameters that made simulated data.
-    notes : sequence of str
-        Remarks on the validations.
-    settings : mapping str -> str, optional
-        What was asked for, in the user's words; shown at the end.
-
-    Returns
-    -------
-    Path
-        The page.
-
-    Raises
-    ------
-    OSError
-        Where the path cannot be written; :func:`check_writable` tells before any long work.
-
-    Examples
-    --------
-    >>> import tempfile, smid
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = smid.Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> estimate = smid.identify(smid.OutputError(na=1, stable=True), data, noise_bound=0.1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     report(estimate, Path(folder) / "report.html").name
-    'report.html'
-    """
+    """Write the page of an estimate; see :func:`smid.report`."""
     check_writable(path)
     own, trouble = _own_run(estimate)
     picture = inline_svg(
@@ -105,6 +67,7 @@ def report(
         validations=_runs(validations, "validation"),
         notes=notes,
         settings=settings,
+        links=links,
     )
     return write_text(path, page)
 
@@ -119,7 +82,7 @@ def data_report(
     validations: Sequence[Validation] = (),
     settings: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write the page of an error bound or of validations alone; see :func:`report`.
+    """Write the page of an error bound or of validations alone; see :func:`smid.report`.
 
     Parameters
     ----------
@@ -158,35 +121,17 @@ def data_report(
 
 
 def _render(*, data: Dataset | None, model: Model, error_bound: ErrorBound | None, **content: Any) -> str:
-    environment = Environment(
-        loader=PackageLoader("smid.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    runs = content["validations"]
-    sources = [r.source for r in runs] + ([data.source] if data is not None else [])
-    return environment.get_template("report.html.j2").render(
+    return render_page(
+        "report.html.j2",
         data=data,
-        data_picture=None if data is None else inline_svg(data_figure(data), "The samples over time", "data"),
-        resampled=[] if data is None else _resampled(data),
+        sources=[run.source for run in content["validations"]],
         model=model,
         error_bound=error_bound,
         equations=mathml.equations(model),
         priors=mathml.priors(model),
-        simulated=any("simulated" in s.casefold() for s in sources),
         bound_ends=None if error_bound is None else (round_down(error_bound.lower, 6), round_up(error_bound.upper, 6)),
-        versions=versions(),
-        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         **content,
     )
-
-
-def _resampled(data: Dataset) -> list[tuple[str, Resampling]]:
-    """Return the experiments whose time stamps were irregular, each with what was done about it."""
-    pairs = zip(data.experiments, data.resampling, strict=False)  # empty where there were no time stamps
-    return [(run.name, record) for run, record in pairs if record.method != "none"]
 
 
 def _own_run(estimate: Estimate) -> tuple[list[Run], str]:

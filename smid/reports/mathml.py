@@ -3,18 +3,46 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from html import escape
+from typing import Any
+from xml.dom.minidom import Element
 
 import sympy
-from sympy.printing.mathml import mathml
+from sympy.printing.mathml import MathMLPresentationPrinter
 
 from smid.models import Model, Parameter
-from smid.models.parts import Measurement
+from smid.models.parts import Line, Measurement
 from smid.models.symbols import VALUE, signal, t
 
+_DIGITS = 6
 
-def equations(model: Model) -> list[str]:
+
+class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
+    """Prints parameters that are new in a class of their own, and numbers as long as the eye can use them."""
+
+    def __init__(self, new: Collection[str]) -> None:
+        super().__init__()
+        self._new = new
+
+    def _print_Symbol(self, symbol: sympy.Symbol, style: str = "plain") -> Element:
+        element: Element = super()._print_Symbol(symbol, style)
+        if symbol.name in self._new:
+            element.setAttribute("class", "new")
+        return element
+
+    def _print_Float(self, value: sympy.Float) -> Any:
+        return super()._print_Float(sympy.Float(value, _DIGITS))
+
+
+def equations(model: Model, new: Collection[str] = ()) -> list[str]:
     """Return the lines and measurements of a model as rows of MathML.
+
+    Parameters
+    ----------
+    model : Model
+    new : collection of str
+        Parameters to highlight.
 
     Examples
     --------
@@ -22,9 +50,10 @@ def equations(model: Model) -> list[str]:
     >>> rows = equations(OutputError())
     >>> len(rows), rows[0][:6]
     (2, '<math>')
+    >>> equations(OutputError(), ["b0"])[0].count('class="new"')
+    1
     """
-    rows = [_relation(line.target, "=", line.expression) for line in model.lines]
-    return rows + [_measurement(m) for m in model.measurements]
+    return [_line(line, new) for line in model.lines] + [_measurement(m, new) for m in model.measurements]
 
 
 def priors(model: Model) -> list[str]:
@@ -39,7 +68,7 @@ def priors(model: Model) -> list[str]:
     return [_box(p) for p in model.parameters] + [_relation(c, "≥", sympy.Integer(0)) for c in model.constraints]
 
 
-def symbol(name: str) -> str:
+def symbol(name: str, new: Collection[str] = ()) -> str:
     """Return a parameter's name as MathML: Greek letters and indices are shown as such.
 
     Examples
@@ -47,25 +76,31 @@ def symbol(name: str) -> str:
     >>> symbol("gamma1")
     '<math><msub><mi>&#947;</mi><mi>1</mi></msub></math>'
     """
-    return f"<math>{_content(sympy.Symbol(name))}</math>"
+    return f"<math>{_content(sympy.Symbol(name), new)}</math>"
 
 
-def _content(expression: sympy.Expr) -> str:
+def _content(expression: sympy.Expr, new: Collection[str] = ()) -> str:
     # Without a space a number and a name of several letters run into each other.
-    return str(mathml(expression, printer="presentation")).replace(
-        "<mo>&InvisibleTimes;</mo>", "<mspace width='0.17em'/>"
-    )
+    return str(_Printer(new).doprint(expression)).replace("<mo>&InvisibleTimes;</mo>", "<mspace width='0.17em'/>")
 
 
-def _relation(left: sympy.Expr, sign: str, right: sympy.Expr) -> str:
-    return f"<math>{_content(left)}<mo>{sign}</mo>{_content(right)}</math>"
+def _relation(left: sympy.Expr, sign: str, right: sympy.Expr, new: Collection[str] = ()) -> str:
+    return f"<math>{_content(left)}<mo>{sign}</mo>{_content(right, new)}</math>"
 
 
-def _measurement(m: Measurement) -> str:
+def _line(line: Line, new: Collection[str]) -> str:
+    if line.rate:
+        name = _content(sympy.Symbol(line.signal))
+        derivative = f"<mfrac><mrow><mi>d</mi>{name}</mrow><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
+        return f"<math>{derivative}<mo>=</mo>{_content(line.expression, new)}</math>"
+    return _relation(line.target, "=", line.expression, new)
+
+
+def _measurement(m: Measurement, new: Collection[str]) -> str:
     channel, shown = signal(m.channel)[t], signal(m.signal)[t]
     noise = signal(m.noise)[t] if m.noise else sympy.Integer(0)
     if m.inverse is not None:
-        return _relation(shown, "=", m.inverse.xreplace({VALUE: channel - noise}))
+        return _relation(shown, "=", m.inverse.xreplace({VALUE: channel - noise}), new)
     end = f"<mo>+</mo>{_content(noise)}" if m.noise else ""
     return f"<math>{_content(channel)}<mo>=</mo>{_content(shown)}{end}</math>"
 

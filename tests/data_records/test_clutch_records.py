@@ -13,7 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
-FILES = sorted(DATA.glob("clutch_*.csv"))
+FILES = sorted(DATA.glob("clutch_*_ramp_*.csv"))
+STEPS = DATA / "clutch_20C_steps.csv"  # of another plant: tests/smid/cli/test_cli_demo.py
 NOISE_BOUND = 0.3
 
 each_file = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -144,4 +145,8 @@ def test_the_readme_states_hash_seed_and_parameters(path: Path) -> None:
 def test_the_wheel_ships_every_record() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     shipped = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    assert shipped == {f"data/{path.name}": f"smid/_records/{path.name}" for path in FILES}
+    assert shipped == {f"data/{path.name}": f"smid/_records/{path.name}" for path in (*FILES, STEPS)}
+
+
+def test_the_readme_states_the_hash_of_the_steps() -> None:
+    assert f"{hashlib.sha256(STEPS.read_bytes()).hexdigest()}  {STEPS.name}" in (DATA / "README.md").read_text("utf-8")

@@ -142,12 +142,12 @@ def test_what_is_no_polynomial_is_refused() -> None:
     a = Parameter("a", 0, 1)
     u, w = signal("u"), signal("w")
     model = Model(
-        "saturated",
+        "swinging",
         (a,),
-        (Line(w[t], sympy.Max(0, a.symbol * w[t - 1] + u[t - 1])),),
+        (Line(w[t], sympy.sin(a.symbol * w[t - 1]) + u[t - 1]),),
         (Measurement("y", "w", "eta"),),
     )
-    with pytest.raises(ModelError, match=r"the line of 'w' is no polynomial.*write Max, Min, Abs"):
+    with pytest.raises(ModelError, match=r"the line of 'w' is no polynomial.*write it with polynomials"):
         templates(model)
 
 

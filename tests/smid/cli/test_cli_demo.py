@@ -1,31 +1,76 @@
+import importlib
 import json
 import re
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from smid.cli.face import Progress
+from smid.clutch.plant import simulate_clutch
 from smid.data import DataError
-from smid.records import record_path, true_parameters
+from smid.diagnosis import diagnose
+from smid.records import load_clutch, record_path, true_parameters
 
 ROOT = Path(__file__).parents[3]
 
 
-def test_demo_finds_the_truth_and_ends_with_the_path_of_its_report(folder, smid, monkeypatch):
-    monkeypatch.setattr("smid.cli.demo.SAMPLES", 90)  # one ramp, for speed
+@pytest.fixture
+def _short(monkeypatch):
+    """One ramp instead of two, and a handful of effects in this process, for speed."""
+    monkeypatch.setattr("smid.cli.demo.SAMPLES", 90)
+    few = ["operating_point", "output_curve", "input_dead_zone", "sensor_bias"]
+    monkeypatch.setattr("smid.cli.demo.diagnose", partial(diagnose, effects=few, workers=1))
+
+
+@pytest.mark.usefixtures("_short")
+def test_demo_finds_the_truth_and_ends_with_the_path_of_its_report(folder, smid):
     result = smid("demo --json demo.json")
     assert result.exit_code == 0, result.output
-    page = Path(result.stdout.splitlines()[-1])
-    assert page == folder / "smid-report.html"
-    text = page.read_text(encoding="utf-8")
-    assert "simulated data, not measured" in text
-    assert "the parameters move with the temperature" in text
+    first = Path(result.stdout.splitlines()[-1])
+    assert first == folder / "smid-report.html"
+    identification = folder / "smid-report-identification.html"
+    pages = [page.read_text(encoding="utf-8") for page in (first, identification)]
+    assert all("simulated data, not measured" in text for text in pages)
+    assert f'href="{identification.name}"' in pages[0]
+    assert f'href="{first.name}"' in pages[1]
+    assert "the parameters move with the temperature" in pages[1]
     assert "lie inside every interval" in result.stdout
     document = json.loads(Path("demo.json").read_text(encoding="utf-8"))
     truth = true_parameters("clutch_20C_ramp_a")
     for interval in document["estimate"]["parameters"]:
         assert interval["lower"] <= truth[interval["name"]] <= interval["upper"]
     fits = [v["scores"][0]["fit_percent"] for v in document["validations"]]
-    assert min(fits[:2]) > 97 > max(fits[2:]), "both records at 20 degC fit, the others do not"
+    assert min(fits[:2]) > 97 > max(fits[2:]), "both ramps at 20 degC fit, the others and the steps do not"
+    assert "Cause: operating_point." in result.stdout, "the pole of the plant on steps depends on the pressure"
+    assert "Proven: no parameters of the base model explain" in result.stdout
+    assert "Diagnosis of pressure: operating point" in pages[0]
+
+
+@pytest.mark.usefixtures("_short")
+def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, monkeypatch):
+    def interrupt(_self, line):
+        if line.startswith("named "):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Progress, "__call__", interrupt)
+    result = smid("demo")
+    assert result.exit_code == 130
+    assert "Interrupted" in (folder / "smid-report.html").read_text(encoding="utf-8")
+    assert (folder / "smid-report-identification.html").exists()
+
+
+def test_the_steps_are_what_their_script_makes(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "data")
+    script = importlib.import_module("make_clutch_steps")
+    current, pressure, temperature = script.columns()
+    record = load_clutch("clutch_20C_steps")
+    np.testing.assert_array_equal(record.values("current"), current)
+    np.testing.assert_allclose(record.values("pressure"), pressure, atol=1e-4)
+    assert set(record.values("temperature")) == {temperature}
+    free = simulate_clutch(current, temperature, script.PLANT)
+    assert np.abs(record.values("pressure") - free).max() <= script.NOISE_BOUND
 
 
 def test_unknown_record_is_refused():

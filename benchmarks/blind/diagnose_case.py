@@ -1,0 +1,55 @@
+"""One blind case, drawn and diagnosed in this process; a module of its own, so that worker processes can import it."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from benchmarks.blind.cases import HELD_OUT, draw
+from benchmarks.blind.score import Outcome
+
+__all__ = ["KINDS", "diagnose_case"]
+
+KINDS = {"single": 1, "none": 0, "pair": 2}
+
+
+def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
+    """Draw a case, diagnose it in this process, and compare.
+
+    Parameters
+    ----------
+    kind : {"single", "none", "pair"}
+        How many effects are hidden.
+    seed : int
+        Seed of the case.
+    samples : int
+        Length of its record.
+
+    Returns
+    -------
+    Outcome
+        With verdict "failed" when the diagnosis raised.
+    """
+    import smid  # here, so that drawing cases does not need the diagnosis
+
+    case = draw(seed, KINDS[kind], samples)
+    started = time.perf_counter()
+    named: tuple[str, ...] = ()
+    rivals: tuple[str, ...] = ()
+    ratio, message = float("nan"), ""
+    try:
+        result = smid.diagnose(case.model, case.data, noise_bound=case.noise_bound, certify=False, workers=1)
+    except Exception as error:  # one broken case must not end a run of hours; it counts as a failure
+        verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
+    else:
+        verdict = str(result.verdict)
+        named = tuple(str(cause.effect) for cause in result.causes)
+        if result.causes:
+            rivals = tuple(str(getattr(rival, "effect", rival)) for rival in result.causes[0].rivals)
+        recorded = case.data.experiments[0].values[case.data.output]
+        rest = (recorded - case.predictable)[round((1 - HELD_OUT) * samples) :]
+        ratio = float(result.gain.rmse_after) / float(np.sqrt(np.mean(rest**2)))
+    seconds = time.perf_counter() - started
+    strength, place = case.strength, (case.plant, case.signal)
+    return Outcome(kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message)

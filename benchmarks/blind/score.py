@@ -1,0 +1,219 @@
+"""Score of the diagnosis over blind cases, as Markdown.
+
+The yardstick of a held-out error is the true model's: the rms of recorded minus predictable output over the last 30 %
+of the record. It contains what no model can foresee: the noise, the rounding (quantisation), the glitches (outliers;
+the diagnosis must count them in its held-out error as well) and what the input's noise did to the output (input_noise).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Outcome", "markdown"]
+
+TARGETS = "| asked for | 95 % | at most 2 % | 80 % | at most 1.1 | at most 1.5 |"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case.
+
+    Attributes
+    ----------
+    kind : {"single", "none", "pair"}
+        How many effects were hidden.
+    seed : int
+        Seed of the case.
+    truth, named : tuple of str
+        Hidden and named effects, the latter in the order found.
+    verdict : str
+        "named", "none", "ambiguous", or "failed" with the error in `message`.
+    rivals : tuple of str
+        Rivals of the first cause.
+    ratio : float
+        Held-out error over the yardstick; NaN when the diagnosis failed.
+    strength : float
+        Of the effect.
+    plant, signal : str
+        Of the case.
+    seconds : float
+        Time of the diagnosis.
+    message : str
+        Error text.
+    """
+
+    kind: str
+    seed: int
+    truth: tuple[str, ...]
+    named: tuple[str, ...]
+    verdict: str
+    rivals: tuple[str, ...]
+    ratio: float
+    strength: float
+    plant: str
+    signal: str
+    seconds: float
+    message: str = ""
+
+    @property
+    def is_right(self) -> bool:
+        """Single: named first. None: nothing named. Pair: both named."""
+        if self.verdict == "failed":
+            return False
+        if self.kind == "none":
+            return self.verdict != "named"
+        if self.verdict != "named":
+            return False
+        if self.kind == "single":
+            return self.named[:1] == self.truth
+        return set(self.truth) <= set(self.named)
+
+    @property
+    def answer(self) -> str:
+        """First name, or the verdict where nothing is named."""
+        return self.named[0] if self.verdict == "named" and self.named else self.verdict
+
+
+def _of(outcomes: Sequence[Outcome], kind: str) -> list[Outcome]:
+    return [outcome for outcome in outcomes if outcome.kind == kind]
+
+
+def _share(outcomes: Sequence[Outcome], right: bool = True) -> str:
+    if not outcomes:
+        return "-"
+    count = sum(outcome.is_right == right for outcome in outcomes)
+    return f"{100 * count / len(outcomes):.1f} % ({count} of {len(outcomes)})"
+
+
+def _ratios(outcomes: Sequence[Outcome]) -> tuple[str, str]:
+    ratios = [outcome.ratio for outcome in outcomes if np.isfinite(outcome.ratio)]
+    if not ratios:
+        return "-", "-"
+    return f"{np.median(ratios):.3f}", f"{np.quantile(ratios, 0.9):.3f}"
+
+
+def confusion(outcomes: Sequence[Outcome]) -> str:
+    """Give the table of hidden effects against first names of the single cases.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+        Of any kind; cases without effect make the row "nothing".
+
+    Returns
+    -------
+    str
+        A Markdown table with a row per hidden effect and columns that are counts.
+    """
+    rows: dict[str, Counter[str]] = {}
+    for outcome in (*_of(outcomes, "single"), *_of(outcomes, "none")):
+        rows.setdefault(outcome.truth[0] if outcome.truth else "nothing", Counter())[outcome.answer] += 1
+    lines = ["| hidden | right | named instead |", "|---|---|---|"]
+    for hidden, counts in rows.items():
+        right = counts[hidden] if hidden != "nothing" else counts["none"] + counts["ambiguous"]
+        own = {hidden} if hidden != "nothing" else {"none", "ambiguous"}
+        wrong = ", ".join(f"{name} {count}" for name, count in counts.most_common() if name not in own)
+        lines.append(f"| {hidden} | {right} / {sum(counts.values())} | {wrong or '-'} |")
+    return "\n".join(lines)
+
+
+def matrix(outcomes: Sequence[Outcome]) -> str:
+    """Give the full confusion matrix with numbered columns.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+        Single and null cases are counted.
+
+    Returns
+    -------
+    str
+        A Markdown table; its columns are the first names that occur, numbered in its first row.
+    """
+    counted = [*_of(outcomes, "single"), *_of(outcomes, "none")]
+    hidden = list(dict.fromkeys(outcome.truth[0] if outcome.truth else "nothing" for outcome in counted))
+    answers = sorted({outcome.answer for outcome in counted}, key=lambda name: (name not in hidden, name))
+    counts = Counter((outcome.truth[0] if outcome.truth else "nothing", outcome.answer) for outcome in counted)
+    lines = [
+        "| hidden \\ named first | " + " | ".join(answers) + " |",
+        "|---|" + "---|" * len(answers),
+    ]
+    lines += [
+        f"| {name} | " + " | ".join(str(counts[name, answer] or "") for answer in answers) + " |" for name in hidden
+    ]
+    return "\n".join(lines)
+
+
+def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
+    """Give the whole page.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+        Of any kind, in any order.
+    wall : float
+        Wall time of the run in seconds.
+
+    Returns
+    -------
+    str
+        Markdown with shares, ratios, confusion and the failures by seed.
+
+    Examples
+    --------
+    >>> one = Outcome("single", 3, ("gain",), ("gain",), "named", (), 1.02, 5.0, "cstr", "steps", 2.0)
+    >>> "100.0 % (1 of 1)" in markdown([one], 2.0)
+    True
+    """
+    outcomes = sorted(outcomes, key=lambda outcome: (outcome.kind, outcome.seed))
+    single, none, pair = (_of(outcomes, kind) for kind in ("single", "none", "pair"))
+    median, worst = _ratios([*single, *pair])
+    seconds = [outcome.seconds for outcome in outcomes]
+    parts = [
+        "# Diagnosis of blind cases",
+        "An effect is hidden in simulated data; the diagnosis sees the base model, the record and the noise bound. "
+        "Written by `python -m benchmarks.blind`, which is also the description of the cases.",
+        "| | named first | false alarms | both of two named | held-out error / true model's: median | worst tenth |\n"
+        "|---|---|---|---|---|---|\n"
+        f"{TARGETS}\n"
+        f"| reached | {_share(single)} | {_share(none, right=False)} | {_share(pair)} | {median} | {worst} |",
+        f"Verdict 'ambiguous': {sum(outcome.verdict == 'ambiguous' for outcome in outcomes)} of {len(outcomes)}. "
+        f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
+        "## By hidden effect",
+        confusion(outcomes),
+        "## Confusion matrix",
+        matrix(outcomes),
+        "## Held-out error by kind",
+        "| kind | cases | median | worst tenth |\n|---|---|---|---|\n"
+        + "\n".join(
+            f"| {kind} | {len(some)} | {' | '.join(_ratios(some))} |"
+            for kind, some in (("single", single), ("pair", pair), ("none", none))
+        ),
+        "## Failures",
+        _failures(outcomes),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _failures(outcomes: Sequence[Outcome]) -> str:
+    wrong = [outcome for outcome in outcomes if not outcome.is_right]
+    if not wrong:
+        return "None."
+    lines = [
+        "| kind | seed | hidden | named | verdict | strength | plant | signal |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for outcome in wrong:
+        verdict = f"failed: {outcome.message}" if outcome.verdict == "failed" else outcome.verdict
+        if outcome.verdict == "ambiguous":
+            verdict += f" with {', '.join(outcome.rivals)}" if outcome.rivals else ""
+        lines.append(
+            f"| {outcome.kind} | {outcome.seed} | {', '.join(outcome.truth) or '-'} "
+            f"| {', '.join(outcome.named) or '-'} | {verdict} | {outcome.strength:.1f} "
+            f"| {outcome.plant} | {outcome.signal} |"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,31 @@
+"""What a simulation gets wrong, why, what to add to the model, and what it gains."""
+
+from smid.diagnosis.cause import Cause, CauseParameter, Rival
+from smid.diagnosis.diagnose import diagnose
+from smid.diagnosis.diagnosis import Diagnosis, Verdict
+from smid.diagnosis.effects import EFFECTS
+from smid.diagnosis.effects.check import check_effect
+from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
+from smid.diagnosis.faults import Fault, data_faults
+from smid.diagnosis.gain import Gain
+from smid.diagnosis.misfit import Misfit, misfit
+
+__all__ = [
+    "EFFECTS",
+    "Cause",
+    "CauseParameter",
+    "Detection",
+    "Diagnosis",
+    "Effect",
+    "Extension",
+    "Fault",
+    "Gain",
+    "Misfit",
+    "Rival",
+    "Site",
+    "Verdict",
+    "check_effect",
+    "data_faults",
+    "diagnose",
+    "misfit",
+]

@@ -1,0 +1,118 @@
+"""The proof that a model cannot explain the data: its feasible set is certified empty at the noise bound.
+
+An infeasible part proves the whole infeasible, so it is enough to look where the fit misses most; a short window
+keeps the relaxation small. The proof holds for *every* value of the free parameters, not for the fitted ones only,
+and therefore also proves that in any extension the effect's parameters differ from their null values: at null the
+extension is the base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from relaxations.errors import ProblemError
+from relaxations.hierarchy import intervals
+from smid.box import with_finite_box
+from smid.data import DataError, Dataset
+from smid.diagnosis.effects.effect import Array
+from smid.feasible import FeasibleSet
+from smid.models import Model, ModelError
+
+_WINDOWS = (40, 100)
+_HEAVIEST = 5
+
+
+@dataclass(frozen=True)
+class Emptiness:
+    """A certified negative.
+
+    Parameters
+    ----------
+    channel, unit : str
+    noise_bound : float
+        Within which no parameters explain the window, in the channel's unit.
+    experiment : str
+    first, last : int
+        The window, samples counted from the start of the experiment.
+    samples : tuple of (int, float)
+        Samples that carry most of the proof, each with its share.
+    """
+
+    channel: str
+    unit: str
+    noise_bound: float
+    experiment: str
+    first: int
+    last: int
+    samples: tuple[tuple[int, float], ...]
+
+    @property
+    def sentence(self) -> str:
+        """The proof in words."""
+        carried = ", ".join(str(sample) for sample, _ in self.samples)
+        return (
+            f"Proven: no parameters of the base model explain samples {self.first} to {self.last} of {self.experiment} "
+            f"within {self.noise_bound:g} {self.unit}".rstrip()
+            + f"; samples {carried} carry most of the proof."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain, JSON-ready content."""
+        return asdict(self) | {"sentence": self.sentence}
+
+
+def prove_empty(
+    model: Model, data: Dataset, noise_bound: float, channel: str, residual: Sequence[Array]
+) -> Emptiness | None:
+    """Look for a window that the model provably cannot explain.
+
+    Parameters
+    ----------
+    model : Model
+        The base model, with its free parameters free.
+    data : Dataset
+    noise_bound : float
+        In the output's unit; other noisy channels are not supported here.
+    channel : str
+        The output.
+    residual : sequence of ndarray, shape (n,)
+        Of the fitted model, per experiment.
+
+    Returns
+    -------
+    Emptiness or None
+        None where no proof was found: that proves nothing.
+    """
+    number = int(np.argmax([np.abs(r).max() for r in residual]))
+    run, error = data.experiments[number], np.asarray(residual[number])
+    for width in _WINDOWS:
+        size = min(width, run.n_samples)
+        power = np.convolve(error**2, np.ones(size), "valid")
+        first = int(np.argmax(power))
+        part = _window(data, number, first, size)
+        try:
+            boxed = with_finite_box(FeasibleSet(model, part, {channel: noise_bound}), "clarabel", None)
+            if boxed.unbounded:
+                continue
+            # Which variable is bounded does not matter: emptiness shows at any.
+            enclosure = intervals(boxed.feasible.problem, [0], order=1, rounds=3, tolerance=1e-2)
+        except (ModelError, DataError, ProblemError):
+            return None
+        if enclosure.empty is not None:
+            weights = enclosure.empty.weights
+            heaviest = [k for k in np.argsort(weights)[::-1][:_HEAVIEST] if weights[k] > 0]
+            samples = tuple((first + int(boxed.feasible.samples[k][1]), float(weights[k])) for k in heaviest)
+            unit = data.channel(channel).unit
+            return Emptiness(channel, unit, noise_bound, run.name, first, first + size - 1, samples)
+    return None
+
+
+def _window(data: Dataset, number: int, first: int, size: int) -> Dataset:
+    run = data.experiments[number]
+    values = {name: samples[first : first + size] for name, samples in run.values.items()}
+    start = run.start_time + first * data.sampling_time
+    return replace(data, experiments=(replace(run, values=values, start_time=start),), resampling=(), n_init=0)

@@ -1,0 +1,110 @@
+"""Tell whether one fitted model is better than another, or it is chance.
+
+Residuals are correlated, so neither counts of samples nor tests that assume independence can be trusted:
+
+- likelihoods are weighed by an *effective* number of samples, n / (1 + 2 sum of autocorrelations);
+- held-out errors are compared by a *block bootstrap*: whole blocks of the paired difference of squares are drawn again,
+  so that what is correlated stays together (Kuensch, Annals of Statistics 17, 1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import correlate
+
+from smid.diagnosis.effects.effect import Array
+
+_DRAWS = 2000
+
+
+def correlation_length(residuals: Sequence[Array]) -> float:
+    """Return ``1 + 2 sum of the autocorrelation``, up to its first zero crossing: samples per independent one.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (n,)
+        Per experiment.
+
+    Returns
+    -------
+    float
+        At least 1.
+    """
+    longest = max(len(r) for r in residuals)
+    total = np.zeros(longest)
+    for residual in residuals:
+        centred = residual - residual.mean()
+        full = correlate(centred, centred, mode="full", method="fft")[len(centred) - 1 :]
+        total[: len(full)] += full
+    if total[0] <= 0:
+        return 1.0
+    rho = total / total[0]
+    negative = np.flatnonzero(rho < 2.0 / np.sqrt(sum(map(len, residuals))))
+    return float(1 + 2 * rho[1 : negative[0] if len(negative) else longest].sum())
+
+
+def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> float:
+    """Return how likely it is that the second model errs no less than the first: a one-sided block bootstrap.
+
+    Parameters
+    ----------
+    worse, better : sequence of ndarray, shape (n,)
+        Held-out residuals of the two models, per experiment.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    float
+        Share of the draws in which the mean square does not fall, at least 1 over the number of draws.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> noise = rng.normal(size=300)
+    >>> chance([3 * noise], [noise]) < 0.01, chance([noise], [rng.normal(size=300)]) > 0.01
+    (True, True)
+    """
+    length = int(np.clip(np.ceil(2 * correlation_length([*worse])), 5, max(5, sum(map(len, worse)) // 8)))
+    blocks = [
+        float(np.mean(part))
+        for first, second in zip(worse, better, strict=True)
+        for part in np.array_split(first**2 - second**2, max(1, len(first) // length))
+    ]
+    drawn = np.random.default_rng(seed).choice(blocks, size=(_DRAWS, len(blocks)))
+    return max(float(np.mean(drawn.mean(axis=1) <= 0)), 1.0 / _DRAWS)
+
+
+def rms(residuals: Sequence[Array]) -> float:
+    """Return the root mean square over all experiments."""
+    return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
+
+
+def structure(residuals: Sequence[Array], lags: int = 25) -> float:
+    """Return how far residuals are from white: the share of their power that their own past tells, 0 for noise.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (n,)
+        Per experiment.
+    lags : int
+        How much of the past counts.
+
+    Returns
+    -------
+    float
+        Sum of the squared autocorrelations beyond what chance gives, as a share of it with the power itself.
+    """
+    squares, counts = np.zeros(lags), 0
+    for residual in residuals:
+        if len(residual) > 2 * lags:
+            centred = residual - residual.mean()
+            power = float(centred @ centred)
+            if power > 0:
+                rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / power
+                squares += np.maximum(rho**2 - 1.0 / len(residual), 0.0)
+                counts += 1
+    total = float(squares.sum()) / max(counts, 1)
+    return total / (1.0 + total)

@@ -1,0 +1,300 @@
+"""From a model and data to what is wrong, why, what to add, and what it gains."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+
+import numpy as np
+
+from smid.binding import bind
+from smid.data import DataError, Dataset
+from smid.diagnosis.assemble import causes, detected
+from smid.diagnosis.cause import Cause
+from smid.diagnosis.certify import prove_empty
+from smid.diagnosis.compare import rms, structure
+from smid.diagnosis.diagnosis import Diagnosis, Verdict
+from smid.diagnosis.effects import EFFECTS
+from smid.diagnosis.effects.effect import Array, Detection, Effect, Site
+from smid.diagnosis.experiment import separating_experiment
+from smid.diagnosis.faults import Fault, data_faults
+from smid.diagnosis.gain import gain
+from smid.diagnosis.misfit import Misfit, misfit
+from smid.diagnosis.search import Found, Record, search
+from smid.diagnosis.trial import Base
+from smid.feasible import check_data, check_noise_bound
+from smid.fit import Fit, fit
+from smid.models import Model, ModelError
+
+Progress = Callable[[str], None]
+_LEAST_HELD = 30
+_STRUCTURE = 0.2
+
+
+def diagnose(
+    model: Model,
+    data: Dataset,
+    noise_bound: float | Mapping[str, float] | None = None,
+    effects: Sequence[str | Effect] | None = None,
+    holdout: float | Sequence[str] = 0.3,
+    *,
+    certify: bool = True,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Show what a model's simulation gets wrong, name the cause, extend the model with it and measure the gain.
+
+    Parameters
+    ----------
+    model : Model
+        The base model; values it carries are a first guess, all its free parameters are fitted.
+    data : Dataset
+    noise_bound : float or mapping channel -> float, optional
+        In the channel's unit.
+    effects : sequence of str or Effect, optional
+        Which to try, names or your own; by default all of `smid.diagnosis.EFFECTS`.
+    holdout : float or sequence of str
+        Share of each experiment, at its end, or names of the experiments, that no fit may see.
+    certify : bool
+        Whether to prove, with a noise bound, that the base model cannot explain the data.
+    workers : int, optional
+        Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
+    executor : concurrent.futures.Executor, optional
+        Used instead of own processes: a cluster's, say.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    ModelError
+        For an unknown effect, a bad noise bound, or a model that is no match for the data.
+    DataError
+        For missing channels, a held-out part too short to judge, or a model that cannot be simulated on the data.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u = np.random.default_rng(0).uniform(-1, 1, 300)
+    >>> y = OutputError(delay=3).with_values({"a1": -0.8, "b0": 1.0}).simulate
+    >>> from smid.models.simulate import simulate
+    >>> y = simulate(OutputError(delay=3), {"u": u}, {"a1": -0.8, "b0": 1.0})["y"]
+    >>> y = y + np.random.default_rng(1).uniform(-0.05, 0.05, 300)
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> diagnosis = diagnose(OutputError(), data, effects=["input_delay", "extra_lag"], workers=1)
+    >>> diagnosis.verdict, diagnosis.causes[0].effect
+    ('named', 'input_delay')
+    """
+    began = time.monotonic()
+    model = bind(model, data)
+    chosen = _chosen(effects)
+    check_data(model, data)
+    bound = _bound(model, noise_bound)
+    record = replace(_record(model, data, holdout), noise_bound=bound)
+    say = progress or _silent
+    faults = data_faults(data)
+    for fault in faults:
+        say(fault.sentence)
+
+    say("fitting the base model")
+    fitted = fit(model, data, record.used)
+    detections: list[tuple[Effect, Detection]] = []
+    record, fitted = _without_glitches(record, fitted, chosen, detections)
+    base = Base(fitted, data, record.used, record.input, record.output)
+    shown = misfit(
+        data,
+        record.output,
+        tuple(s[record.output] for s in fitted.simulated),
+        noise_bound=bound,
+        skip=data.n_init,
+        input=record.input,
+    )
+    say(shown.sentence)
+    say(f"trying {len(chosen)} effects")
+    with _pool(executor, workers, chosen) as pool:
+        found = search(record, base, chosen, pool, progress)
+    detections += _noise_effects(record, found, chosen)
+    return _assemble(model, record, base, found, detections, shown, faults, bound, chosen, certify, began)
+
+
+def _assemble(
+    model: Model,
+    record: Record,
+    base: Base,
+    found: Found,
+    detections: Sequence[tuple[Effect, Detection]],
+    shown: Misfit,
+    faults: tuple[Fault, ...],
+    bound: float | None,
+    chosen: Sequence[Effect],
+    certify: bool,
+    began: float,
+) -> Diagnosis:
+    data, output = record.data, record.output
+    final = found.base.fit
+    before, after = (f.residual(data, output) for f in (base.fit, final))
+    named = causes(record, found, {e.name: e for e in chosen}, base.site())
+    site = _whole(record, final)
+    rmse = rms(record.held_part(after))
+    noise = {e.name: detected(e, d, site, rmse) for e, d in detections}
+    first = [noise.pop("outliers")] if "outliers" in noise else []
+    listed = (*first, *named, *noise.values())
+    tied = bool(found.stages) and bool(found.stages[-1].tied)
+    verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
+    extended = final.model
+    for _, detection in detections:
+        extended = detection.model if detection.glitches is None else extended
+    proof = prove_empty(model, data, bound, output, before) if certify and bound is not None else None
+    held = [run.values[output] for run in data.experiments]
+    tried = {r.trial.effect for s in found.stages for r in s.ranked}
+    rivals = (
+        {r.trial.effect: r.trial.fit for r in (found.stages[-1].leader, *found.stages[-1].tied) if r} if tied else {}
+    )
+    return Diagnosis(
+        base=base.fit.model,
+        model=extended if listed else base.fit.model,
+        data=data,
+        output=output,
+        unit=data.channel(output).unit,
+        verdict=verdict,
+        causes=listed,
+        misfit=shown,
+        faults=faults,
+        gain=gain(record.held_part(held), record.held_part(before), record.held_part(after), bound),
+        proof=proof,
+        experiment=separating_experiment(rivals, data, record.input, output) if tied else None,
+        skipped={e.name: e.needs or "does not apply" for e in chosen if e.detect is None and e.name not in tried},
+        dropped=found.dropped,
+        unexplained=_unexplained(record, after, bound, noise),
+        simulated=tuple(s[output] for s in base.fit.simulated),
+        extended=tuple(s[output] for s in final.simulated),
+        held=record.held,
+        interrupted=found.interrupted,
+        seconds=time.monotonic() - began,
+    )
+
+
+def _unexplained(record: Record, after: Sequence[Array], bound: float | None, noise: Mapping[str, Cause]) -> bool:
+    """Tell whether more than noise is left, beyond the bound or with a past of its own, and unnamed."""
+    left = record.held_part(after)
+    if noise:
+        return False
+    if bound is not None:
+        return bool(np.abs(np.concatenate(left)).max() > 1.2 * bound)
+    return structure(left) > _STRUCTURE
+
+
+def _silent(_line: str) -> None:
+    """Drop a line of progress."""
+
+
+def _chosen(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]:
+    known = {effect.name: effect for effect in EFFECTS}
+    if effects is None:
+        return EFFECTS
+    chosen = []
+    for item in effects:
+        if isinstance(item, str) and item not in known:
+            raise ModelError(
+                f"effect {item!r} is unknown: choose from {', '.join(known)}, or give an Effect of your own"
+            )
+        chosen.append(known[item] if isinstance(item, str) else item)
+    if not chosen or len({e.name for e in chosen}) < len(chosen):
+        raise ModelError("the effects to try must be at least one, each under its own name: list every effect once")
+    return tuple(chosen)
+
+
+def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> float | None:
+    """Return the noise bound of the main output."""
+    if noise_bound is None:
+        return None
+    noisy = {m.channel for m in model.measurements if m.noise is not None}
+    return check_noise_bound(model, noise_bound, None).get(next(c for c in model.output_channels if c in noisy))
+
+
+def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Record:
+    """Set samples apart that no fit may see."""
+    names = [run.name for run in data.experiments]
+    used, held = [], []
+    for run in data.experiments:
+        counts = np.arange(run.n_samples) >= data.n_init
+        if isinstance(holdout, int | float):
+            if not 0.05 <= holdout <= 0.9:
+                raise DataError(f"holdout = {holdout}: give a share between 0.05 and 0.9, or names of experiments")
+            late = np.arange(run.n_samples) >= round((1 - holdout) * run.n_samples)
+        else:
+            unknown = [name for name in holdout if name not in names]
+            if unknown:
+                raise DataError(f"experiment {unknown[0]!r} to hold out is unknown: the data have {', '.join(names)}")
+            late = np.full(run.n_samples, run.name in holdout)
+        used.append(counts & ~late)
+        held.append(counts & late)
+    free = sum(p.lower < p.upper for p in model.parameters)
+    least = max(_LEAST_HELD, 3 * free)
+    for part, samples, word in ((held, least, "held-out"), (used, 2 * least, "fitted")):
+        if sum(int(p.sum()) for p in part) < samples:
+            raise DataError(
+                f"the {word} part has {sum(int(p.sum()) for p in part)} samples, too few to judge by: it needs "
+                f"{samples}. Take a longer record or another share in holdout"
+            )
+    if not model.input_channels or not model.output_channels:
+        raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
+    return Record(data, tuple(used), tuple(held), model.input_channels[0], model.output_channels[0])
+
+
+def _without_glitches(
+    record: Record, fitted: Fit, chosen: Sequence[Effect], detections: list[tuple[Effect, Detection]]
+) -> tuple[Record, Fit]:
+    """Take glitches out of all that is fitted and judged, and fit again."""
+    effect = next((e for e in chosen if e.name == "outliers"), None)
+    if effect is None or effect.detect is None:
+        return record, fitted
+    detection = effect.detect(fitted.model, _whole(record, fitted))
+    if detection is None or detection.glitches is None:
+        return record, fitted
+    detections.append((effect, detection))
+    clean = replace(
+        record,
+        used=tuple(u & ~g for u, g in zip(record.used, detection.glitches, strict=True)),
+        held=tuple(h & ~g for h, g in zip(record.held, detection.glitches, strict=True)),
+    )
+    return clean, fit(fitted.model, record.data, clean.used)
+
+
+def _whole(record: Record, fitted: Fit) -> Site:
+    return Site(record.data, record.input, record.output, fitted.residual(record.data, record.output))
+
+
+def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
+    """Look for effects on the noise in what the extended model leaves."""
+    if found.interrupted or (found.stages and found.stages[-1].tied):
+        return []
+    site = _whole(record, found.base.fit)
+    result = []
+    for effect in chosen:
+        if effect.detect is not None and effect.name != "outliers":
+            detection = effect.detect(found.base.fit.model, site)
+            if detection is not None:
+                result.append((effect, detection))
+    return result
+
+
+def _pool(
+    executor: Executor | None, workers: int | None, effects: Sequence[Effect]
+) -> AbstractContextManager[Executor | None]:
+    """Return what effects are tried on: the given executor, own processes, or nothing."""
+    if executor is not None:
+        return nullcontext(executor)
+    count = min(workers or os.cpu_count() or 1, len(effects))
+    # An effect written in a notebook cell has functions that no other process can import.
+    if count <= 1 or any(e.extend.__module__ == "__main__" for e in effects):
+        return nullcontext(None)
+    return ProcessPoolExecutor(count)

@@ -1,0 +1,189 @@
+"""The result of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from smid.data import Dataset
+from smid.diagnosis.cause import Cause
+from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.effects.effect import Array, Mask
+from smid.diagnosis.experiment import SeparatingExperiment
+from smid.diagnosis.faults import Fault
+from smid.diagnosis.gain import Gain
+from smid.diagnosis.misfit import Misfit
+from smid.models import Model
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Verdict(StrEnum):
+    """What a diagnosis says."""
+
+    NAMED = "named"
+    NONE = "none"
+    AMBIGUOUS = "ambiguous"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return {
+            Verdict.NAMED: "The cause is named.",
+            Verdict.NONE: "No effect explains more of the data than chance would.",
+            Verdict.AMBIGUOUS: "Several effects explain the data equally well.",
+        }[self]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a simulation gets wrong, why, what to add and what it gains.
+
+    Parameters
+    ----------
+    base : Model
+        The base model with its best fit.
+    model : Model
+        The extended model with its fit; the base where nothing was named.
+    data : Dataset
+    output, unit : str
+        The channel judged, and its unit.
+    verdict : Verdict
+    causes : tuple of Cause
+        Named effects in the order found; where ambiguous, the first of the equals comes last and names the others.
+    misfit : Misfit
+        What is wrong with the base model, and where.
+    faults : tuple of Fault
+        What is wrong with the data.
+    gain : Gain
+        On held-out data.
+    proof : Emptiness or None
+        The certificate that the base model cannot explain the data, where one was found.
+    experiment : SeparatingExperiment or None
+        Where ambiguous: the input that would tell the rivals apart.
+    skipped : mapping effect -> str
+        Effects that could not be tried, and what they need.
+    dropped : tuple of str
+        Effects that were named first and then not missed.
+    unexplained : bool
+        Whether the extended model still leaves the noise bound, or structure, in the held-out data.
+    simulated, extended : tuple of ndarray, shape (n,)
+        Free runs of base and extended model, per experiment.
+    held : tuple of ndarray of bool
+        Per experiment, the held-out samples.
+    interrupted : bool
+    seconds : float
+    """
+
+    base: Model
+    model: Model
+    data: Dataset
+    output: str
+    unit: str
+    verdict: Verdict
+    causes: tuple[Cause, ...]
+    misfit: Misfit
+    faults: tuple[Fault, ...]
+    gain: Gain
+    proof: Emptiness | None
+    experiment: SeparatingExperiment | None
+    skipped: Mapping[str, str]
+    dropped: tuple[str, ...]
+    unexplained: bool
+    simulated: tuple[Array, ...]
+    extended: tuple[Array, ...]
+    held: tuple[Mask, ...]
+    interrupted: bool
+    seconds: float
+
+    def __str__(self) -> str:
+        lines = [self.misfit.sentence]
+        if self.proof is not None:
+            lines.append(self.proof.sentence)
+        lines += [fault.sentence for fault in self.faults]
+        lines.append(self.conclusion)
+        for cause in self.causes:
+            lines.append(f"  {cause.effect} ({cause.confidence:.0%}): {cause.sentence}")
+            lines += [f"    {p}" for p in cause.parameters]
+            lines += [f"    not {r.effect}: {r.why}" for r in cause.rivals[:3]]
+        if self.experiment is not None:
+            lines.append(self.experiment.sentence)
+        lines.append(str(self.gain_sentence))
+        if self.unexplained:
+            lines.append("What is left is still more than noise: no effect of the library explains it.")
+        return "\n".join(lines)
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence with the verdict."""
+        names = ", then ".join(cause.effect for cause in self.causes)
+        if self.verdict is Verdict.NAMED:
+            return f"Cause: {names}."
+        if self.verdict is Verdict.AMBIGUOUS:
+            return f"{self.verdict.sentence} It is {' or '.join(self.alternatives)}."
+        return self.verdict.sentence
+
+    @property
+    def alternatives(self) -> tuple[str, ...]:
+        """Where ambiguous, the effects that explain the data equally well; otherwise none."""
+        if self.verdict is not Verdict.AMBIGUOUS:
+            return ()
+        last = self.causes[-1]
+        return self.experiment.rivals if self.experiment else (last.effect, *(r.effect for r in last.rivals))
+
+    @property
+    def new_parameters(self) -> tuple[str, ...]:
+        """Parameters of the extended model that the causes brought, or set free."""
+        known = {p.name for p in self.model.parameters}
+        return tuple(dict.fromkeys(p.name for c in self.causes for p in c.parameters if p.name in known))
+
+    @property
+    def gain_sentence(self) -> str:
+        """One sentence with the gain."""
+        g = self.gain
+        unit = f" {self.unit}".rstrip()
+        if self.model is self.base:
+            return f"Held-out RMSE of the base model: {g.rmse_before:.4g}{unit} over {g.samples} samples."
+        return (
+            f"On {g.samples} held-out samples the RMSE falls from {g.rmse_before:.4g} to {g.rmse_after:.4g}{unit}, the "
+            f"largest error from {g.noise_bound_before:.4g} to {g.noise_bound_after:.4g}{unit}."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the ``diagnosis`` of the versioned JSON schema in docs/json.md."""
+        experiment = self.experiment
+        return {
+            "schema": "smid.diagnosis/1",
+            "verdict": self.verdict.value,
+            "causes": [cause.to_dict() for cause in self.causes],
+            "gain": self.gain.to_dict(),
+            "held_samples": self.gain.samples,
+            "misfit": self.misfit.to_dict(),
+            "faults": [fault.to_dict() for fault in self.faults],
+            "proof": None if self.proof is None else self.proof.to_dict(),
+            "experiment": None
+            if experiment is None
+            else {
+                "signal": experiment.signal,
+                "sentence": experiment.sentence,
+                "difference": experiment.difference,
+                "rivals": list(experiment.rivals),
+                "values": experiment.values.tolist(),
+            },
+            "skipped": dict(self.skipped),
+            "dropped": list(self.dropped),
+            "unexplained": self.unexplained,
+            "interrupted": self.interrupted,
+            "base": self.base.to_dict(),
+            "model": self.model.to_dict(),
+            "data": {"source": self.data.source, "checksum": self.data.checksum},
+        }
+
+    def plot(self) -> Figure:
+        """Draw measured, base and extended output with their errors."""
+        from smid.diagnosis.figures import before_and_after
+
+        return before_and_after(self)

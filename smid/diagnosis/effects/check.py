@@ -1,0 +1,289 @@
+"""The contract every effect keeps, as checks that tell what is broken; run them on an effect of your own.
+
+Each effect is put on base models of every kind (difference equations of order one and two, with an input curve, a
+reactor and an arm in derivatives, a record with a further channel) and must
+
+- be the base model where its parameters have their null values, to nine digits;
+- bring in parameters that are new, of finite boxes, and start inside them, away from null, with a finite and
+  different run;
+- give models that pickle and come back from ``to_dict``;
+- describe itself in one sentence with a number;
+- go on top of another effect and on top of itself.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.diagnosis.effects import input_backlash, sensor_bias
+from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
+from smid.models import Hammerstein, Model, OutputError, Parameter, Reactor, RotatingArm, simulate
+
+__all__ = ["Case", "cases", "check_effect", "check_on"]
+
+_TOLERANCE = 1e-9
+_SEED = 1
+_SAMPLING_TIME = 0.1
+# Longer than any effect looks back.
+_REST = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A base model with its values, and the record it is checked on.
+
+    Parameters
+    ----------
+    name : str
+        For messages.
+    model : Model
+        With a value for each parameter.
+    site : Site
+        With a record that the model made, and a small residual.
+    """
+
+    name: str
+    model: Model
+    site: Site
+
+
+def check_effect(effect: Effect) -> None:
+    """Check that an effect keeps the contract on every base model it applies to.
+
+    Parameters
+    ----------
+    effect : Effect
+        Yours, or one that ships.
+
+    Raises
+    ------
+    AssertionError
+        With what is broken, on which model, in which variant.
+    ModelError
+        If the effect builds a model that cannot be.
+
+    Examples
+    --------
+    >>> from smid.diagnosis.effects import sensor_bias
+    >>> check_effect(sensor_bias.EFFECT)
+    """
+    applied = [check_on(effect, case) for case in cases()]
+    _require(any(applied) or effect.detect is not None, f"{effect.name} applies to none of the base models")
+
+
+def check_on(effect: Effect, case: Case) -> bool:
+    """Check an effect on one base model; see `check_effect`.
+
+    Parameters
+    ----------
+    effect : Effect
+        The effect.
+    case : Case
+        One of `cases`.
+
+    Returns
+    -------
+    bool
+        Whether it applies there.
+
+    Raises
+    ------
+    AssertionError
+        With what is broken.
+
+    Examples
+    --------
+    >>> from smid.diagnosis.effects import missing_input
+    >>> [check_on(missing_input.EFFECT, case) for case in cases()[:2]]
+    [False, False]
+    """
+    place = f"{effect.name} on {case.name}"
+    _require(re.fullmatch(r"[a-z][a-z0-9_]*", effect.name) is not None, f"{place}: the name is no snake_case word")
+    _require(
+        bool(effect.summary) and not effect.summary.endswith("."), f"{place}: the summary is empty or has a full stop"
+    )
+    _require(effect.name not in effect.rivals, f"{place}: it is its own rival")
+    extensions = tuple(effect.extend(case.model, case.site))
+    labels = [item.label for item in extensions]
+    _require(len(set(labels)) == len(labels), f"{place}: two variants share a label among {labels}")
+    for extension in extensions:
+        _check_extension(effect, extension, case, f"{place} ({extension.label or 'only variant'})")
+    if not extensions:
+        return False
+    _check_composition(effect, extensions, case, place)
+    return True
+
+
+def _require(fact: bool, message: str) -> None:
+    if not fact:
+        raise AssertionError(message)
+
+
+def _check_extension(effect: Effect, extension: Extension, case: Case, place: str) -> None:
+    model, base = extension.model, case.model
+    new = _new(model, base)
+    nulls = {p.name: p.null for p in new if p.null is not None}
+    _require(bool(new), f"{place}: brings in no parameter")
+    _require(bool(nulls), f"{place}: no new parameter has a null value, so nothing switches it off")
+    kept = {p.name for p in model.parameters}
+    gone = [p.name for p in base.parameters if p.name not in kept]
+    _require(not gone, f"{place}: drops the base's parameters {gone}; keep them, multiply or add instead")
+    _require(dict(model.values) == dict(base.values), f"{place}: changes the values of the base's parameters")
+    for p in new:
+        finite = math.isfinite(p.lower) and math.isfinite(p.upper)
+        _require(finite and p.lower < p.upper, f"{place}: the box of {p.name} is no finite interval")
+        _require(
+            p.null is None or p.lower <= p.null <= p.upper, f"{place}: the null value of {p.name} is not in its box"
+        )
+    _require(bool(extension.starts), f"{place}: has no start")
+    for start in extension.starts:
+        _check_start(start, new, place)
+    expected = _run(base, case, base.values)
+    # A shape has no null value: switched off, the effect must not depend on it.
+    for start in extension.starts:
+        found = _run(model, case, {**base.values, **start, **nulls})
+        error = _distance(model, case, found, expected)
+        _require(
+            error <= _TOLERANCE, f"{place}: at its null values it is off the base model by {error:.1e} of the output"
+        )
+    started = _run(model, case, {**base.values, **extension.starts[0]})
+    _require(bool(np.isfinite(started[model.max_lag :]).all()), f"{place}: the run at the first start is not finite")
+    moved = _distance(model, case, started, expected)
+    _require(moved > _TOLERANCE, f"{place}: the run at the first start is the base model's")
+    _check_storage(model, case, {**base.values, **extension.starts[0]}, started, place)
+    sentence = effect.describe(extension.starts[0], case.site)
+    _require(sentence.endswith(".") and "\n" not in sentence, f"{place}: {sentence!r} is no sentence with a full stop")
+    _require(re.search(r"\d", sentence) is not None, f"{place}: {sentence!r} gives no number")
+
+
+def _check_start(start: Mapping[str, float], new: tuple[Parameter, ...], place: str) -> None:
+    boxes = {p.name: p for p in new}
+    _require(start.keys() == boxes.keys(), f"{place}: a start names {sorted(start)}, the new are {sorted(boxes)}")
+    for name, value in start.items():
+        box = boxes[name]
+        _require(box.lower <= value <= box.upper, f"{place}: the start {name} = {value:g} is not in its box")
+    away = any(p.null is not None and start[name] != p.null for name, p in boxes.items())
+    _require(away, f"{place}: the start {dict(start)} is at null")
+
+
+def _check_storage(model: Model, case: Case, values: Mapping[str, float], expected: Array, place: str) -> None:
+    pickled = pickle.loads(pickle.dumps(model))
+    _require(pickled == model, f"{place}: the model does not come back from pickle")
+    stored = Model.from_dict(json.loads(json.dumps(model.to_dict())))
+    # Text may come back in another form of the same expression, so the lines are compared by what they do.
+    same = (stored.parameters, stored.measurements) == (model.parameters, model.measurements)
+    _require(same, f"{place}: the model does not come back from to_dict")
+    error = _distance(model, case, _run(stored, case, values), expected)
+    _require(error <= _TOLERANCE, f"{place}: the model that comes back from to_dict runs differently by {error:.1e}")
+
+
+def _check_composition(effect: Effect, extensions: Sequence[Extension], case: Case, place: str) -> None:
+    """Put it on two other effects, one at each end, and on itself: all variants must build, with names of their own."""
+    others = (input_backlash.EFFECT, sensor_bias.EFFECT)
+    grown = case.model
+    values = dict(grown.values)
+    for other in others:
+        extension = next(iter(other.extend(grown, case.site)))
+        grown = extension.model
+        values.update(extension.starts[0])
+    grown = grown.with_values(values)
+    bases = [("on a backlash and a bias", grown)]
+    bases += [
+        (f"on its own {item.label}", item.model.with_values(item.starts[0])) for item in (extensions[0], extensions[-1])
+    ]
+    for what, base in bases:
+        again = tuple(effect.extend(base, case.site))
+        _require(bool(again) or base is not grown, f"{place}: does not apply {what}")
+        for item in again:
+            old = {p.name for p in base.parameters}
+            new = [p.name for p in item.model.parameters if p.name not in old]
+            _require(bool(new), f"{place}: {what} it brings in no parameter with a name of its own")
+            _require(set(item.starts[0]) == set(new), f"{place}: {what} its starts name other parameters than it adds")
+    first = next(iter(effect.extend(grown, case.site)))
+    run = _run(first.model, case, {**values, **first.starts[0]})
+    _require(
+        bool(np.isfinite(run[first.model.max_lag :]).all()), f"{place}: on a backlash and a bias its run is not finite"
+    )
+
+
+def _new(model: Model, base: Model) -> tuple[Parameter, ...]:
+    old = {p.name for p in base.parameters}
+    return tuple(p for p in model.parameters if p.name not in old)
+
+
+def _distance(model: Model, case: Case, found: Array, expected: Array) -> float:
+    """Give the largest difference over the samples the model computes, as a share of the output's scale."""
+    difference = (found - expected)[model.max_lag :]
+    return float(np.abs(difference).max()) / case.site.scale(case.site.output)
+
+
+def _run(model: Model, case: Case, values: Mapping[str, float]) -> Array:
+    """Run freely from where the base model's states are while the input rests; give the main output, shape (n,)."""
+    channels = case.site.data.experiments[0].values
+    base = case.model
+    if model is base:
+        return simulate(base, channels, values, check=False)[case.site.output]
+    # Later lags of an extended model must not delay its start against the base.
+    started = simulate(base, channels, check=False)
+    initial = {name: started[name] for name in base.states}
+    return simulate(model, channels, values, initial, check=False)[case.site.output]
+
+
+@lru_cache(maxsize=1)
+def cases() -> tuple[Case, ...]:
+    """Give the base models that effects are checked on, each with a record of its own.
+
+    Examples
+    --------
+    >>> [case.name for case in cases()][:2]
+    ['a first-order lag', 'a swinging second order']
+    """
+    generator = np.random.default_rng(_SEED)
+    two = OutputError(2, 1, offset=True).with_values({"a1": -1.5, "a2": 0.7, "b0": 0.1, "b1": 0.1, "offset": 0.02})
+    curve = Hammerstein(powers=(1, 3), stable=True).with_values({"alpha": -0.8, "gamma1": 1.0, "gamma2": 0.2})
+    reactor = Reactor(2.0, sampling_time=_SAMPLING_TIME)
+    arm = RotatingArm(2.0, 0.5, drag=True, sampling_time=_SAMPLING_TIME)
+    return tuple(
+        _case(name, model, generator, channel=channel, lowest=lowest)
+        for name, model, channel, lowest in (
+            ("a first-order lag", OutputError().with_values({"a1": -0.8, "b0": 0.4}), False, -1.0),
+            ("a swinging second order", two, False, -1.0),
+            ("an input curve and a lag", curve, False, -1.0),
+            ("the reactor", reactor.with_values(_fixed(reactor)), False, 0.0),
+            ("the arm", arm.with_values(_fixed(arm)), False, -1.0),
+            ("a lag with a temperature", OutputError().with_values({"a1": -0.9, "b0": 0.2}), True, -1.0),
+        )
+    )
+
+
+def _fixed(model: Model) -> dict[str, float]:
+    return {p.name: p.lower for p in model.parameters}
+
+
+def _case(name: str, model: Model, generator: np.random.Generator, *, channel: bool, lowest: float) -> Case:
+    """Make a record of steps and ramps that starts at zero and turns round often."""
+    n = 240
+    steps = np.repeat(generator.uniform(lowest, 1.0, n // 12), 12)
+    u = steps + 0.3 * (1.0 - abs(lowest)) * np.sin(0.3 * np.arange(n))
+    u[:_REST] = 0.0
+    u[120:] = np.convolve(u, np.ones(8) / 8)[120:n]
+    others: dict[str, Array] = {"T": 20 + np.cumsum(generator.normal(size=n)) / 5} if channel else {}
+
+    def record(y: Array) -> Dataset:
+        return Dataset.from_arrays(
+            input={"u": u, **others}, output={"y": y}, sampling_time=_SAMPLING_TIME, units={"u": "A", "y": "bar"}
+        )
+
+    draft = Case(name, model, Site(record(np.zeros(n)), "u", "y"))
+    y = _run(model, draft, model.values)
+    residual = 0.02 * np.sin(1.1 * np.arange(n)) * np.abs(y).max() + 0.01 * generator.normal(size=n)
+    return Case(name, model, Site(record(y + residual), "u", "y", (residual,)))

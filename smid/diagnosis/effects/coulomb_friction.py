@@ -1,0 +1,45 @@
+"""Coulomb friction: a constant force against motion, which sticks; see `smid.diagnosis.effects.motion`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.motion import dry_motions, with_dry_friction
+from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.models import Model
+
+__all__ = ["EFFECT"]
+
+
+def extend(base: Model, site: Site) -> Iterator[Extension]:
+    """Put it on each motion."""
+    for model, motion in dry_motions(base, site):
+        rate = motion.state.line.rate
+        force = fresh(model, f"{motion.kind}_friction", (0, 5 * motion.force_scale), "", 0.0)
+        speeds = (1e-3 * motion.speed_scale, 0.2 * motion.speed_scale)
+        sticking = fresh(model, "friction_sticking", speeds) if rate else None
+        shape = {sticking.name: 0.05 * motion.speed_scale} if sticking else {}
+        yield Extension(
+            with_dry_friction(model, motion, force.symbol, [force], sticking),
+            tuple({force.name: share * motion.force_scale, **shape} for share in (0.1, 0.02, 0.5)),
+            f"{motion.state.own} as {motion.kind}" + (" (regularised)" if rate else ""),
+        )
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how large the force is."""
+    force = quantity(find(values, "friction") or 0.0)
+    per = "second" if find(values, "friction_sticking") is not None else "sample"
+    what = "speed" if find(values, "speed_friction") is not None else f"speed of {site.output}"
+    return f"A constant friction takes {force} from the {what} per {per} and holds it at rest below that."
+
+
+EFFECT = Effect(
+    "coulomb_friction",
+    "a constant force against motion",
+    extend,
+    describe,
+    rivals=("stribeck_friction", "viscous_friction", "quadratic_drag", "input_dead_zone", "input_backlash"),
+    needs="a state that is the output, or a speed",
+)

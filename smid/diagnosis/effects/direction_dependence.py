@@ -1,0 +1,55 @@
+"""Direction: rising and falling follow different dynamics.
+
+Of the output: the increment e of a state becomes ``e + c |e|``, faster by 1 + c up and 1 - c down.  Of the input: a
+parameter becomes ``p + dp d`` with d = +1 after the input rose and -1 after it fell, held while it stands still.
+Reference: the filling and emptying of the clutch, hybrid thesis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import sympy
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.naming import find, free_name, fresh
+from smid.diagnosis.effects.plant import input_signal, state_lines, with_increment
+from smid.diagnosis.effects.varying import extensions, sentence, told
+from smid.models import Model, signal, t
+
+__all__ = ["EFFECT"]
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Bend the increment of each state, then let each parameter follow the input's direction."""
+    for state in state_lines(model):
+        bend = fresh(model, f"{state.own}_directional", (-0.95, 0.95), "", 0.0)
+        increment = state.increment
+        extended = with_increment(model, state, increment + bend.symbol * sympy.Abs(increment), [bend])
+        yield Extension(extended, ({bend.name: 0.3}, {bend.name: -0.3}), f"{state.own} rising and falling")
+    name = free_name(model, f"{site.input}_direction")
+    u, d = signal(input_signal(model, site)), signal(name)
+    way = sympy.sign(u[t] - u[t - 1])
+    turned = model.with_line(name, way + (1 - sympy.Abs(way)) * d[t - 1])
+    yield from extensions(turned, "with_direction", lambda lag: d[t - lag], label=f"with the direction of {site.input}")
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how different the two ways are."""
+    bend = find(values, "directional")
+    if bend is not None:
+        return f"{site.output} rises at {1 + bend:.0%} and falls at {1 - bend:.0%} of the speed the model gives."
+    name, amount = next(iter(values.items()))
+    parameter = name.rsplit("_with_direction", 1)[0]
+    what, much = told(parameter, 2 * amount)
+    return f"{sentence(what)} differs {much} between a rising and a falling {site.input}."
+
+
+EFFECT = Effect(
+    "direction_dependence",
+    "rising and falling follow different dynamics",
+    extend,
+    describe,
+    rivals=("hysteresis", "input_backlash", "operating_point", "coulomb_friction"),
+    needs="a model with a state",
+)

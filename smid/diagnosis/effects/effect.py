@@ -1,0 +1,170 @@
+"""What an effect is: a rewrite of a symbolic model with new parameters that have a null value.
+
+An effect does not know the model it is put on.  It asks the model for its input and output, and gives one or more
+*extensions*: models with a few parameters more that equal the old model where those with a null value sit at it.  The
+search fits them all and keeps the best; see `smid.diagnosis.search`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data import Dataset
+from smid.models import Model
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """What an effect may know of the place it is put on.
+
+    Parameters
+    ----------
+    data : Dataset
+        The part of the record that may be fitted.
+    input, output : str
+        Channels of the model's main input and output.
+    residual : tuple of ndarray, shape (n,)
+        Per experiment, output minus the base model's free run, in the output's unit.
+    """
+
+    data: Dataset
+    input: str
+    output: str
+    residual: tuple[Array, ...] = ()
+
+    @property
+    def sampling_time(self) -> float:
+        """Seconds between samples."""
+        return self.data.sampling_time
+
+    @cached_property
+    def duration(self) -> float:
+        """Length of the longest experiment, in seconds."""
+        return max(run.n_samples for run in self.data.experiments) * self.sampling_time
+
+    @property
+    def other_channels(self) -> tuple[str, ...]:
+        """Measured channels that are neither the main input nor the main output."""
+        return tuple(c.name for c in self.data.channels if c.name not in (self.input, self.output))
+
+    def unit(self, channel: str) -> str:
+        """Return the channel's unit."""
+        return self.data.channel(channel).unit
+
+    def values(self, channel: str) -> Array:
+        """Return all samples of a channel, experiments joined, shape (n,)."""
+        return np.concatenate([run.values[channel] for run in self.data.experiments])
+
+    def span(self, channel: str) -> tuple[float, float]:
+        """Return the least and the largest sample of a channel, in its unit."""
+        values = self.values(channel)
+        return float(values.min()), float(values.max())
+
+    def scale(self, channel: str) -> float:
+        """Return the largest magnitude of a channel, in its unit; 1 for a channel that is zero."""
+        return float(np.abs(self.values(channel)).max()) or 1.0
+
+
+@dataclass(frozen=True)
+class Extension:
+    """One way to put an effect on a model.
+
+    Parameters
+    ----------
+    model : Model
+        The extended model.  The parameters it has more than the base are the effect's: those with a null value
+        switch it off there, the others (a frequency, a time) only shape it.
+    starts : tuple of mapping name -> float
+        Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.
+    label : str
+        Which way, in a word or two, where the effect has several.
+    """
+
+    model: Model
+    starts: tuple[Mapping[str, float], ...]
+    label: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """An effect on the noise, found in a residual.
+
+    Parameters
+    ----------
+    model : Model
+        The model with the effect in it.
+    values : mapping name -> float
+        Sizes of the effect, for its description.
+    confidence : float
+        Between 0 and 1.
+    evidence : mapping name -> float
+        The figures that tell.
+    score_drop : float
+        Twice the logarithm by which it makes the residual likelier, to compare with effects that free runs show; 0
+        where it does not compete with them.
+    glitches : tuple of ndarray of bool, shape (n,), optional
+        Per experiment, samples that no fit should see.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    confidence: float
+    evidence: Mapping[str, float]
+    score_drop: float = 0.0
+    glitches: tuple[Mask, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A named cause that a model may lack.
+
+    Parameters
+    ----------
+    name : str
+        As in the table of effects.
+    summary : str
+        What it is, in one sentence without a full stop.
+    extend : callable (model, site) -> iterable of Extension
+        Every way to put it on the model; none where it does not apply.
+    describe : callable (values, site) -> str
+        One sentence, with sizes in units, from the values of the effect's parameters.
+    rivals : tuple of str
+        Effects that look alike in many data.
+    needs : str
+        What must be there for it to apply, for the reader when it is skipped.
+    detect : callable (model, site) -> Detection or None, optional
+        For effects on the noise, which no free run can show: tells from the residual whether it is there.  The model
+        carries values; the site's residual is over the whole record.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError, Parameter
+    >>> shift = Parameter("shift", -10, 10, "", 0.0)
+    >>> def extend(model, site):
+    ...     yield Extension(model.add_term("w", shift.symbol, [shift]), ({"shift": 0.1},))
+    >>> offset = Effect("offset", "the state is pushed", extend, lambda values, site: f"{values['shift']:.3g}")
+    >>> data = Dataset.from_arrays(input={"u": [0.0, 1, 1]}, output={"y": [0.0, 0, 1]}, sampling_time=1.0)
+    >>> [e.model.parameters[-1].name for e in offset.extend(OutputError(), Site(data, "u", "y"))]
+    ['shift']
+    """
+
+    name: str
+    summary: str
+    extend: Callable[[Model, Site], Iterable[Extension]]
+    describe: Callable[[Mapping[str, float], Site], str]
+    rivals: tuple[str, ...] = field(default=())
+    needs: str = ""
+    detect: Callable[[Model, Site], Detection | None] | None = None
+
+
+def on_the_noise(_model: Model, _site: Site) -> tuple[Extension, ...]:
+    """Give no extension: an effect on the noise is detected in the residual."""
+    return ()

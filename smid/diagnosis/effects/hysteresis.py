@@ -1,0 +1,105 @@
+"""Hysteresis: a memory that does not depend on how fast, before the process or behind it.
+
+*Bouc-Wen* with n = 1 and gamma = 0 (Dahl): dz = r (dx - |dx| z), solved over a sample,
+``z[t] = s + (z[t-1] - s) exp(-r |dx|)`` with s = sign(dx), so that z stays in [-1, 1] however far x jumps;
+``x' = x + k z``, k = 0 without the effect.
+
+*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
+it.
+
+References: Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263; Dahl, AIAA Journal 14 (1976) 1675-1682; Brokate and
+Sprekels, Hysteresis and Phase Transitions (1996), section 2.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import sympy
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.models import Model, Parameter, signal, t
+from smid.models.symbols import number
+
+__all__ = ["EFFECT"]
+
+_RADII = (0.10, 0.25, 0.45)
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Put each kind before the input and at the sensor."""
+    for channel, stem in ((site.input, "input"), (site.output, "output")):
+        low, high = site.span(channel)
+        if low < high:
+            yield _bouc_wen(model, site, channel, stem, high - low)
+            yield _prandtl_ishlinskii(model, channel, stem, high - low)
+
+
+def _signal_of(model: Model, channel: str) -> str:
+    measured = {item.channel: item.signal for item in model.measurements}
+    return measured.get(channel, channel)
+
+
+def _put(model: Model, channel: str, stem: str, change: sympy.Expr, parameters: list[Parameter]) -> Model:
+    """Add a change to the input before its readers, or to what the sensor sees."""
+    name = free_name(model, f"{channel}_joined")
+    if stem == "input":
+        return model.insert_before(channel, lambda x: x + change, parameters, new_name=name)
+    return model.insert_sensor(channel, lambda x: x + change, parameters, new_name=name)
+
+
+def _bouc_wen(model: Model, site: Site, channel: str, stem: str, span: float) -> Extension:
+    width = fresh(model, f"{stem}_loop_width", (-span, span), site.unit(channel), 0.0)
+    rate = fresh(model, f"{stem}_loop_rate", (0.5 / span, 200 / span))
+    name = free_name(model, f"{channel}_memory")
+    x, z = signal(_signal_of(model, channel)), signal(name)
+    move = x[t] - x[t - 1]
+    end = sympy.sign(move)
+    extended = _put(model, channel, stem, width.symbol * z[t], [width, rate])
+    # Added behind, the memory follows the raw signal and not its own effect.
+    extended = extended.with_line(name, end + (z[t - 1] - end) * sympy.exp(-rate.symbol * sympy.Abs(move)))
+    starts = tuple({width.name: k * span, rate.name: r / span} for k in (-0.1, 0.1) for r in (5.0, 20.0))
+    return Extension(extended, starts, f"Bouc-Wen at the {stem}")
+
+
+def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> Extension:
+    x = signal(_signal_of(model, channel))
+    shares = [fresh(model, f"{stem}_play_share_{'abc'[k]}", (-2, 2), "", 0.0) for k in range(len(_RADII))]
+    change: sympy.Expr = sympy.Integer(0)
+    lines: list[tuple[str, sympy.Expr]] = []
+    extended = model
+    for share, radius in zip(shares, _RADII, strict=True):
+        name = free_name(extended, f"{channel}_{'abc'[len(lines)]}_play")
+        half, p = number(radius * span), signal(name)
+        lines.append((name, sympy.Max(x[t] - half, sympy.Min(x[t] + half, p[t - 1]))))
+        change += share.symbol * (p[t] - x[t])
+    extended = _put(extended, channel, stem, change, shares)
+    for name, play in lines:
+        extended = extended.with_line(name, play)
+    starts = tuple(dict.fromkeys((share.name for share in shares), value) for value in (0.2, 0.4, -0.2))
+    return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how wide the loop is, and where."""
+    at_input = any(name.startswith("input") for name in values)
+    channel = site.input if at_input else site.output
+    width = find(values, "loop_width")
+    if width is None:
+        low, high = site.span(channel)
+        shares = zip(sorted(values), _RADII, strict=False)
+        width = sum(abs(values[name]) * radius * (high - low) for name, radius in shares)
+    size = quantity(2 * abs(width), site.unit(channel))
+    way = "acts" if at_input else "shows"
+    return f"{channel} {way} differently on the way up and down: a loop {size} wide that does not depend on speed."
+
+
+EFFECT = Effect(
+    "hysteresis",
+    "a memory between input and output that does not depend on speed",
+    extend,
+    describe,
+    rivals=("input_backlash", "extra_lag", "direction_dependence", "coulomb_friction"),
+    needs="a signal that moves",
+)

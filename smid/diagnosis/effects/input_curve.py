@@ -1,0 +1,44 @@
+"""Input curve: a static nonlinearity before the dynamics (Hammerstein), polynomial or of straight pieces.
+
+Reference: Narendra and Gallman, IEEE Trans. Automatic Control 11 (1966) 546-550; the clutch of the hybrid thesis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.hinges import curves
+from smid.diagnosis.effects.naming import find, free_name, quantity
+from smid.models import Model
+
+__all__ = ["EFFECT"]
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Put each curve before the input."""
+    name = free_name(model, f"{site.input}_curved")
+    for label, curve, parameters, starts in curves(model, site, site.input, "input_curve"):
+        yield Extension(model.insert_before(site.input, curve, parameters, new_name=name), starts, label)
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how much the largest input gains or loses against a straight line."""
+    full = site.scale(site.input)
+    if find(values, "input_curve_kink_a") is not None:
+        slopes = ", ".join(f"{value:+.0%}" for value in values.values())
+        return f"{site.input} acts along a broken line whose slope changes by {slopes} at its kinks."
+    share = sum(values.values())
+    return (
+        f"{site.input} acts along a curve: at {quantity(full, site.unit(site.input))} {share:+.0%} of a straight line."
+    )
+
+
+EFFECT = Effect(
+    "input_curve",
+    "the input acts along a curve",
+    extend,
+    describe,
+    rivals=("output_curve", "input_dead_zone", "input_saturation", "operating_point", "power_law"),
+    needs="an input with three levels or more",
+)

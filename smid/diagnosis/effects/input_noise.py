@@ -1,0 +1,113 @@
+"""The recorded input itself is noisy (errors in variables).
+
+The plant is driven by ``u - zeta``, the model by u, so the free run misses by the plant's response to zeta: no free
+run can follow it, but its *spectrum* is known, |G|^2 times a constant. With I the periodogram of the residual and P
+the mean periodogram of the model's response to white perturbations of its input (which serves non-linear models too),
+Whittle's likelihood of
+
+    S(w) = a + b P(w),   a, b >= 0
+
+is compared with that of white noise (b = 0) and, so that any coloured disturbance is not taken for input noise, with
+that of white noise plus a first-order one of free pole. Reference: Whittle, Arkiv foer Matematik 2, 1953;
+Soederstroem, Errors-in-Variables Methods in System Identification, Springer 2018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from smid.diagnosis.effects.effect import Array, Detection, Effect, Site, on_the_noise
+from smid.models import Model
+from smid.models.simulate import simulate
+
+_PERTURBATIONS = 12
+_LEAST_RATIO = 30.0  # twice the log of the likelihood ratio against white noise
+_SEED = 7
+
+
+def _periodogram(samples: Array) -> Array:
+    return np.asarray(np.abs(np.fft.rfft(samples - samples.mean()))[1:] ** 2 / len(samples))
+
+
+def _response(model: Model, values: Mapping[str, Array], channel: str, output: str) -> Array:
+    """Return the mean periodogram of the output's answer to white input noise of variance one."""
+    generator = np.random.default_rng(_SEED)
+    size = 1e-3 * (float(np.std(values[channel])) or 1.0)
+    plain = simulate(model, values, check=False)[output]
+    spectra = []
+    for _ in range(_PERTURBATIONS):
+        noise = generator.normal(size=len(plain))
+        moved = simulate(model, {**values, channel: values[channel] + size * noise}, check=False)[output]
+        spectra.append(_periodogram((moved - plain) / size))
+    return np.asarray(np.mean(spectra, axis=0))
+
+
+def _whittle(spectrum: Array, density: Array) -> float:
+    return float(np.sum(np.log(density) + spectrum / density))
+
+
+def _best(spectrum: Array, density: Callable[[Array], Array], starts: list[Array]) -> tuple[float, Array]:
+    """Minimise Whittle's negative log-likelihood; the arguments of the density are logarithms where positive."""
+
+    def likelihood(x: Any) -> float:
+        return _whittle(spectrum, density(np.asarray(x)))
+
+    found = [minimize(likelihood, s.tolist(), method="Nelder-Mead") for s in starts]
+    best = min(found, key=lambda r: r.fun)
+    return float(best.fun), np.asarray(best.x)
+
+
+def _detect(model: Model, site: Site) -> Detection | None:
+    if any(m.channel == site.input for m in model.measurements):
+        return None  # known to be noisy already
+    longest = int(np.argmax([len(r) for r in site.residual]))
+    spectrum = _periodogram(site.residual[longest])
+    answer = _response(model, site.data.experiments[longest].values, site.input, site.output)
+    if not (np.isfinite(answer).all() and answer.max() > 0 and len(spectrum) > 40):
+        return None
+    # A smooth density: the mean of few periodograms is rough, and a rough density is punished.
+    width = max(3, len(answer) // 60)
+    answer = np.convolve(np.pad(answer, width, mode="reflect"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
+    power = float(spectrum.mean())
+    white = _whittle(spectrum, np.full_like(spectrum, power))
+    omega = np.linspace(0, np.pi, len(spectrum) + 1)[1:]
+    floor, share = np.log(power), np.log(power / answer.mean())
+    starts = [np.array([floor - 3, share]), np.array([floor, share - 2])]
+    through, (log_floor, log_gain) = _best(spectrum, lambda x: np.exp(x[0]) + np.exp(x[1]) * answer, starts)
+
+    def coloured(x: Array) -> Array:
+        pole = np.tanh(x[2])
+        return np.asarray(np.exp(x[0]) + np.exp(x[1]) / np.abs(1 - pole * np.exp(-1j * omega)) ** 2)
+
+    poles = ((floor - 3, floor - 3, 1.0), (floor, floor - 5, 1.5), (floor - 3, floor, 0.3))
+    other, _ = _best(spectrum, coloured, [np.array(p) for p in poles])
+    ratio = 2 * (white - through)
+    # The rival has one parameter more: it must pay for it as in Schwarz's criterion.
+    rival = 2 * (other - through) + np.log(len(spectrum))
+    if ratio < _LEAST_RATIO or rival < 0:
+        return None
+    deviation = float(np.exp(log_gain / 2))
+    return Detection(
+        model.with_input_noise(site.input),
+        {"deviation": deviation, "floor": float(np.exp(log_floor / 2))},
+        float(1 - np.exp(-ratio / 2) - 0.5 * np.exp(-rival / 2)),
+        {"likelihood_ratio_to_white": ratio, "likelihood_ratio_to_coloured": rival},
+        ratio,
+    )
+
+
+EFFECT = Effect(
+    "input_noise",
+    "the recorded input itself is noisy",
+    on_the_noise,
+    lambda values, site: (
+        f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
+    ),
+    rivals=("extra_lag", "periodic_disturbance"),
+    needs="an input that the model takes as exact",
+    detect=_detect,
+)

@@ -1,0 +1,47 @@
+"""Glitches: a few samples of the output that have nothing to do with the process.
+
+They are found in the residual, where a step of the input leaves no jump: `smid.diagnosis.faults.outlier_mask`. No fit
+may see them, or it would bend to them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
+from smid.diagnosis.faults import outlier_mask
+from smid.models import Model
+
+_MOST = 0.1  # share of the samples; more are no glitches
+
+
+def _detect(model: Model, site: Site) -> Detection | None:
+    masks = tuple(outlier_mask(r) for r in site.residual)
+    count = sum(int(m.sum()) for m in masks)
+    total = sum(len(m) for m in masks)
+    if not 0 < count <= _MOST * total:
+        return None
+    sizes = np.concatenate([np.abs(r[m]) for r, m in zip(site.residual, masks, strict=True)])
+    rest = np.concatenate([r[~m] for r, m in zip(site.residual, masks, strict=True)])
+    size = float(np.median(sizes))
+    return Detection(
+        model,
+        {"count": float(count), "share": count / total, "size": size},
+        0.99,
+        {"size_over_rest": size / (float(np.std(rest)) or 1.0)},
+        glitches=masks,
+    )
+
+
+EFFECT = Effect(
+    "outliers",
+    "a few recorded samples are glitches",
+    on_the_noise,
+    lambda values, site: (
+        f"{values['count']:.0f} samples of {site.output} ({values['share']:.1%}) are glitches of about "
+        f"{values['size']:.3g} {site.unit(site.output)}".rstrip()
+        + "."
+    ),
+    rivals=("quantisation",),
+    detect=_detect,
+)

@@ -1,0 +1,114 @@
+"""Output curve: a static nonlinearity of the sensor (Wiener).
+
+Besides polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign), ``w |w/S|^(x-1)`` (a square root),
+``(1 - c) w + b sin(k w + phi)`` (a resolver).  Reference: Bai, Automatica 34 (1998) 333-338 (Wiener models).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+import sympy
+
+from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
+from smid.diagnosis.effects.hinges import curves
+from smid.diagnosis.effects.naming import find, free_name, fresh, is_brought, quantity
+from smid.models import Model, Parameter
+from smid.models.symbols import number
+
+__all__ = ["EFFECT"]
+
+_GUARD = 1e-6
+_NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Put each curve at the sensor."""
+    size = site.scale(site.output)
+    scale = number(size)
+    name = free_name(model, f"{site.output}_curved")
+
+    def seen(curve: Callable[[sympy.Expr], sympy.Expr], parameters: list[Parameter]) -> Model:
+        return model.insert_sensor(site.output, curve, parameters, new_name=name)
+
+    simulated = _simulated(site)
+    reach = float(np.abs(simulated).max()) or size
+    if simulated.min() < -_NEGATIVE * reach:
+        fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
+        yield Extension(
+            seen(lambda w: w + fold.symbol * (sympy.Abs(w) - w), [fold]),
+            ({fold.name: 0.9}, {fold.name: 0.4}),
+            "magnitude",
+        )
+    exponent = fresh(model, "output_exponent", (0.2, 4), "", 1.0)
+    yield Extension(
+        seen(lambda w: w * (sympy.Abs(w / scale) + number(_GUARD)) ** (exponent.symbol - 1), [exponent]),
+        ({exponent.name: 0.6}, {exponent.name: 1.6}, {exponent.name: 2.5}),
+        "power",
+    )
+    if all(p.lower == p.upper for p in model.parameters if not is_brought(p.name)):
+        # No gain of the model can make up for the level at which the power is one.
+        level = fresh(model, "output_level", (0.05 * reach, 20 * reach), site.unit(site.output))
+        yield Extension(
+            seen(
+                lambda w: w * (sympy.Abs(w / level.symbol) + number(_GUARD)) ** (exponent.symbol - 1),
+                [exponent, level],
+            ),
+            tuple({exponent.name: x, level.name: reach} for x in (0.6, 1.6, 2.5)),
+            "power about a level",
+        )
+    for label, curve, parameters, starts in curves(model, site, site.output, "output_curve"):
+        yield Extension(seen(curve, parameters), starts, label)
+    less = fresh(model, "output_sine_instead", (-1, 2), "", 0.0)
+    height = fresh(model, "output_sine_height", (-3 * size, 3 * size), site.unit(site.output), 0.0)
+    turns = fresh(model, "output_sine_rate", (0.1 / reach, 40 / reach))
+    phase = fresh(model, "output_sine_phase", (-math.pi, math.pi), "rad")
+    yield Extension(
+        seen(
+            lambda w: (1 - less.symbol) * w + height.symbol * sympy.sin(turns.symbol * w + phase.symbol),
+            [less, height, turns, phase],
+        ),
+        tuple(
+            {less.name: c, height.name: 0.5 * c * size, turns.name: k / reach, phase.name: 0.0}
+            for k in (1.5, 3.0, 6.0, 12.0)
+            for c in (0.9, 0.3)
+        ),
+        "sine",
+    )
+
+
+def _simulated(site: Site) -> Array:
+    """Give the base model's output, which the sensor's may leave far behind: a folded one is never negative."""
+    runs = [run.values[site.output] for run in site.data.experiments]
+    if site.residual:
+        runs = [y - e for y, e in zip(runs, site.residual, strict=True)]
+    return np.concatenate(runs)
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say which curve, with its size."""
+    y, unit, full = site.output, site.unit(site.output), site.scale(site.output)
+    fold, exponent = find(values, "output_fold"), find(values, "output_exponent")
+    if fold is not None:
+        return f"The sensor of {y} folds negative values up: {fold:.0%} of the way to their magnitude."
+    if exponent is not None:
+        return f"The sensor of {y} shows its power {exponent:.3g}."
+    height = find(values, "output_sine_height")
+    if height is not None:
+        period = 2 * math.pi / (find(values, "output_sine_rate") or 1.0)
+        return f"The sensor of {y} shows a sine of {quantity(height, unit)} with a period of {quantity(period, unit)}."
+    if find(values, "output_curve_kink_a") is not None:
+        slopes = ", ".join(f"{value:+.0%}" for value in values.values())
+        return f"The sensor of {y} shows a broken line whose slope changes by {slopes} at its kinks."
+    return f"The sensor of {y} shows a curve: at {quantity(full, unit)} {sum(values.values()):+.0%} of a straight line."
+
+
+EFFECT = Effect(
+    "output_curve",
+    "the sensor shows a curve",
+    extend,
+    describe,
+    rivals=("input_curve", "output_saturation", "power_law", "operating_point", "hysteresis"),
+)

@@ -1,0 +1,69 @@
+"""Power law: the state decays as w^x, not as w.
+
+In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.  A
+model that has a known exponent already, as the reactor has, is asked about that one instead.
+Reference: hybrid thesis, section 5.2 (reaction order).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import sympy
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.naming import find, fresh
+from smid.diagnosis.effects.plant import base_parameters, scaled, state_lines
+from smid.models import Model
+from smid.models.symbols import number, plain_symbols
+
+__all__ = ["EFFECT"]
+
+_BOX = (0.2, 4.0)
+_STARTS = (0.6, 1.5, 2.5)
+# Keeps the slope at zero finite where x < 1; the null value stays exact.
+_GUARD = 1e-6
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Release a known exponent, else bend the leak of each state."""
+    known = tuple(_exponents(model))
+    yield from known
+    if known:
+        return
+    scale = number(site.scale(site.output))
+    for state in state_lines(model):
+        leak = state.leak
+        if leak == 0:
+            continue
+        power = fresh(model, f"{state.own}_power", _BOX, "", 1.0)
+        bent = state.level * (sympy.Abs(state.level / scale) + number(_GUARD)) ** (power.symbol - 1)
+        extended = model.add_term(state.line.signal, leak * (state.level - bent), [power])
+        yield Extension(extended, tuple({power.name: x} for x in _STARTS), state.own)
+
+
+def _exponents(model: Model) -> Iterator[Extension]:
+    states = [state.line.expression for state in state_lines(model)]
+    powers = {name for e in states for item in e.atoms(sympy.Pow) for name in plain_symbols(item.exp)}
+    for parameter in base_parameters(model):
+        if parameter.name in powers and parameter.lower == parameter.upper:
+            exponent = fresh(model, f"{parameter.name}_power", _BOX, "", 1.0)
+            extended = scaled(model, parameter, exponent)
+            if extended is not None:
+                yield Extension(extended, tuple({exponent.name: x} for x in _STARTS), parameter.name)
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say the exponent."""
+    name = next(iter(values)).rsplit("_power", 1)[0]
+    return f"The decay of {site.output} ({name}) follows the power {find(values, 'power') or 1.0:.3g}, not 1."
+
+
+EFFECT = Effect(
+    "power_law",
+    "the state decays as a power of itself",
+    extend,
+    describe,
+    rivals=("operating_point", "quadratic_drag", "output_curve", "input_curve", "gain"),
+    needs="a state that decays in proportion to itself, or a known exponent",
+)

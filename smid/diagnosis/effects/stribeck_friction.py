@@ -1,0 +1,59 @@
+"""Stribeck friction: larger at rest than when sliding, ``F(v) = F + extra exp(-|v| / vf)``.
+
+In a difference equation v is the speed of the sample before.  Reference: Armstrong-Helouvry, Dupont, Canudas de Wit,
+Automatica 30 (1994) 1083-1138.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import sympy
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.motion import dry_motions, with_dry_friction
+from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.models import Model
+
+__all__ = ["EFFECT"]
+
+
+def extend(base: Model, site: Site) -> Iterator[Extension]:
+    """Put it on each motion."""
+    for model, motion in dry_motions(base, site):
+        rate, full, force = motion.state.line.rate, motion.speed_scale, motion.force_scale
+        sliding = fresh(model, f"{motion.kind}_friction_sliding", (0, 5 * force), "", 0.0)
+        extra = fresh(model, f"{motion.kind}_friction_extra", (0, 5 * force), "", 0.0)
+        fading = fresh(model, "friction_fading", (1e-2 * full, full))
+        sticking = fresh(model, "friction_sticking", (1e-3 * full, 0.2 * full)) if rate else None
+        shape = {sticking.name: 0.05 * full} if sticking else {}
+        threshold = sliding.symbol + extra.symbol * sympy.exp(-sympy.Abs(motion.speed) / fading.symbol)
+        yield Extension(
+            with_dry_friction(model, motion, threshold, [sliding, extra, fading], sticking),
+            tuple(
+                {sliding.name: share * force, extra.name: share * force, fading.name: fade * full, **shape}
+                for share in (0.1, 0.02, 0.4)
+                for fade in (0.1, 0.3)
+            ),
+            f"{motion.state.own} as {motion.kind}" + (" (regularised)" if rate else ""),
+        )
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
+    """Say how large the force is, sliding and at rest."""
+    sliding, extra = find(values, "friction_sliding") or 0.0, find(values, "friction_extra") or 0.0
+    per = "second" if find(values, "friction_sticking") is not None else "sample"
+    return (
+        f"Friction takes {quantity(sliding)} from the speed per {per} when sliding, and must be overcome by "
+        f"{quantity(sliding + extra)} from rest."
+    )
+
+
+EFFECT = Effect(
+    "stribeck_friction",
+    "a force against motion, larger at rest than when sliding",
+    extend,
+    describe,
+    rivals=("coulomb_friction", "viscous_friction", "input_dead_zone", "input_backlash"),
+    needs="a state that is the output, or a speed",
+)

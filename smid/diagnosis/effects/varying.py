@@ -1,0 +1,116 @@
+"""What varies in a plant: a parameter, ``p -> p + dp s``, its pace or its gain, with s of order one.
+
+The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
+varies and the gain at rest stays.  The *gain* multiplies what drives the state and not its own past.  Both are positive
+factors, hence the exponential; dp and c have the null value 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import sympy
+
+from smid.diagnosis.effects.effect import Extension
+from smid.diagnosis.effects.naming import fresh
+from smid.diagnosis.effects.plant import base_parameters, let_vary, magnitude, state_lines, with_increment
+from smid.models import Model, Parameter
+
+__all__ = ["extensions", "sentence", "told"]
+
+_REACH, _START = 2.0, 0.03
+
+
+def extensions(
+    model: Model,
+    suffix: str,
+    vary: Callable[[int], sympy.Expr],
+    shape: tuple[Parameter, tuple[float, ...]] | None = None,
+    label: str = "",
+    *,
+    states_only: bool = False,
+    parameters: bool = True,
+    kinds: tuple[str, ...] = ("pace", "gain"),
+) -> tuple[Extension, ...]:
+    """Let each parameter of the plant vary in turn.
+
+    Parameters
+    ----------
+    model : Model
+        The model, with whatever signals `vary` reads.
+    suffix : str
+        Behind the parameter's name, to name its amount.
+    vary : callable (lag) -> expression
+        What the parameter varies with, of order one, in a line that sees the world `lag` samples back.
+    shape : (Parameter, values), optional
+        A further parameter, of `vary`, and where to start it.
+    label : str
+        Behind the parameter's name in the label.
+    states_only : bool
+        Whether static lines keep the constant.
+    parameters : bool
+        Whether the parameters vary each.
+    kinds : tuple of str
+        What may vary beside parameters: "pace", "gain".
+    """
+    found = []
+    for parameter in base_parameters(model) if parameters else ():
+        size = magnitude(model, parameter)
+        reach = _REACH * abs(size)
+        amount = fresh(model, f"{parameter.name}_{suffix}", (-reach, reach), parameter.unit, 0.0)
+        extended = let_vary(
+            model,
+            parameter,
+            _moved(amount, vary),
+            [amount, *([shape[0]] if shape else [])],
+            states_only=states_only,
+        )
+        if extended is None:
+            continue
+        # The smaller parameter first: a smaller pole is the stabler one.
+        starts: list[Mapping[str, float]] = []
+        if shape is None:
+            starts = [{amount.name: sign * _START * size} for sign in (-1, 1)]
+        else:
+            starts = [{amount.name: -_START * size, shape[0].name: value} for value in shape[1]]
+        found.append(Extension(extended, tuple(starts), f"{parameter.name} {label}".rstrip()))
+    for state in state_lines(model):
+        for kind in kinds:
+            amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_REACH, _REACH), "", 0.0)
+            factor = sympy.exp(amount.symbol * vary(state.lag))
+            drive = state.drive
+            grown = factor * state.increment if kind == "pace" else state.increment + (factor - 1) * drive
+            if kind == "gain" and drive == 0:
+                continue
+            extended = with_increment(model, state, grown, [amount, *([shape[0]] if shape else [])])
+            starts = [
+                {amount.name: sign * 0.1, **({shape[0].name: value} if shape else {})}
+                for value in (shape[1] if shape else (0.0,))
+                for sign in ((-1, 1) if shape is None else (1,))
+            ]
+            found.append(Extension(extended, tuple(starts), f"{kind} of {state.own} {label}".rstrip()))
+    return tuple(found)
+
+
+def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:
+    return lambda symbol, lag: symbol + amount.symbol * vary(lag)
+
+
+def told(stem: str, amount: float) -> tuple[str, str]:
+    """Say what varies and by how much, from the name of an amount without its suffix.
+
+    Examples
+    --------
+    >>> told("a1", 0.25), told("w_pace", 0.0)
+    (('a1', 'by +0.25'), ('the pace of w', 'by the factor 1'))
+    """
+    for kind in ("pace", "gain"):
+        if stem.endswith(f"_{kind}"):
+            return f"the {kind} of {stem.removesuffix(f'_{kind}')}", f"by the factor {math.exp(amount):.3g}"
+    return stem, f"by {amount:+.3g}"
+
+
+def sentence(text: str) -> str:
+    """Begin a sentence with a capital, but leave names of parameters as they are."""
+    return text[0].upper() + text[1:] if text.startswith("the ") else text

@@ -1,0 +1,55 @@
+"""Viscous friction: a force against motion in proportion to speed, ``-d v``.
+
+Offered only where nothing in the model does the same already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.motion import Motion, motions
+from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.models import Model
+from smid.models.symbols import plain_symbols
+
+__all__ = ["EFFECT"]
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Put it on each motion that has no damping."""
+    free = {p.name for p in model.parameters if p.lower < p.upper}
+    for motion in motions(model, site):
+        state = motion.state
+        # A known decay is a damping already: `gain` asks whether it is wrong.
+        damped = plain_symbols(state.own_coefficient(2)) & free if motion.kind == "position" else state.leak != 0
+        if damped:
+            continue
+        least, usual = _sizes(motion)
+        damping = fresh(model, f"{motion.kind}_damping", (least, 10 * usual), "1/s" if state.line.rate else "", 0.0)
+        yield Extension(
+            model.add_term(state.line.signal, -damping.symbol * motion.speed, [damping]),
+            tuple({damping.name: share * usual} for share in (0.1, 0.02, 0.5)),
+            f"{state.own} as {motion.kind}",
+        )
+
+
+def _sizes(motion: Motion) -> tuple[float, float]:
+    """Give the least and the usual damping; a known damping may be too large, so half of one is taken off at most."""
+    usual = motion.force_scale / motion.speed_scale
+    return -0.5 * usual, usual
+
+
+def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
+    """Say how large it is."""
+    return f"A force against motion grows with speed: {quantity(find(values, 'damping') or 0.0)} times the speed."
+
+
+EFFECT = Effect(
+    "viscous_friction",
+    "a force against motion in proportion to speed",
+    extend,
+    describe,
+    rivals=("coulomb_friction", "quadratic_drag", "stribeck_friction", "extra_lag", "time_constant"),
+    needs="a motion without damping",
+)

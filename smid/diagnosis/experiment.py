@@ -1,0 +1,107 @@
+"""The experiment that would tell two rivals apart: the input on which their predictions differ most.
+
+Candidates are the signals of `smid.signals`, scaled to the range of the input that was recorded, so nothing is asked
+of the plant that it has not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.diagnosis.effects.effect import Array
+from smid.fit import Fit
+from smid.models.simulate import simulate
+from smid.signals import multisine, noise, prbs, ramp, staircase
+
+_LENGTH = 600
+_SEED = 11
+
+
+@dataclass(frozen=True, eq=False)
+class SeparatingExperiment:
+    """An input to apply next.
+
+    Parameters
+    ----------
+    signal : str
+        Its kind.
+    values : ndarray, shape (n,)
+        The input, in its unit.
+    difference : float
+        RMS by which the rivals' predictions differ, in the output's unit.
+    rivals : tuple of str
+        The effects it tells apart.
+    sentence : str
+        What to do, in words.
+    """
+
+    signal: str
+    values: Array
+    difference: float
+    rivals: tuple[str, ...]
+    sentence: str
+
+
+def separating_experiment(
+    rivals: Mapping[str, Fit], data: Dataset, input: str, output: str
+) -> SeparatingExperiment | None:
+    """Return the input on which the rivals' free runs differ most.
+
+    Parameters
+    ----------
+    rivals : mapping effect -> Fit
+        The fitted models that explain the data equally well.
+    data : Dataset
+        Gives the range of the input, and the typical value of every other channel.
+    input, output : str
+        Main channels.
+
+    Returns
+    -------
+    SeparatingExperiment or None
+        None where no candidate gives finite predictions.
+    """
+    values = np.concatenate([run.values[input] for run in data.experiments])
+    held = {c.name: float(np.mean(np.concatenate([r.values[c.name] for r in data.experiments]))) for c in data.channels}
+    best: tuple[float, str, Array] | None = None
+    for name, candidate in _candidates(float(values.min()), float(values.max())).items():
+        channels = {c: np.full(len(candidate), level) for c, level in held.items()} | {input: candidate}
+        with np.errstate(all="ignore"):
+            runs = [simulate(fit.model, channels, check=False)[output] for fit in rivals.values()]
+        difference = _difference(runs)
+        if np.isfinite(difference) and (best is None or difference > best[0]):
+            best = (difference, name, candidate)
+    if best is None:
+        return None
+    difference, name, candidate = best
+    units = [f" {data.channel(c).unit}".rstrip() for c in (input, output)]
+    sentence = (
+        f"To tell {' from '.join(rivals)}, record {len(candidate)} samples with a {name} of {input} between "
+        f"{candidate.min():.3g} and {candidate.max():.3g}{units[0]}: there their predictions of {output} differ by "
+        f"{difference:.3g}{units[1]} RMS."
+    )
+    return SeparatingExperiment(name, candidate, difference, tuple(rivals), sentence)
+
+
+def _candidates(low: float, high: float) -> dict[str, Array]:
+    """Return candidate inputs over the recorded range, slow, medium and fast where they have a pace."""
+    half, middle = 0.5 * (high - low), 0.5 * (high + low)
+    candidates = {"noise": noise(_LENGTH, seed=_SEED)}
+    for pace, samples in (("slow", 120), ("medium", 40), ("fast", 12)):
+        ramps = np.tile(ramp(2 * samples), -(-_LENGTH // (2 * samples)))[:_LENGTH]
+        candidates |= {
+            f"{pace} multisine": multisine(_LENGTH, seed=_SEED, lines=tuple(range(1, 2 * _LENGTH // samples + 1))),
+            f"{pace} PRBS": prbs(_LENGTH, seed=_SEED, clock_period=samples),
+            f"{pace} staircase": staircase(_LENGTH, period=samples),
+            f"{pace} ramp up and down": ramps,
+        }
+    return {name: middle + half * shape for name, shape in candidates.items()}
+
+
+def _difference(runs: Sequence[Array]) -> float:
+    mean = np.mean(runs, axis=0)
+    return float(np.sqrt(np.mean([(run - mean) ** 2 for run in runs]))) * 2

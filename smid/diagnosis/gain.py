@@ -1,0 +1,92 @@
+"""What an extended model gains, on data that no fit has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from smid.diagnosis.compare import rms
+from smid.diagnosis.effects.effect import Array
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Free runs of the base and of the extended model against held-out samples.
+
+    Parameters
+    ----------
+    rmse_before, rmse_after : float
+        In the output's unit.
+    fit_percent_before, fit_percent_after : float or None
+        ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; None for a constant output.
+    noise_bound_before, noise_bound_after : float
+        The least bound within which the fitted model explains the held-out samples: its largest error, in the output's
+        unit.
+    violations_before, violations_after : int or None
+        Samples whose error exceeds the given noise bound.
+    samples : int
+        Held-out samples.
+    """
+
+    rmse_before: float
+    rmse_after: float
+    fit_percent_before: float | None
+    fit_percent_after: float | None
+    noise_bound_before: float
+    noise_bound_after: float
+    violations_before: int | None
+    violations_after: int | None
+    samples: int
+
+    def to_dict(self) -> dict[str, float | int | None]:
+        """Return the eight figures of the JSON schema; the number of samples stands beside them there."""
+        return {name: value for name, value in asdict(self).items() if name != "samples"}
+
+
+def gain(measured: Sequence[Array], before: Sequence[Array], after: Sequence[Array], noise_bound: float | None) -> Gain:
+    """Compare two models on held-out samples.
+
+    Parameters
+    ----------
+    measured : sequence of ndarray, shape (n,)
+        Held-out output, per experiment.
+    before, after : sequence of ndarray
+        Residuals of the two models at the same samples; the second may leave glitches out.
+    noise_bound : float or None
+        In the output's unit, to count violations.
+
+    Returns
+    -------
+    Gain
+
+    Examples
+    --------
+    >>> y = np.array([0.0, 1.0, 2.0])
+    >>> gain([y], [y], [0.1 * y], 0.5).violations_before
+    2
+    """
+    spread = float(np.sqrt(np.mean(np.concatenate([y - y.mean() for y in measured]) ** 2)))
+
+    def figures(residuals: Sequence[Array]) -> tuple[float, float | None, float, int | None]:
+        error = np.abs(np.concatenate(list(residuals)))
+        percent = 100 * (1 - rms(residuals) / spread) if spread > 0 else None
+        return rms(residuals), percent, float(error.max()), _count(error, noise_bound)
+
+    first, second = figures(before), figures(after)
+    return Gain(
+        rmse_before=first[0],
+        rmse_after=second[0],
+        fit_percent_before=first[1],
+        fit_percent_after=second[1],
+        noise_bound_before=first[2],
+        noise_bound_after=second[2],
+        violations_before=first[3],
+        violations_after=second[3],
+        samples=sum(map(len, before)),
+    )
+
+
+def _count(error: Array, noise_bound: float | None) -> int | None:
+    return None if noise_bound is None else int((error > noise_bound).sum())

@@ -1,0 +1,359 @@
+"""The search for causes: try every effect, name the one that explains most, and again on the extended model.
+
+At each stage all effects are fitted to what the current model leaves (`smid.diagnosis.trial`).  They are ranked by
+
+    score = n_f log(mean square, fitted part) + n_h log(mean square, held-out part) + k log n_f
+
+with k numbers fitted and *effective* sample counts n (`smid.diagnosis.compare`): a further parameter has to pay for
+itself, and what does not carry over to held-out data loses. The leader is named if
+
+1. the score falls by more than chance gives among all effects tried (`_MARGIN`, plus twice the log of their number),
+2. the held-out error falls, by block bootstrap, and
+3. no rival comes within `_TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
+   recorded range would tell the leader (their predictions differ by less than the error that is left) is the same
+   equation under another name, and no rival: a decay with y^2 is a quadratic drag.
+
+Two scores that differ by `_TIE` = 6 stand for odds of 20 to 1, `_MARGIN` = 20 for odds of 20000 to 1; both are
+customary sizes for Schwarz's criterion and not fitted to any record.
+
+Found causes are then put to the test again (*backward deletion*): each is left out, and dropped if it is not missed,
+or replaced if another effect does better beside the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.diagnosis.compare import chance, correlation_length, rms, structure
+from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
+from smid.diagnosis.experiment import separating_experiment
+from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, try_effect
+
+_MARGIN = 20.0
+_TIE = 6.0
+_CHANCE = 0.01
+_LEAST_GAIN = 0.01
+_WHITE = 0.05
+_PROMISING = 8
+MOST_CAUSES = 4
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The data as the search uses them.
+
+    Parameters
+    ----------
+    data : Dataset
+    used, held : tuple of ndarray of bool, shape (n,)
+        Per experiment, the samples that may be fitted, and those kept back.
+    input, output : str
+        Main channels.
+    noise_bound : float or None
+        Of the output, in its unit.
+    """
+
+    data: Dataset
+    used: tuple[Mask, ...]
+    held: tuple[Mask, ...]
+    input: str
+    output: str
+    noise_bound: float | None = None
+
+    def fitted_part(self, residual: Sequence[Array]) -> list[Array]:
+        """Cut a residual to the samples that were fitted."""
+        return [r[u] for r, u in zip(residual, self.used, strict=True) if u.any()]
+
+    def held_part(self, residual: Sequence[Array]) -> list[Array]:
+        """Cut a residual to the samples that were kept back."""
+        return [r[h] for r, h in zip(residual, self.held, strict=True) if h.any()]
+
+    def score(self, residual: Sequence[Array], n_free: int, shrink: float) -> float:
+        """Return the score of a model from its residual; infinite where it runs away."""
+        fitted, held = self.fitted_part(residual), self.held_part(residual)
+        n, m = (sum(map(len, part)) / shrink for part in (fitted, held))
+        with np.errstate(all="ignore"):
+            value = 2 * n * np.log(rms(fitted)) + 2 * m * np.log(rms(held)) + n_free * np.log(n)
+        return float(value) if np.isfinite(value) else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A trial with its standing.
+
+    Parameters
+    ----------
+    trial : Trial
+    score : float
+        Less is better.
+    rmse : float
+        Held out, in the output's unit.
+    chance : float
+        Probability that its held-out gain over the current model is chance.
+    """
+
+    trial: Trial
+    score: float
+    rmse: float
+    chance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One round of the search.
+
+    Parameters
+    ----------
+    base : Base
+        What all effects were put on.
+    score, rmse : float
+        Of the base; the RMSE held out.
+    ranked : tuple of Ranked
+        All effects that could be fitted, best first.
+    leader : Ranked or None
+        The one that is named.
+    tied : tuple of Ranked
+        Effects that explain the data as well as the leader.
+    """
+
+    base: Base
+    score: float
+    rmse: float
+    ranked: tuple[Ranked, ...]
+    leader: Ranked | None
+    tied: tuple[Ranked, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search found.
+
+    Parameters
+    ----------
+    stages : tuple of Stage
+        One for each named cause, in order; and last the round that named nothing, or was ambiguous.
+    base : Base
+        The extended model.
+    dropped : tuple of str
+        Effects that were named first and then not missed.
+    interrupted : bool
+    """
+
+    stages: tuple[Stage, ...]
+    base: Base
+    dropped: tuple[str, ...]
+    interrupted: bool
+
+
+def search(
+    record: Record,
+    base: Base,
+    effects: Sequence[Effect],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Found:
+    """Name causes until nothing is left that an effect explains.
+
+    Parameters
+    ----------
+    record : Record
+    base : Base
+        The fitted base model.
+    effects : sequence of Effect
+    executor : concurrent.futures.Executor, optional
+        To try effects in parallel.
+    progress : callable, optional
+        Called with a line of text.
+
+    Returns
+    -------
+    Found
+        Also after Ctrl-C, with what was found until then.
+    """
+    stages: list[Stage] = []
+    dropped: list[str] = []
+    start, current = base, base
+    try:
+        while len(stages) < MOST_CAUSES and not _is_noise(record, current):
+            found = _stage(record, current, effects, executor, progress)
+            stages.append(found)
+            if found.leader is None or found.tied:
+                break
+            if _noise_explains_more(record, found, effects):
+                stages[-1] = replace(found, leader=None)
+                break
+            current = current.extended(found.leader.trial)
+            if progress:
+                progress(
+                    f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}"
+                )
+            if len(stages) > 1:
+                stages, current, lost = _reconsider(record, start, stages, current, effects, executor)
+                dropped += lost
+    except KeyboardInterrupt:
+        return Found(tuple(stages), current, tuple(dropped), True)
+    return Found(tuple(stages), current, tuple(dropped), False)
+
+
+def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
+    """Tell whether an effect on the noise makes the residual likelier than the leader: then free runs are misled."""
+    assert found.leader is not None
+    site = Site(record.data, record.input, record.output, found.base.fit.residual(record.data, record.output))
+    model = found.base.fit.model
+    drops = [d.score_drop for e in effects if e.detect and (d := e.detect(model, site)) is not None]
+    return max(drops, default=0.0) > found.score - found.leader.score
+
+
+def _is_noise(record: Record, base: Base) -> bool:
+    """Tell whether nothing is left to explain: all errors within the noise bound, and white."""
+    left = base.fit.residual(record.data, record.output)
+    parts = [*record.fitted_part(left), *record.held_part(left)]
+    largest = float(np.abs(np.concatenate(parts)).max())
+    # A fit errs too, by a little: a free run within 1.1 of the bound is as good as within it.
+    return record.noise_bound is not None and largest <= 1.1 * record.noise_bound and structure(parts) < _WHITE
+
+
+def _try_all(
+    effects: Iterable[Effect], base: Base, effort: Effort, executor: Executor | None, progress: Progress | None = None
+) -> list[Trial]:
+    effects = [e for e in effects if e.detect is None]
+    trials = []
+    results = (executor.map if executor else map)(partial(try_effect, base=base, effort=effort), effects)
+    for effect, trial in zip(effects, results, strict=True):
+        if progress:
+            progress(f"{effect.name}: " + ("does not apply" if trial is None else f"{trial.signature:.0%} promised"))
+        if trial is not None:
+            trials.append(trial)
+    return trials
+
+
+def _stage(
+    record: Record,
+    base: Base,
+    effects: Sequence[Effect],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Stage:
+    """Try all effects on a base, quickly, the promising again thoroughly, and judge them."""
+    quick = _try_all(effects, base, QUICK, executor, progress)
+    residual = base.fit.residual(record.data, record.output)
+    shrink = _shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in quick)])
+    ranked = _ranked(record, residual, quick, shrink)
+    promising = {r.trial.effect for r in ranked[:_PROMISING]}
+    trials = {t.effect: t for t in quick}
+    for trial in _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor):
+        trials[trial.effect] = trial
+    shrink = _shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in trials.values())])
+    ranked = _ranked(record, residual, list(trials.values()), shrink)
+    own, rmse = record.score(residual, base.fit.n_free, shrink), rms(record.held_part(residual))
+    leader, tied = _judge(own, rmse, ranked)
+    tied = tuple(r for r in tied if leader is not None and _differs(record, leader, r))
+    return Stage(base, own, rmse, tuple(ranked), leader, tied)
+
+
+def _differs(record: Record, leader: Ranked, rival: Ranked) -> bool:
+    """Tell whether an experiment could separate two effects."""
+    fits = {r.trial.effect: r.trial.fit for r in (leader, rival)}
+    experiment = separating_experiment(fits, record.data, record.input, record.output)
+    return experiment is None or experiment.difference > leader.rmse
+
+
+def _ranked(record: Record, residual: Sequence[Array], trials: Sequence[Trial], shrink: float) -> list[Ranked]:
+    before, ranked = record.held_part(residual), []
+    for trial in trials:
+        rest = trial.fit.residual(record.data, record.output)
+        held, score = record.held_part(rest), record.score(rest, trial.fit.n_free, shrink)
+        if np.isfinite(score):
+            ranked.append(Ranked(trial, score, rms(held), chance(before, held)))
+    return sorted(ranked, key=lambda r: r.score)
+
+
+def _shrink(record: Record, residuals: Sequence[Sequence[Array]]) -> float:
+    """Return how many samples stand for an independent one in the best model's residual."""
+    parts = [record.fitted_part(r) for r in residuals]
+    best = min(parts, key=lambda part: rms(part) if np.isfinite(rms(part)) else np.inf)
+    return correlation_length(best)
+
+
+def _judge(own: float, rmse: float, ranked: Sequence[Ranked]) -> tuple[Ranked | None, tuple[Ranked, ...]]:
+    margin = _MARGIN + 2 * np.log(max(len(ranked), 1))
+    passing = [
+        r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
+    ]
+    if not passing:
+        return None, ()
+    return passing[0], tuple(r for r in passing[1:] if r.score - passing[0].score < _TIE)
+
+
+def _reconsider(
+    record: Record,
+    start: Base,
+    stages: list[Stage],
+    current: Base,
+    effects: Sequence[Effect],
+    executor: Executor | None,
+) -> tuple[list[Stage], Base, list[str]]:
+    """Leave out each cause but the last: drop it if it is not missed, replace it if another does better."""
+    by_name = {e.name: e for e in effects}
+    lost: list[str] = []
+    k = 0
+    while k < len(stages) - 1:
+        trials = [s.leader.trial for s in stages if s.leader is not None]
+        reduced = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
+        residuals = [b.fit.residual(record.data, record.output) for b in (current, *((reduced,) if reduced else ()))]
+        shrink = _shrink(record, residuals)
+        full = record.score(residuals[0], current.fit.n_free, shrink)
+        if reduced is not None and record.score(residuals[1], reduced.fit.n_free, shrink) - full < _MARGIN:
+            lost.append(trials[k].effect)
+            stages, current, k = [s for i, s in enumerate(stages) if i != k], reduced, 0
+            continue
+        if reduced is not None:
+            rivals = dict.fromkeys(r.trial.effect for r in stages[k].ranked[:6])
+            others = [by_name[n] for n in rivals if n in by_name and n not in {t.effect for t in trials}]
+            better = _better(record, reduced, others, full, shrink, executor)
+            if better is not None:
+                lost.append(trials[k].effect)
+                stages = [*(s for i, s in enumerate(stages) if i != k), _restage(record, reduced, better, shrink)]
+                current = reduced.extended(better)
+                k = 0
+                continue
+        k += 1
+    return stages, current, lost
+
+
+def _better(
+    record: Record, reduced: Base, others: Sequence[Effect], full: float, shrink: float, executor: Executor | None
+) -> Trial | None:
+    """Return the effect that does clearly better than the one left out, if any."""
+    best, least = None, full - _TIE
+    for trial in _try_all(others, reduced, THOROUGH, executor):
+        score = record.score(trial.fit.residual(record.data, record.output), trial.fit.n_free, shrink)
+        if score < least:
+            best, least = trial, score
+    return best
+
+
+def _restage(record: Record, base: Base, trial: Trial, shrink: float) -> Stage:
+    residual, rest = (f.residual(record.data, record.output) for f in (base.fit, trial.fit))
+    before, held = record.held_part(residual), record.held_part(rest)
+    leader = Ranked(trial, record.score(rest, trial.fit.n_free, shrink), rms(held), chance(before, held))
+    return Stage(base, record.score(residual, base.fit.n_free, shrink), rms(before), (leader,), leader, ())
+
+
+def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> Base | None:
+    """Put effects on the base model again, one after another, from the values they had."""
+    base = start
+    for trial in trials:
+        again = refit(by_name[trial.effect], trial, base)
+        if again is None:
+            return None
+        base = base.extended(again)
+    return base

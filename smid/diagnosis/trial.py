@@ -1,0 +1,209 @@
+"""One effect tried on one model: every extension fitted from several starts, the best kept.
+
+The *signature* of an extension is the share of the base residual that one Gauss-Newton step from a start would take
+away: one simulation with sensitivities, no fit. It ranks the starts and screens the extensions; the promising are
+fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.diagnosis.effects.effect import Array, Effect, Extension, Mask, Site
+from smid.fit import Fit, Fitting
+from smid.models import Model
+
+_ADAPTING = 5
+_LONG = 60  # evaluations of a fit to the end
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An effect fitted to a model's data in the way that suits it best.
+
+    Parameters
+    ----------
+    effect, label : str
+        Name of the effect, and which of its variants.
+    fit : Fit
+        The extended model, fitted.
+    parameters : tuple of str
+        The parameters that it has more than the base.
+    signature : float
+        Share of the base cost that the first step promised.
+    """
+
+    effect: str
+    label: str
+    fit: Fit
+    parameters: tuple[str, ...]
+    signature: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Fitted values of the effect's parameters."""
+        return {name: self.fit.model.values[name] for name in self.parameters}
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A fitted model and what it was fitted to.
+
+    Parameters
+    ----------
+    fit : Fit
+        With values.
+    data : Dataset
+        The whole record.
+    used : tuple of ndarray of bool, shape (n,)
+        Per experiment, the samples that may be fitted.
+    input, output : str
+        Main channels.
+    difference : bool
+        Whether fits take finite differences for sensitivities, to compare with.
+    """
+
+    fit: Fit
+    data: Dataset
+    used: tuple[Mask, ...]
+    input: str
+    output: str
+    difference: bool = False
+
+    def extended(self, trial: Trial) -> Base:
+        """Return the base that an effect makes."""
+        return replace(self, fit=trial.fit)
+
+    def site(self) -> Site:
+        """Return what effects may know: the part that may be fitted."""
+        residual = self.fit.residual(self.data, self.output)
+        runs, rest = [], []
+        for run, used, error in zip(self.data.experiments, self.used, residual, strict=True):
+            if used.any():
+                last = int(np.flatnonzero(used)[-1]) + 1
+                runs.append(replace(run, values={name: samples[:last] for name, samples in run.values.items()}))
+                rest.append(error[:last])
+        return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard an effect is tried.
+
+    Parameters
+    ----------
+    extensions : int
+        How many extensions are fitted, those with the best signatures.
+    adapted : int
+        To how many of its starts the rest of the model is adapted, those with the best signatures.
+    starts : int
+        From how many of these everything is fitted.
+    short : int
+        Evaluations of each such fit.
+    finished : int
+        How many of the extensions are then fitted to the end.
+    """
+
+    extensions: int
+    adapted: int
+    starts: int
+    short: int
+    finished: int
+
+
+QUICK = Effort(3, 3, 1, 8, 0)
+THOROUGH = Effort(5, 12, 2, 12, 2)
+
+
+def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
+    """Fit the promising extensions that an effect offers and return the best.
+
+    Parameters
+    ----------
+    effect : Effect
+    base : Base
+    effort : Effort
+
+    Returns
+    -------
+    Trial or None
+        None where the effect does not apply, or none of its simulations is finite.
+    """
+    with np.errstate(all="ignore"):
+        ranked = []
+        for extension in effect.extend(base.fit.model, base.site()):
+            problem = _fitting(extension.model, base)
+            scored = _scored(problem, extension, base)
+            if scored:
+                ranked.append((extension, problem, scored))
+        ranked.sort(key=lambda item: -item[2][0][0])
+        tried = []
+        for extension, problem, scored in ranked[: effort.extensions]:
+            # First only the rest of the model adapts to what a start says: the starts can be compared then.
+            new = _added(extension.model, base.fit.model)
+            adapted = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
+            adapted.sort(key=lambda pair: pair[1])
+            fitted = [problem.solve(vector, effort.short, 1e-4) for vector, _ in adapted[: effort.starts]]
+            vector, cost = min(fitted, key=lambda pair: pair[1])
+            tried.append((_criterion(cost, problem.n_free, base), cost, vector, extension, problem, scored[0][0]))
+        tried.sort(key=lambda item: item[0])
+        for k, (_, _, vector, extension, problem, signature) in enumerate(tried[: effort.finished]):
+            vector, cost = problem.solve(vector, _LONG)
+            tried[k] = (_criterion(cost, problem.n_free, base), cost, vector, extension, problem, signature)
+        if not tried:
+            return None
+        _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
+        return _trial(effect, extension, base, problem.result(vector, cost), signature) if np.isfinite(cost) else None
+
+
+def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:
+    """Put an effect on another base in the same way, from the values it had; None where that is not possible."""
+    with np.errstate(all="ignore"):
+        for extension in effect.extend(base.fit.model, base.site()):
+            added = _added(extension.model, base.fit.model)
+            if extension.label == trial.label and len(added) == len(trial.parameters):
+                problem = _fitting(extension.model, base)
+                start = {**_known(extension, base), **dict(zip(added, trial.values.values(), strict=True))}
+                vector, cost = problem.solve(problem.start(start), _LONG)
+                if np.isfinite(cost):
+                    return _trial(effect, extension, base, problem.result(vector, cost), trial.signature)
+    return None
+
+
+def _trial(effect: Effect, extension: Extension, base: Base, fit: Fit, signature: float) -> Trial:
+    return Trial(effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature)
+
+
+def _added(extended: Model, model: Model) -> tuple[str, ...]:
+    old = {p.name for p in model.parameters if p.lower < p.upper}
+    return tuple(p.name for p in extended.parameters if p.name not in old and p.lower < p.upper)
+
+
+def _fitting(model: Model, base: Base) -> Fitting:
+    return Fitting(model, base.data, base.used, base.fit.initial, difference=base.difference)
+
+
+def _known(extension: Extension, base: Base) -> dict[str, float]:
+    # What an extension does not name begins where the base was fitted, or in the middle of its box.
+    middle = {p.name: 0.5 * (p.lower + p.upper) for p in extension.model.parameters if np.isfinite(p.upper - p.lower)}
+    return middle | dict(base.fit.model.values)
+
+
+def _scored(problem: Fitting, extension: Extension, base: Base) -> list[tuple[float, Array]]:
+    """Return the starts with their signatures, best first."""
+    known, scored = _known(extension, base), []
+    for start in extension.starts:
+        vector = problem.start({**known, **start})
+        share = problem.explained(vector, base.fit.cost)
+        if np.isfinite(share):
+            scored.append((share, vector))
+    return sorted(scored, key=lambda pair: -pair[0])
+
+
+def _criterion(cost: float, n_free: int, base: Base) -> float:
+    """Return Schwarz's information criterion over the fitted samples, up to a constant."""
+    n = sum(int(u.sum()) for u in base.used) * len(base.fit.simulated[0])
+    return float(n * np.log(max(cost, 1e-300)) + n_free * np.log(n)) if np.isfinite(cost) else np.inf

@@ -1,0 +1,409 @@
+"""Output-error least squares: the parameters and initial states whose free run comes closest to the data.
+
+Minimises the sum over experiments and output channels of ``((y - y_free_run) / s)^2``, s the channel's standard
+deviation, with analytic sensitivities (`smid.models.sensitivities`) and the trust-region reflective method, which
+keeps boxes. It proves nothing; it tells where a certified search should look, and what a model misses.
+
+Initial states are estimated with the parameters, but where there are many experiments they would outnumber them: then
+the measured first sample starts a measured state, and the equilibrium under the first input any other.
+
+Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gradients by filtering).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from smid.data import Channel, DataError, Dataset
+from smid.models import Model
+from smid.models.compiled import Array
+from smid.models.predictor import past_name, predictor
+from smid.models.sensitivities import FreeRun, Initial, compile_free_run
+from smid.models.sensor import channel_to_signal, signal_to_channel
+from smid.models.symbols import VALUE
+
+Mask = NDArray[np.bool_]
+_MOST_INITIAL = 12
+_SETTLING = 400
+_RUNAWAY = 1e6  # standard deviations: squares beyond that overflow sooner or later
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model fitted to data.
+
+    Parameters
+    ----------
+    model : Model
+        With the fitted values.
+    initial : tuple of mapping (state, k) -> float
+        Per experiment, the states before sample 0.
+    simulated : tuple of mapping channel -> ndarray, shape (n,)
+        Per experiment, the free run over the whole record, fitted or not.
+    cost : float
+        Sum of the squared, scaled residuals over the fitted samples.
+    n_free : int
+        How many numbers were fitted: parameters and initial states.
+    """
+
+    model: Model
+    initial: tuple[Initial, ...]
+    simulated: tuple[Mapping[str, Array], ...]
+    cost: float
+    n_free: int
+
+    def residual(self, data: Dataset, channel: str) -> tuple[Array, ...]:
+        """Return measured minus simulated, per experiment, in the channel's unit."""
+        return tuple(
+            run.values[channel] - simulated[channel]
+            for run, simulated in zip(data.experiments, self.simulated, strict=True)
+        )
+
+
+class Fitting:
+    """A model and data made ready for many evaluations.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data's channels.
+    data : Dataset
+    used : sequence of ndarray of bool, shape (n,)
+        Per experiment, the samples that count.
+    initial : sequence of mapping, optional
+        Known states before sample 0, per experiment; others are guessed.
+    difference : bool
+        Whether to take the Jacobian by finite differences, to compare with.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: Dataset,
+        used: Sequence[Mask],
+        initial: Sequence[Initial] | None = None,
+        *,
+        difference: bool = False,
+    ) -> None:
+        self.model, self.data, self.difference = model, data, difference
+        self.run: FreeRun = compile_free_run(model)
+        self.used = [np.asarray(u, bool) for u in used]
+        self.known = list(initial) if initial is not None else [{} for _ in data.experiments]
+        sensors = {m.signal: m for m in reversed(model.measurements)}
+        # Beyond the last sample that counts nothing needs to be simulated while fitting.
+        self._stop = [int(np.flatnonzero(u)[-1]) + 1 if u.any() else 0 for u in self.used]
+        self.inputs = [
+            {name: run.values[channel] for name, channel in zip(model.inputs, model.input_channels, strict=True)}
+            for run in data.experiments
+        ]
+        for name in model.inputs:
+            if name in sensors and sensors[name].inverse is not None:
+                for inputs in self.inputs:
+                    inputs[name] = channel_to_signal(sensors[name], inputs[name], dict(model.values))
+        self.outputs = [m for m in model.measurements if m.channel in model.output_channels]
+        self.scale = {
+            m.channel: float(np.std(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
+            for m in self.outputs
+        }
+        count = len(self.run.states) * len(data.experiments)
+        self.frees_initial = count <= _MOST_INITIAL
+        self.lower = np.array([model.parameter(n).lower for n in self.run.parameters])
+        self.upper = np.array([model.parameter(n).upper for n in self.run.parameters])
+
+    @property
+    def n_free(self) -> int:
+        """Numbers to fit: parameters and initial states."""
+        return len(self.run.parameters) + self.frees_initial * len(self.run.states) * len(self.data.experiments)
+
+    def start(self, values: Mapping[str, float]) -> Array:
+        """Return the vector to start from: parameter values, then guesses of the initial states."""
+        theta = [float(values[name]) for name in self.run.parameters]
+        vector = np.clip(theta, self.lower, self.upper)
+        guesses = [self._guess(e, dict(zip(self.run.parameters, vector.tolist(), strict=True))) for e in self._each()]
+        self._guessed = guesses
+        if self.frees_initial:
+            vector = np.concatenate([vector, *([guess[s] for s in self.run.states] for guess in guesses)])
+        return vector
+
+    def _each(self) -> range:
+        return range(len(self.data.experiments))
+
+    def _guess(self, experiment: int, values: Mapping[str, float]) -> dict[tuple[str, int], float]:
+        """Return states before sample 0: known, else as measured, else at equilibrium with the first input."""
+        measured = {m.signal: m for m in self.outputs}
+        known = self.known[experiment]
+        guess = {}
+        settled: dict[str, Array] | None = None
+        for name, lag in self.run.states:
+            if (name, lag) in known:
+                guess[name, lag] = known[name, lag]
+            elif name in self.inputs[experiment]:
+                guess[name, lag] = float(self.inputs[experiment][name][0])
+            elif name in measured and measured[name].inverse is None:
+                guess[name, lag] = float(self.data.experiments[experiment].values[measured[name].channel][0])
+            else:
+                if settled is None:
+                    held = {k: np.full(_SETTLING, v[0]) for k, v in self.inputs[experiment].items()}
+                    zero = dict.fromkeys(self.run.states, 0.0)
+                    settled, _ = self.run.run(held, values, zero, jacobian=False)
+                last = float(settled[name][-1])
+                guess[name, lag] = last if np.isfinite(last) and abs(last) < 1e12 else 0.0
+        return guess
+
+    def initial(self, vector: Array) -> list[Initial]:
+        """Return the initial states that a vector stands for, per experiment."""
+        if not self.frees_initial:
+            return [dict(g) for g in self._guessed]
+        rest = vector[len(self.run.parameters) :].reshape(len(self.data.experiments), -1)
+        return [dict(zip(self.run.states, row.tolist(), strict=True)) for row in rest]
+
+    def simulate(self, vector: Array) -> list[dict[str, Array]]:
+        """Return the output channels of the free run, per experiment, over the whole record."""
+        values, result = self._values(vector), []
+        for e, initial in enumerate(self.initial(vector)):
+            signals, _ = self.run.run(self.inputs[e], values, initial, jacobian=False)
+            result.append({m.channel: self._seen(m, e, signals[m.signal], values) for m in self.outputs})
+        return result
+
+    def _values(self, vector: Array) -> dict[str, float]:
+        return dict(zip(self.run.parameters, vector[: len(self.run.parameters)].tolist(), strict=True))
+
+    def _seen(self, measurement: Any, experiment: int, samples: Array, values: Mapping[str, float]) -> Array:
+        if measurement.inverse is None:
+            return samples
+        anchor = float(np.median(self.data.experiments[experiment].values[measurement.channel]))
+        return signal_to_channel(measurement, samples, values, anchor)
+
+    def residual(self, vector: Array) -> Array:
+        """Return simulated minus measured over the samples that count, scaled."""
+        return self._evaluate(vector, False)[0]
+
+    def jacobian(self, vector: Array) -> Array:
+        """Return the derivative of `residual`, shape (n, n_free)."""
+        return self._evaluate(vector, True)[1]
+
+    def _evaluate(self, vector: Array, jacobian: bool) -> tuple[Array, Array]:
+        values, count = self._values(vector), len(self.run.parameters)
+        residuals, blocks = [], []
+        for e, initial in enumerate(self.initial(vector)):
+            stop, used = self._stop[e], self.used[e]
+            if not stop:
+                continue
+            inputs = {name: samples[:stop] for name, samples in self.inputs[e].items()}
+            signals, slopes = self.run.run(inputs, values, initial, jacobian=jacobian)
+            for m in self.outputs:
+                kept = used[:stop]
+                seen = self._seen(m, e, signals[m.signal], values)
+                scale = self.scale[m.channel]
+                residuals.append((seen - self.data.experiments[e].values[m.channel][:stop])[kept] / scale)
+                if jacobian:
+                    slope = slopes.get(m.signal, np.zeros((stop, count + len(self.run.states))))
+                    slope = self._through_sensor(m, seen, slope, values)[kept] / scale
+                    block = np.zeros((len(slope), self.n_free))
+                    block[:, :count] = slope[:, :count]
+                    if self.frees_initial:
+                        width = len(self.run.states)
+                        block[:, count + e * width : count + (e + 1) * width] = slope[:, count:]
+                    blocks.append(block)
+        residual = np.concatenate(residuals)
+        if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
+            residual = np.full_like(residual, np.inf)
+        return residual, np.concatenate(blocks) if jacobian else np.empty((0, 0))
+
+    def _through_sensor(self, measurement: Any, seen: Array, slope: Array, values: Mapping[str, float]) -> Array:
+        """Differentiate a sensor given by its inverse g: ``g(y, p) = w``, so ``dy = (dw - g_p dp) / g_y``."""
+        if measurement.inverse is None:
+            return slope
+        names = sorted(s.name for s in measurement.inverse.free_symbols if s != VALUE)
+        symbols = [VALUE, *(sympy.Symbol(n, real=True) for n in names)]
+        everything = {p.name: p.lower for p in self.model.parameters} | dict(values)
+        arguments = [seen, *(everything[n] for n in names)]
+        steep = sympy.lambdify(symbols, sympy.diff(measurement.inverse, VALUE), "numpy")(*arguments)
+        slope = slope.copy()
+        for name in set(names) & set(self.run.parameters):
+            by = sympy.lambdify(symbols, sympy.diff(measurement.inverse, sympy.Symbol(name, real=True)), "numpy")
+            slope[:, self.run.parameters.index(name)] -= by(*arguments)
+        return np.asarray(slope / np.broadcast_to(steep, seen.shape)[:, None])
+
+    def explained(self, vector: Array, base_cost: float) -> float:
+        """Return the share of the base's cost that one Gauss-Newton step from here would take away."""
+        residual, jacobian = self._evaluate(vector, True)
+        if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
+            return -np.inf
+        norms = np.linalg.norm(jacobian, axis=0)
+        scaled = jacobian / np.where(norms > 0, norms, 1.0)
+        step, *_ = np.linalg.lstsq(scaled, -residual, rcond=1e-10)
+        return 1.0 - float(np.sum((residual + scaled @ step) ** 2)) / base_cost
+
+    def solve(
+        self, vector: Array, evaluations: int = 60, tolerance: float = 1e-7, held: Sequence[str] = ()
+    ) -> tuple[Array, float]:
+        """Return the best vector found from a start, and its cost; infinite where the start runs away.
+
+        Parameters
+        ----------
+        vector : ndarray, shape (n_free,)
+        evaluations : int
+            At most so many.
+        tolerance : float
+            Stop once the cost falls by less than this share.
+        held : sequence of str
+            Parameters that stay where they start.
+        """
+        count = len(self.run.parameters)
+        open_end = np.full(self.n_free - count, np.inf)
+        lower, upper = np.concatenate([self.lower, -open_end]), np.concatenate([self.upper, open_end])
+        inside = np.clip(vector, lower, upper)
+        moves = np.array([n not in held for n in self.run.parameters] + [True] * len(open_end), bool)
+        residual = self.residual(inside)
+        cost = float(np.sum(residual**2)) if np.isfinite(residual).all() else np.inf
+        if not (np.isfinite(cost) and moves.any()):
+            return inside, cost
+
+        def whole(x: Array) -> Array:
+            full = inside.copy()
+            full[moves] = x
+            return full
+
+        def error(x: Array) -> Array:
+            return self.residual(whole(x))
+
+        def slopes(x: Array) -> Array:
+            return np.nan_to_num(self.jacobian(whole(x))[:, moves], posinf=0.0, neginf=0.0)
+
+        try:
+            found = least_squares(
+                error,
+                inside[moves],
+                jac="2-point" if self.difference else slopes,
+                bounds=(lower[moves], upper[moves]),
+                x_scale="jac",
+                max_nfev=evaluations,
+                ftol=tolerance,
+                xtol=1e-9,
+                gtol=1e-12,
+            )
+        except (ValueError, np.linalg.LinAlgError):  # a step to the edge of stability
+            return inside, cost
+        return whole(found.x), float(2 * found.cost)
+
+    def result(self, vector: Array, cost: float) -> Fit:
+        """Return the fit that a vector stands for."""
+        model = self.model.with_values(self._values(vector))
+        return Fit(model, tuple(self.initial(vector)), tuple(self.simulate(vector)), cost, self.n_free)
+
+
+def fit(
+    model: Model,
+    data: Dataset,
+    used: Sequence[Mask] | None = None,
+    *,
+    starts: int = 6,
+    seed: int = 0,
+) -> Fit:
+    """Fit a model's free run to data by least squares.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data's channels; values it carries are the first start.
+    data : Dataset
+        All its experiments are used together; its warm-up samples are left out.
+    used : sequence of ndarray of bool, shape (n,), optional
+        Per experiment, the samples that count; by default all after the warm-up.
+    starts : int
+        How many starts: the values the model carries, a one-step-ahead fit, that fit drawn towards zero, random ones.
+    seed : int
+        Of the random starts.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    DataError
+        Where no start gives a finite simulation.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u = [1.0, 0, 1, 1, 0, 0, 1, 0]
+    >>> y = OutputError().with_values({"a1": -0.5, "b0": 1.0}).simulate
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": [0, 1, 0.5, 1.25, 1.625, 0.8125, 0.40625, 1.203125]},
+    ...     sampling_time=1.0)
+    >>> round(fit(OutputError(), data).model.values["a1"], 6)
+    -0.5
+    """
+    if used is None:
+        used = [np.arange(run.n_samples) >= data.n_init for run in data.experiments]
+    problem = Fitting(model, data, used)
+    best, least = None, np.inf
+    for values in _starts(model, data, used, starts, seed):
+        vector, cost = problem.solve(problem.start(values))
+        if cost < least:
+            best, least = vector, cost
+    if best is None:
+        raise DataError(
+            f"the model {model.name!r} cannot be simulated on these data: it runs away from every start. Bound its "
+            "parameters to where it is stable (stable=True), or give it values to begin from"
+        )
+    return problem.result(best, least)
+
+
+def _starts(model: Model, data: Dataset, used: Sequence[Mask], count: int, seed: int) -> list[dict[str, float]]:
+    free = [p for p in model.parameters if p.lower < p.upper]
+    if not free:
+        return [{}]
+    found: list[dict[str, float]] = []
+    if all(p.name in model.values for p in free):
+        found.append({p.name: model.values[p.name] for p in free})
+    generator = np.random.default_rng(seed)
+    ahead = _one_step_ahead(model, data, used, generator)
+    for shrink in (1.0, 0.9, 0.5) if ahead else ():
+        found.append({name: shrink * value for name, value in ahead.items()})
+    while len(found) < count:
+        found.append({p.name: _draw(p, generator) for p in free})
+    return found[:count]
+
+
+def _draw(parameter: Any, generator: np.random.Generator) -> float:
+    low = parameter.lower if np.isfinite(parameter.lower) else min(-1.0, parameter.upper - 2)
+    high = parameter.upper if np.isfinite(parameter.upper) else max(1.0, low + 2)
+    return float(generator.uniform(low, high))
+
+
+def _one_step_ahead(
+    model: Model, data: Dataset, used: Sequence[Mask], generator: np.random.Generator
+) -> dict[str, float]:
+    """Fit the one-step-ahead prediction, which is linear in the parameters of a linear model; {} where it fails."""
+    if any(m.inverse is not None for m in model.measurements):
+        return {}
+    measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
+    lines = predictor(model.discretised().lines, frozenset(measured))
+    ahead = Model("one step ahead", model.parameters, lines, model.measurements)
+    problem = Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), used)
+    free = [p for p in model.parameters if p.lower < p.upper]
+    best, least = {}, np.inf
+    for trial in range(3):
+        values = {p.name: _draw(p, generator) if trial else min(max(0.1, p.lower), p.upper) for p in free}
+        vector, cost = problem.solve(problem.start(values), 30)
+        if cost < least:
+            best, least = dict(zip(problem.run.parameters, vector.tolist(), strict=False)), cost
+    return best
+
+
+def _with_past(data: Dataset, channels: Mapping[str, str]) -> Dataset:
+    """Return the data with copies of channels under other names."""
+    runs = tuple(
+        replace(run, values={**run.values, **{new: run.values[old] for new, old in channels.items()}})
+        for run in data.experiments
+    )
+    return replace(data, experiments=runs, channels=(*data.channels, *(Channel(new) for new in channels)))

@@ -1,0 +1,271 @@
+"""The simulated plants of the hybrid thesis, and the first-principles models that are to be extended to them.
+
+The reactors of its table 2 obey ``tau y' + a y^x = (1 - r tau) u`` with r = 0.12 1/s; the last two tell of it only
+``z = f(y)``, and one feeds a second tank.  The base is the same reactor with a = x = 1 and nothing after it.  The arm
+is (5.7)-(5.8), its base Newton's law (5.14).
+
+No plant is computed by the models' own integrators: the reactors run through SciPy's LSODA at tight tolerances from
+sample to sample, with the input held between samples, and the arm, whose friction jumps, in steps of at most 0.1 ms.
+As in listing K.1 the reactor starts at the first sample of the input.
+
+The thesis's are all numbers of table 2 and of section 5.3.  Ours: that the plant of (5.12), which says "a combination
+of the tau-type and the a-type", takes tau and a from these two rows of table 2.
+
+Reference: hybrid thesis, sections 5.2 to 5.4, table 2, listings K.1 to K.3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import solve_ivp
+
+from smid.data import DataError
+from smid.models import Model, Reactor, RotatingArm
+from smid.models.errors import refuse_unknown
+from smid.models.reactor import REACTION_RATE
+from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+
+__all__ = ["MISMATCHES", "Mismatch", "arm_base", "reactor_base", "simulate_arm", "simulate_reactor"]
+
+Array = NDArray[np.float64]
+Curve = Callable[[Array], Array]
+
+ARM_STEP = 1e-4  # s; sticking decays at 870 1/s
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One row of table 2: how a reactor differs from its first-principles model.
+
+    Parameters
+    ----------
+    tau, a, x : float
+        Of the plant; tau in seconds.
+    base_tau : float
+        Time constant that the base model believes in, in seconds.
+    second_tau : float or None
+        Time constant of a second tank that the first one feeds, in seconds.
+    curve : callable or None
+        What is measured of the last concentration.
+    """
+
+    tau: float = 2.0
+    a: float = 1.0
+    x: float = 1.0
+    base_tau: float = 2.0
+    second_tau: float | None = None
+    curve: Curve | None = None
+
+
+def _sine(y: Array) -> Array:
+    return np.asarray(0.4 * np.sin(10 * y) + 0.5)
+
+
+MISMATCHES: dict[str, Mismatch] = {
+    "time_constant": Mismatch(base_tau=4.0),
+    "factor": Mismatch(a=2.0),
+    "power": Mismatch(x=3.0),
+    "two_in_succession": Mismatch(second_tau=4.0),
+    "sine": Mismatch(curve=_sine),
+    "square_root": Mismatch(curve=np.sqrt),
+    "time_constant_and_factor": Mismatch(a=2.0, base_tau=4.0),
+}
+"""Table 2, row by row, and the plant of (5.12)."""
+
+
+def reactor_base(mismatch: str) -> Model:
+    """Give the first-principles model that belongs to a mismatch: its parameters are fixed, to be released.
+
+    Parameters
+    ----------
+    mismatch : str
+        One of `MISMATCHES`.
+
+    Returns
+    -------
+    Model
+        A `Reactor` with a = x = 1.
+
+    Raises
+    ------
+    ModelError
+        If there is no such mismatch.
+
+    Examples
+    --------
+    >>> reactor_base("time_constant").parameter("tau").lower
+    4.0
+    """
+    refuse_unknown("mismatch", [mismatch], MISMATCHES)
+    return Reactor(MISMATCHES[mismatch].base_tau)
+
+
+def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: float, start: float | None = None) -> Array:
+    """Simulate a reactor that differs from first principles, without noise.
+
+    Parameters
+    ----------
+    mismatch : str or Mismatch
+        One of `MISMATCHES`, or one's own.
+    u : array_like, shape (n,)
+        Inflow concentration, not negative, held from each sample to the next.
+    sampling_time : float
+        In seconds.
+    start : float, optional
+        First concentration in the tank (in both of them); by default that of the inflow.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        What is measured, at the samples.
+
+    Raises
+    ------
+    ModelError
+        If there is no such mismatch.
+    DataError
+        If the input is no series, or not finite, or the sampling time not positive.
+
+    Examples
+    --------
+    >>> simulate_reactor("factor", [0.5, 0.5, 0.5], 100.0).round(4)
+    array([0.5 , 0.19, 0.19])
+    """
+    if isinstance(mismatch, str):
+        refuse_unknown("mismatch", [mismatch], MISMATCHES)
+        mismatch = MISMATCHES[mismatch]
+    inputs = _series(u, sampling_time)
+    first = float(inputs[0]) if start is None else float(start)
+    y = _tank(inputs, sampling_time, mismatch.tau, mismatch.a, mismatch.x, mismatch.second_tau, first)
+    return y if mismatch.curve is None else mismatch.curve(y)
+
+
+def _series(u: ArrayLike, sampling_time: float) -> Array:
+    inputs = np.asarray(u, dtype=np.float64)
+    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
+        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
+    if not (np.isfinite(sampling_time) and sampling_time > 0):
+        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
+    return inputs
+
+
+def _tank(
+    u: Array, sampling_time: float, tau: float, a: float, x: float, second_tau: float | None, first: float
+) -> Array:
+    """Integrate one tank, or two at once so that the second sees the first between samples."""
+    state = np.array([first] if second_tau is None else [first, first])
+    result = np.empty(len(u))
+    result[0] = first
+
+    def rate(_: float, y: Any, held: float) -> list[float]:
+        # The power of a negative concentration, which rounding can make, is meant with its sign.
+        rates = [(1 / tau - REACTION_RATE) * held - a * math.copysign(abs(y[0]) ** x, y[0]) / tau]
+        if second_tau is not None:
+            rates.append((1 / second_tau - REACTION_RATE) * y[0] - y[1] / second_tau)
+        return rates
+
+    for k, held in enumerate(u[:-1].tolist(), start=1):
+        run = solve_ivp(rate, (0.0, sampling_time), state, method="LSODA", rtol=1e-10, atol=1e-12, args=(held,))
+        state = run.y[:, -1]
+        result[k] = state[-1]
+    return result
+
+
+def arm_base(measured: str = "angle") -> Model:
+    """Give Newton's law for the arm, (5.14), all parameters fixed, to be released.
+
+    Parameters
+    ----------
+    measured : {"angle", "speed"}
+        What the output channel shows.
+
+    Returns
+    -------
+    Model
+        A `RotatingArm` without friction and drag.
+
+    Raises
+    ------
+    ModelError
+        If `measured` is something else.
+
+    Examples
+    --------
+    >>> arm_base("speed").measurements[0].signal
+    'speed'
+    """
+    return RotatingArm(measured=measured)
+
+
+def simulate_arm(
+    u: ArrayLike,
+    sampling_time: float,
+    measured: str = "angle",
+    *,
+    friction: bool = True,
+    drag: bool = True,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> Array:
+    """Simulate the arm with friction and drag, (5.7)-(5.8), without noise.
+
+    Parameters
+    ----------
+    u : array_like, shape (n,)
+        Motor voltage, held from each sample to the next; the thesis keeps it within 1 V.
+    sampling_time : float
+        In seconds.
+    measured : {"angle", "speed"}
+        Which of the two is returned.
+    friction, drag : bool
+        Whether sticking and gliding friction, and aerodynamic resistance, act.
+    start : (float, float)
+        Angle in rad and speed in rad/s at the first sample.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Angle in rad, or speed in rad/s.
+
+    Raises
+    ------
+    DataError
+        If the input is no series, or not finite, or the sampling time not positive.
+    ModelError
+        If `measured` is something else.
+
+    Examples
+    --------
+    >>> simulate_arm([0.05, 0.05, 0.05], 0.1, "speed").round(5)
+    array([0.     , 0.01995, 0.01995])
+    """
+    refuse_unknown("signal", [measured], ("angle", "speed"))
+    inputs = _series(u, sampling_time)
+    theta, c = MOTOR["theta"][0], MOTOR["c"][0]
+    ws, eps, wd = (FRICTION[name][0] if friction else 0.0 for name in ("Ws", "eps", "Wd"))
+    b = DRAG["b"][0] if drag else 0.0
+
+    def rate(speed: float, torque: float) -> float:
+        held = ws * speed / eps if abs(speed) < eps else math.copysign(wd, speed)
+        return theta * (torque - held - b * speed * abs(speed))
+
+    steps = math.ceil(sampling_time / ARM_STEP)
+    h = sampling_time / steps
+    angle, speed = start
+    states = [(angle, speed)]
+    for held in inputs[:-1].tolist():
+        torque = c * held
+        for _ in range(steps):
+            k1 = rate(speed, torque)
+            k2 = rate(speed + h / 2 * k1, torque)
+            k3 = rate(speed + h / 2 * k2, torque)
+            k4 = rate(speed + h * k3, torque)
+            angle += h * speed + h * h / 6 * (k1 + k2 + k3)
+            speed += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        states.append((angle, speed))
+    return np.array(states)[:, ("angle", "speed").index(measured)]

@@ -1,0 +1,38 @@
+"""A constant: it excites the gain and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.signals.generators import Array, check_samples
+
+__all__ = ["constant"]
+
+
+def constant(n: int, *, offset: float = 1.0) -> Array:
+    """Give a constant signal.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples.
+    offset : float
+        Its value, in the input's unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the input's unit.
+
+    Raises
+    ------
+    DataError
+        If n is no number of samples.
+
+    Examples
+    --------
+    >>> constant(3, offset=0.5)
+    array([0.5, 0.5, 0.5])
+    """
+    check_samples(n)
+    return np.full(n, float(offset))

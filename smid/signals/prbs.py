@@ -1,0 +1,100 @@
+"""Pseudo-random binary signals: two levels, switched at the ticks of a clock.
+
+- of maximum length: a shift register of `order` bits whose feedback polynomial is primitive runs through all its
+  ``2^order - 1`` states; over one period the autocorrelation is that of white noise, up to one part in the period.
+- random: a coin is tossed at each tick, as in the hybrid thesis (listing K.1).
+
+Reference: Godfrey, "Perturbation Signals for System Identification", chapter 1 (taps there and in Ljung, "System
+Identification", table 13.1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.data import DataError
+from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+
+__all__ = ["prbs"]
+
+TAPS = {
+    2: (1, 2),
+    3: (2, 3),
+    4: (3, 4),
+    5: (3, 5),
+    6: (5, 6),
+    7: (6, 7),
+    8: (4, 5, 6, 8),
+    9: (5, 9),
+    10: (7, 10),
+    11: (9, 11),
+    12: (6, 8, 11, 12),
+    13: (9, 10, 12, 13),
+    14: (4, 8, 13, 14),
+    15: (14, 15),
+}
+"""Bits of the register, counted from one, whose sum is fed back."""
+
+
+def prbs(
+    n: int,
+    *,
+    seed: Seed,
+    order: int | None = None,
+    sampling_time: float = 1.0,
+    clock_period: float = 1.0,
+    amplitude: float = 1.0,
+    offset: float = 0.0,
+) -> Array:
+    """Give a pseudo-random binary signal.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples.
+    seed : int or numpy.random.Generator
+        Of the coin, or of the register's first state, that is, where in its period the signal starts.
+    order : int or None
+        Bits of the register, 2 to 15, for a signal of period ``2^order - 1`` ticks; None tosses a coin.
+    sampling_time : float
+        In seconds.
+    clock_period : float
+        Seconds between ticks, a multiple of the sampling time.
+    amplitude, offset : float
+        Half the distance of the levels, and their centre, in the input's unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the input's unit.
+
+    Raises
+    ------
+    DataError
+        If the order or the clock cannot be had.
+
+    Examples
+    --------
+    >>> u = prbs(7, seed=1, order=3)
+    >>> int(u.sum()), sorted(set(u.tolist()))
+    (1, [-1.0, 1.0])
+    """
+    check_samples(n, sampling_time)
+    held = clock_samples(clock_period, sampling_time, "clock_period")
+    ticks = -(-n // held)
+    if order is None:
+        bits = generator(seed).integers(0, 2, ticks)
+    elif order in TAPS:
+        bits = _register(order, ticks, int(generator(seed).integers(1, 2**order)))
+    else:
+        raise DataError(f"order = {order!r} has no register here: give 2 to 15, or None for a coin")
+    return offset + amplitude * np.repeat(2.0 * bits - 1.0, held)[:n]
+
+
+def _register(order: int, count: int, state: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    bits = np.empty(count, dtype=np.int64)
+    for k in range(count):
+        bits[k] = state >> (order - 1) & 1
+        fed = sum(state >> (tap - 1) for tap in TAPS[order]) & 1
+        state = (state << 1 | fed) & (2**order - 1)
+    return bits

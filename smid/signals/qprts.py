@@ -1,0 +1,69 @@
+"""The quantised pseudo-random trinary signal: three random staircases of three levels each, added.
+
+Long stairs far apart show the static curve, short ones close together the dynamics.  Reference: hybrid thesis, section
+2.4.2 and listing K.1, where the stairs last 20, 5 and 1 s and lie 0.2, 0.1 and 0.05 apart around 0.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from smid.data import DataError
+from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+
+__all__ = ["qprts"]
+
+
+def qprts(
+    n: int,
+    *,
+    seed: Seed,
+    sampling_time: float = 1.0,
+    periods: Sequence[float] = (20.0, 5.0, 1.0),
+    spacings: Sequence[float] = (0.2, 0.1, 0.05),
+    offset: float = 0.5,
+) -> Array:
+    """Give a sum of random staircases that take the levels -spacing, 0 and +spacing with equal chance.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples.
+    seed : int or numpy.random.Generator
+        Of the levels.
+    sampling_time : float
+        In seconds.
+    periods : sequence of float
+        Length of a stair of each staircase, in seconds.
+    spacings : sequence of float
+        Distance of its levels, in the input's unit.
+    offset : float
+        The middle level, in the input's unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the input's unit, within ``offset +- sum(spacings)``.
+
+    Raises
+    ------
+    DataError
+        If periods and spacings differ in number, or a period is no multiple of the sampling time.
+
+    Examples
+    --------
+    >>> u = qprts(500, seed=1)
+    >>> len(np.unique(u.round(9))), bool((abs(u - 0.5) < 0.351).all())
+    (15, True)
+    """
+    check_samples(n, sampling_time)
+    if len(periods) != len(spacings) or not periods:
+        raise DataError(f"{len(periods)} periods and {len(spacings)} spacings: give one spacing per period")
+    random = generator(seed)
+    total = np.full(n, float(offset))
+    for period, spacing in zip(periods, spacings, strict=True):
+        held = clock_samples(period, sampling_time, "a period")
+        total += spacing * np.repeat(random.integers(-1, 2, -(-n // held)), held)[:n]
+    return total

@@ -1,0 +1,105 @@
+"""Every effect keeps the contract on every base model, and so does one of a user's own; a broken one is told why."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import pytest
+import sympy
+
+from smid.diagnosis.effects import EFFECTS, Effect, Extension, Site, check_effect
+from smid.diagnosis.effects.check import Case, cases, check_on
+from smid.models import Model, Parameter
+
+# What applies to fewer models than all, and why; everything else must apply to each.
+SELECTIVE = {
+    "input_noise",
+    "outliers",
+    "quantisation",
+    "scheduled_parameter",
+    "missing_input",
+    "viscous_friction",
+    "power_law",
+    "time_constant",
+}
+
+
+@pytest.mark.parametrize("case", cases(), ids=lambda case: case.name.replace(" ", "-"))
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_an_effect_keeps_the_contract(effect: Effect, case: Case) -> None:
+    applies = check_on(effect, case)
+    assert applies or effect.name in SELECTIVE
+
+
+def test_each_selective_effect_applies_where_it_should() -> None:
+    by_name = {effect.name: effect for effect in EFFECTS}
+
+    def applies(name: str, case: Case) -> bool:
+        return any(True for _ in by_name[name].extend(case.model, case.site))
+
+    for name in ("scheduled_parameter", "missing_input"):
+        assert [applies(name, case) for case in cases()] == [False] * 5 + [True]
+    assert [applies("viscous_friction", case) for case in cases()] == [False, False, False, False, True, False]
+    assert [applies("power_law", case) for case in cases()] == [True, True, True, True, False, True]
+
+
+def test_names_are_unique_and_rivals_exist() -> None:
+    names = [effect.name for effect in EFFECTS]
+    assert len(set(names)) == len(names)
+    unknown = {(effect.name, rival) for effect in EFFECTS for rival in effect.rivals if rival not in names}
+    assert not unknown
+
+
+def _leak(model: Model, site: Site, null: float | None = 0.0, push: float = 1.0) -> Iterator[Extension]:
+    del site
+    name = "leak" if "leak" not in {p.name for p in model.parameters} else "leak_again"
+    shift = Parameter(name, -10, 10, "", null)
+    target = next(line for line in model.lines if line.signal in ("w", "speed"))
+    yield Extension(model.add_term(target.signal, push * shift.symbol, [shift]), ({name: 0.1},))
+
+
+def _say(values: Mapping[str, float], site: Site) -> str:
+    return f"{site.output} leaks {next(iter(values.values())):.3g}."
+
+
+OWN = Effect("leak", "the state leaks", _leak, _say)
+
+
+def test_an_effect_of_ones_own_passes() -> None:
+    check_effect(OWN)
+
+
+@pytest.mark.parametrize(
+    ("broken", "message"),
+    [
+        (replace(OWN, extend=lambda m, s: _leak(m, s, None)), "no new parameter has a null value"),
+        (replace(OWN, extend=lambda m, s: _leak(m, s, 1.0)), "off the base model"),
+        (replace(OWN, extend=lambda m, s: _leak(m, s, 0.0, 0.0)), "is the base model's"),
+        (replace(OWN, describe=lambda *_: "It leaks."), "gives no number"),
+        (replace(OWN, describe=lambda *_: "It leaks 3"), "no sentence"),
+        (replace(OWN, extend=lambda *_: ()), "applies to none"),
+        (replace(OWN, summary="It leaks."), "full stop"),
+        (replace(OWN, rivals=("leak",)), "own rival"),
+        (replace(OWN, name="A leak"), "snake_case"),
+    ],
+)
+def test_a_broken_effect_is_told_why(broken: Effect, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_effect(broken)
+
+
+def test_a_start_outside_its_box_is_told() -> None:
+    def extend(model: Model, site: Site) -> Iterator[Extension]:
+        for extension in _leak(model, site):
+            yield replace(extension, starts=({"leak": 11.0},))
+
+    with pytest.raises(AssertionError, match="not in its box"):
+        check_effect(replace(OWN, extend=extend))
+
+
+def test_an_effect_that_drops_a_parameter_is_told() -> None:
+    def extend(model: Model, site: Site) -> Iterator[Extension]:
+        for extension in _leak(model, site):
+            yield replace(extension, model=extension.model.substitute("b0", sympy.Integer(1)))
+
+    with pytest.raises(AssertionError, match="drops"):
+        check_effect(replace(OWN, extend=extend))
