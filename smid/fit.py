@@ -5,7 +5,8 @@ deviation, with analytic sensitivities (`smid.models.sensitivities`) and the tru
 keeps boxes. It proves nothing; it tells where a certified search should look, and what a model misses.
 
 Initial states are estimated with the parameters, but where there are many experiments they would outnumber them: then
-the measured first sample starts a measured state, and the equilibrium under the first input any other.
+the measured first sample starts a measured state, and the equilibrium under the first input any other, or rest where
+there is none.
 
 Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gradients by filtering).
 """
@@ -32,6 +33,7 @@ from smid.models.symbols import VALUE
 Mask = NDArray[np.bool_]
 _MOST_INITIAL = 12
 _SETTLING = 400
+_SMALL, _ENDLESS = 1e-6, 0.95  # how much as in its first half a response moves in the second
 _RUNAWAY = 1e6  # standard deviations: squares beyond that overflow sooner or later
 
 
@@ -65,6 +67,17 @@ class Fit:
             run.values[channel] - simulated[channel]
             for run, simulated in zip(data.experiments, self.simulated, strict=True)
         )
+
+
+def _equilibrium(settling: Array) -> float:
+    """Return where a step response from zero ends, by Aitken's extrapolation; zero where it goes on for ever."""
+    half, last = float(settling[len(settling) // 2 - 1]), float(settling[-1])
+    if not (np.isfinite(last) and abs(last) < 1e12):
+        return 0.0
+    left = (last - half) / half if half else 0.0
+    if abs(left) < _SMALL:
+        return last
+    return half / (1 - left) if abs(left) < _ENDLESS else 0.0
 
 
 class Fitting:
@@ -153,8 +166,7 @@ class Fitting:
                     held = {k: np.full(_SETTLING, v[0]) for k, v in self.inputs[experiment].items()}
                     zero = dict.fromkeys(self.run.states, 0.0)
                     settled, _ = self.run.run(held, values, zero, jacobian=False)
-                last = float(settled[name][-1])
-                guess[name, lag] = last if np.isfinite(last) and abs(last) < 1e12 else 0.0
+                guess[name, lag] = _equilibrium(settled[name])
         return guess
 
     def initial(self, vector: Array) -> list[Initial]:

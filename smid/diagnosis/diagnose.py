@@ -147,7 +147,7 @@ def _assemble(
     noise = {e.name: detected(e, d, site, rmse) for e, d in detections}
     first = [noise.pop("outliers")] if "outliers" in noise else []
     listed = (*first, *named, *noise.values())
-    tied = bool(found.stages) and bool(found.stages[-1].tied)
+    tied = next((stage for stage in found.stages if stage.tied), None)
     verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
     extended = final.model
     for _, detection in detections:
@@ -155,9 +155,7 @@ def _assemble(
     proof = prove_empty(model, data, bound, output, before) if certify and bound is not None else None
     held = [run.values[output] for run in data.experiments]
     tried = {r.trial.effect for s in found.stages for r in s.ranked}
-    rivals = (
-        {r.trial.effect: r.trial.fit for r in (found.stages[-1].leader, *found.stages[-1].tied) if r} if tied else {}
-    )
+    rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}
     return Diagnosis(
         base=base.fit.model,
         model=extended if listed else base.fit.model,
@@ -275,7 +273,7 @@ def _whole(record: Record, fitted: Fit) -> Site:
 
 def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
     """Look for effects on the noise in what the extended model leaves."""
-    if found.interrupted or (found.stages and found.stages[-1].tied):
+    if found.interrupted or any(stage.tied for stage in found.stages):
         return []
     site = _whole(record, found.base.fit)
     result = []

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
-from smid.diagnosis.effects.effect import Array
+from smid.diagnosis.effects.effect import Array, Mask
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.reports.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
 

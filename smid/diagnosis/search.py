@@ -16,8 +16,9 @@ itself, and what does not carry over to held-out data loses. The leader is named
 Two scores that differ by `_TIE` = 6 stand for odds of 20 to 1, `_MARGIN` = 20 for odds of 20000 to 1; both are
 customary sizes for Schwarz's criterion and not fitted to any record.
 
-Found causes are then put to the test again (*backward deletion*): each is left out, and dropped if it is not missed,
-or replaced if another effect does better beside the rest.
+Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there. After
+each further cause all are put to the test again (*backward deletion*): each is left out, and dropped if it is not
+missed, or replaced if another effect does better beside the rest.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from smid.diagnosis.compare import chance, correlation_length, rms, structure
 from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
 from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, try_effect
+from smid.fit import Fit
 
 _MARGIN = 20.0
 _TIE = 6.0
@@ -41,6 +43,8 @@ _CHANCE = 0.01
 _LEAST_GAIN = 0.01
 _WHITE = 0.05
 _PROMISING = 8
+_FOLLOWED = 2
+_RECONSIDERED = 5
 MOST_CAUSES = 4
 
 Progress = Callable[[str], None]
@@ -178,29 +182,74 @@ def search(
     Found
         Also after Ctrl-C, with what was found until then.
     """
-    stages: list[Stage] = []
-    dropped: list[str] = []
-    start, current = base, base
+    path = _Path((), base, ())
     try:
-        while len(stages) < MOST_CAUSES and not _is_noise(record, current):
-            found = _stage(record, current, effects, executor, progress)
-            stages.append(found)
-            if found.leader is None or found.tied:
-                break
-            if _noise_explains_more(record, found, effects):
-                stages[-1] = replace(found, leader=None)
-                break
-            current = current.extended(found.leader.trial)
+        first = _stage(record, base, effects, executor, progress) if not _is_noise(record, base) else None
+        if first is None or first.leader is None:
+            return Found((first,) if first else (), base, (), False)
+        path = _Path((replace(first, tied=()),), base.extended(first.leader.trial), ())
+        if _noise_explains_more(record, first, effects):
+            return Found((replace(first, leader=None, tied=()),), base, (), False)
+        # What looks alike while other causes are still missing may not when they are found: follow each.
+        paths = []
+        for choice in (first.leader, *first.tied[:_FOLLOWED]):
             if progress:
-                progress(
-                    f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}"
-                )
-            if len(stages) > 1:
-                stages, current, lost = _reconsider(record, start, stages, current, effects, executor)
-                dropped += lost
+                progress(f"named {choice.trial.effect}: held-out RMSE {first.rmse:.4g} -> {choice.rmse:.4g}")
+            begun = _Path((replace(first, leader=choice, tied=()),), base.extended(choice.trial), ())
+            paths.append(_follow(record, base, begun, effects, executor, progress))
+            path = min(paths, key=lambda p: _path_score(record, p, paths))
+        rest = [p for p in paths if p is not path and _equal(record, p, path)]
+        if rest:
+            tied = tuple(p.stages[0].leader for p in rest if p.stages[0].leader is not None)
+            path = replace(path, stages=(replace(path.stages[0], tied=tied), *path.stages[1:]))
     except KeyboardInterrupt:
-        return Found(tuple(stages), current, tuple(dropped), True)
-    return Found(tuple(stages), current, tuple(dropped), False)
+        return Found(path.stages, path.base, path.dropped, True)
+    return Found(path.stages, path.base, path.dropped, False)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """Named causes, the model they make, and what was named first and then not missed."""
+
+    stages: tuple[Stage, ...]
+    base: Base
+    dropped: tuple[str, ...]
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        return tuple(s.leader.trial for s in self.stages if s.leader is not None)
+
+
+def _follow(
+    record: Record,
+    start: Base,
+    path: _Path,
+    effects: Sequence[Effect],
+    executor: Executor | None,
+    progress: Progress | None,
+) -> _Path:
+    """Name further causes until nothing is left that an effect explains, and put them to the test again."""
+    while len(path.stages) < MOST_CAUSES and not _is_noise(record, path.base):
+        found = _stage(record, path.base, effects, executor, progress)
+        if found.leader is None or _noise_explains_more(record, found, effects):
+            break
+        if progress:
+            progress(f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}")
+        path = replace(path, stages=(*path.stages, found), base=path.base.extended(found.leader.trial))
+        path = _reconsider(record, start, path, effects, executor)
+    return path
+
+
+def _path_score(record: Record, path: _Path, among: Sequence[_Path]) -> float:
+    residuals = [p.base.fit.residual(record.data, record.output) for p in among]
+    own = path.base.fit
+    return record.score(own.residual(record.data, record.output), own.n_free, _shrink(record, residuals))
+
+
+def _equal(record: Record, first: _Path, second: _Path) -> bool:
+    """Tell whether two paths explain the data equally well, and an experiment would separate them."""
+    scores = [_path_score(record, p, (first, second)) for p in (first, second)]
+    return abs(scores[0] - scores[1]) < _TIE and _differs(record, first.base.fit, second.base.fit)
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
@@ -255,15 +304,15 @@ def _stage(
     ranked = _ranked(record, residual, list(trials.values()), shrink)
     own, rmse = record.score(residual, base.fit.n_free, shrink), rms(record.held_part(residual))
     leader, tied = _judge(own, rmse, ranked)
-    tied = tuple(r for r in tied if leader is not None and _differs(record, leader, r))
+    tied = tuple(r for r in tied if leader is not None and _differs(record, leader.trial.fit, r.trial.fit))
     return Stage(base, own, rmse, tuple(ranked), leader, tied)
 
 
-def _differs(record: Record, leader: Ranked, rival: Ranked) -> bool:
-    """Tell whether an experiment could separate two effects."""
-    fits = {r.trial.effect: r.trial.fit for r in (leader, rival)}
-    experiment = separating_experiment(fits, record.data, record.input, record.output)
-    return experiment is None or experiment.difference > leader.rmse
+def _differs(record: Record, first: Fit, second: Fit) -> bool:
+    """Tell whether an experiment could separate two models: their predictions differ by more than the error left."""
+    experiment = separating_experiment({"first": first, "second": second}, record.data, record.input, record.output)
+    left = rms(record.held_part(first.residual(record.data, record.output)))
+    return experiment is None or experiment.difference > left
 
 
 def _ranked(record: Record, residual: Sequence[Array], trials: Sequence[Trial], shrink: float) -> list[Ranked]:
@@ -294,58 +343,55 @@ def _judge(own: float, rmse: float, ranked: Sequence[Ranked]) -> tuple[Ranked | 
 
 
 def _reconsider(
-    record: Record,
-    start: Base,
-    stages: list[Stage],
-    current: Base,
-    effects: Sequence[Effect],
-    executor: Executor | None,
-) -> tuple[list[Stage], Base, list[str]]:
-    """Leave out each cause but the last: drop it if it is not missed, replace it if another does better."""
+    record: Record, start: Base, path: _Path, effects: Sequence[Effect], executor: Executor | None
+) -> _Path:
+    """Leave out each cause in turn: drop it if it is not missed, replace it if another does better beside the rest.
+
+    A rival that does as well is noted as tied.
+    """
     by_name = {e.name: e for e in effects}
-    lost: list[str] = []
     k = 0
-    while k < len(stages) - 1:
-        trials = [s.leader.trial for s in stages if s.leader is not None]
+    while k < len(path.stages):
+        trials = path.trials
         reduced = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
-        residuals = [b.fit.residual(record.data, record.output) for b in (current, *((reduced,) if reduced else ()))]
-        shrink = _shrink(record, residuals)
-        full = record.score(residuals[0], current.fit.n_free, shrink)
-        if reduced is not None and record.score(residuals[1], reduced.fit.n_free, shrink) - full < _MARGIN:
-            lost.append(trials[k].effect)
-            stages, current, k = [s for i, s in enumerate(stages) if i != k], reduced, 0
+        if reduced is None:
+            k += 1
             continue
-        if reduced is not None:
-            rivals = dict.fromkeys(r.trial.effect for r in stages[k].ranked[:6])
-            others = [by_name[n] for n in rivals if n in by_name and n not in {t.effect for t in trials}]
-            better = _better(record, reduced, others, full, shrink, executor)
-            if better is not None:
-                lost.append(trials[k].effect)
-                stages = [*(s for i, s in enumerate(stages) if i != k), _restage(record, reduced, better, shrink)]
-                current = reduced.extended(better)
-                k = 0
-                continue
-        k += 1
-    return stages, current, lost
+        names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
+        others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
+        alternatives = _try_all(others, reduced, THOROUGH, executor)
+        shrink = _shrink(record, [f.residual(record.data, record.output) for f in (path.base.fit, reduced.fit)])
+        full, without = (_fit_score(record, f, shrink) for f in (path.base.fit, reduced.fit))
+        best = min(alternatives, key=lambda t: _fit_score(record, t.fit, shrink), default=None)
+        least = _fit_score(record, best.fit, shrink) if best is not None else np.inf
+        remaining = tuple(s for i, s in enumerate(path.stages) if i != k)
+        if without - full < _MARGIN:
+            path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
+            k = 0
+        elif best is not None and least < full - _TIE:
+            stage = _restage(record, reduced, best, shrink)
+            path = _Path((*remaining, stage), reduced.extended(best), (*path.dropped, trials[k].effect))
+            k = 0
+        else:
+            close = [t for t in alternatives if _fit_score(record, t.fit, shrink) < full + _TIE]
+            tied = tuple(
+                _restage(record, reduced, t, shrink).ranked[0] for t in close if _differs(record, path.base.fit, t.fit)
+            )
+            stages = [replace(s, tied=tied) if i == k else s for i, s in enumerate(path.stages)]
+            path = replace(path, stages=tuple(stages))
+            k += 1
+    return path
 
 
-def _better(
-    record: Record, reduced: Base, others: Sequence[Effect], full: float, shrink: float, executor: Executor | None
-) -> Trial | None:
-    """Return the effect that does clearly better than the one left out, if any."""
-    best, least = None, full - _TIE
-    for trial in _try_all(others, reduced, THOROUGH, executor):
-        score = record.score(trial.fit.residual(record.data, record.output), trial.fit.n_free, shrink)
-        if score < least:
-            best, least = trial, score
-    return best
+def _fit_score(record: Record, fit: Fit, shrink: float) -> float:
+    return record.score(fit.residual(record.data, record.output), fit.n_free, shrink)
 
 
 def _restage(record: Record, base: Base, trial: Trial, shrink: float) -> Stage:
     residual, rest = (f.residual(record.data, record.output) for f in (base.fit, trial.fit))
     before, held = record.held_part(residual), record.held_part(rest)
-    leader = Ranked(trial, record.score(rest, trial.fit.n_free, shrink), rms(held), chance(before, held))
-    return Stage(base, record.score(residual, base.fit.n_free, shrink), rms(before), (leader,), leader, ())
+    leader = Ranked(trial, _fit_score(record, trial.fit, shrink), rms(held), chance(before, held))
+    return Stage(base, _fit_score(record, base.fit, shrink), rms(before), (leader,), leader, ())
 
 
 def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> Base | None:

@@ -13,7 +13,7 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, free_name, fresh
-from smid.diagnosis.effects.plant import input_signal, state_lines, with_increment
+from smid.diagnosis.effects.plant import input_signal, output_signal, state_lines, with_increment
 from smid.diagnosis.effects.varying import extensions, sentence, told
 from smid.models import Model, signal, t
 
@@ -27,6 +27,14 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         increment = state.increment
         extended = with_increment(model, state, increment + bend.symbol * sympy.Abs(increment), [bend])
         yield Extension(extended, ({bend.name: 0.3}, {bend.name: -0.3}), f"{state.own} rising and falling")
+    w = signal(output_signal(model, site))
+    yield from extensions(
+        model,
+        "with_rise",
+        lambda lag: sympy.sign(w[t - lag] - w[t - lag - 1]),
+        label=f"with the direction of {site.output}",
+        states_only=True,
+    )
     name = free_name(model, f"{site.input}_direction")
     u, d = signal(input_signal(model, site)), signal(name)
     way = sympy.sign(u[t] - u[t - 1])
@@ -40,9 +48,10 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     if bend is not None:
         return f"{site.output} rises at {1 + bend:.0%} and falls at {1 - bend:.0%} of the speed the model gives."
     name, amount = next(iter(values.items()))
-    parameter = name.rsplit("_with_direction", 1)[0]
+    parameter, way = name.rsplit("_with_", 1)
+    channel = site.input if way.startswith("direction") else site.output
     what, much = told(parameter, 2 * amount)
-    return f"{sentence(what)} differs {much} between a rising and a falling {site.input}."
+    return f"{sentence(what)} differs {much} between a rising and a falling {channel}."
 
 
 EFFECT = Effect(

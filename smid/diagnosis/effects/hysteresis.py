@@ -7,6 +7,9 @@
 *Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
 it.
 
+A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it and
+acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
+
 References: Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263; Dahl, AIAA Journal 14 (1976) 1675-1682; Brokate and
 Sprekels, Hysteresis and Phase Transitions (1996), section 2.4.
 """
@@ -34,6 +37,10 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         if low < high:
             yield _bouc_wen(model, site, channel, stem, high - low)
             yield _prandtl_ishlinskii(model, channel, stem, high - low)
+    for channel in site.other_channels:
+        low, high = site.span(channel)
+        if low < high:
+            yield _of_channel(model, site, channel, high - low)
 
 
 def _signal_of(model: Model, channel: str) -> str:
@@ -54,13 +61,30 @@ def _bouc_wen(model: Model, site: Site, channel: str, stem: str, span: float) ->
     rate = fresh(model, f"{stem}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
     x, z = signal(_signal_of(model, channel)), signal(name)
-    move = x[t] - x[t - 1]
-    end = sympy.sign(move)
     extended = _put(model, channel, stem, width.symbol * z[t], [width, rate])
     # Added behind, the memory follows the raw signal and not its own effect.
-    extended = extended.with_line(name, end + (z[t - 1] - end) * sympy.exp(-rate.symbol * sympy.Abs(move)))
+    extended = extended.with_line(name, _memory(x, z, rate))
     starts = tuple({width.name: k * span, rate.name: r / span} for k in (-0.1, 0.1) for r in (5.0, 20.0))
     return Extension(extended, starts, f"Bouc-Wen at the {stem}")
+
+
+def _of_channel(model: Model, site: Site, channel: str, span: float) -> Extension:
+    low, high = site.span(site.output)
+    width = fresh(model, f"{channel}_loop_width", (low - high, high - low), site.unit(site.output), 0.0)
+    rate = fresh(model, f"{channel}_loop_rate", (0.5 / span, 200 / span))
+    name = free_name(model, f"{channel}_memory")
+    extended = _put(model, site.output, "output", width.symbol * signal(name)[t], [width, rate])
+    extended = extended.with_line(name, _memory(signal(_signal_of(model, channel)), signal(name), rate))
+    size = high - low
+    starts = tuple({width.name: k * size, rate.name: r / span} for k in (0.2, -0.2) for r in (5.0, 20.0))
+    return Extension(extended, starts, f"Bouc-Wen of {channel}")
+
+
+def _memory(x: sympy.IndexedBase, z: sympy.IndexedBase, rate: Parameter) -> sympy.Expr:
+    """Solve dz = r (dx - |dx| z) over a sample."""
+    move = x[t] - x[t - 1]
+    end = sympy.sign(move)
+    return end + (z[t - 1] - end) * sympy.exp(-rate.symbol * sympy.Abs(move))
 
 
 def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> Extension:
@@ -83,6 +107,10 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> E
 
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how wide the loop is, and where."""
+    other = next((c for c in site.other_channels if f"{c}_loop_width" in "".join(values)), None)
+    if other is not None:
+        size = quantity(2 * abs(find(values, "loop_width") or 0.0), site.unit(site.output))
+        return f"{site.output} depends on the way that {other} came: a loop {size} wide that does not depend on speed."
     at_input = any(name.startswith("input") for name in values)
     channel = site.input if at_input else site.output
     width = find(values, "loop_width")

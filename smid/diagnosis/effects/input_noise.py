@@ -8,7 +8,7 @@ Whittle's likelihood of
     S(w) = a + b P(w),   a, b >= 0
 
 is compared with that of white noise (b = 0) and, so that any coloured disturbance is not taken for input noise, with
-that of white noise plus a first-order one of free pole. Reference: Whittle, Arkiv foer Matematik 2, 1953;
+that of an autoregression of order 12, which takes any shape. Reference: Whittle, Arkiv foer Matematik 2, 1953;
 Soederstroem, Errors-in-Variables Methods in System Identification, Springer 2018.
 """
 
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from smid.diagnosis.autoregression import LARGEST_ORDER, autoregression
 from smid.diagnosis.effects.effect import Array, Detection, Effect, Site, on_the_noise
 from smid.models import Model
 from smid.models.simulate import simulate
@@ -74,23 +75,20 @@ def _detect(model: Model, site: Site) -> Detection | None:
     answer = np.convolve(np.pad(answer, width, mode="reflect"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
     power = float(spectrum.mean())
     white = _whittle(spectrum, np.full_like(spectrum, power))
-    omega = np.linspace(0, np.pi, len(spectrum) + 1)[1:]
     floor, share = np.log(power), np.log(power / answer.mean())
     starts = [np.array([floor - 3, share]), np.array([floor, share - 2])]
     through, (log_floor, log_gain) = _best(spectrum, lambda x: np.exp(x[0]) + np.exp(x[1]) * answer, starts)
 
-    def coloured(x: Array) -> Array:
-        pole = np.tanh(x[2])
-        return np.asarray(np.exp(x[0]) + np.exp(x[1]) / np.abs(1 - pole * np.exp(-1j * omega)) ** 2)
-
-    poles = ((floor - 3, floor - 3, 1.0), (floor, floor - 5, 1.5), (floor - 3, floor, 0.3))
-    other, _ = _best(spectrum, coloured, [np.array(p) for p in poles])
+    # Any spectrum at all, as an autoregression: noise through this plant must not do worse by more than chance.
+    any_shape = autoregression(site.residual[longest])
+    anything = _whittle(spectrum, any_shape.spectrum(len(site.residual[longest]))[1:])
     ratio = 2 * (white - through)
-    # The rival has one parameter more: it must pay for it as in Schwarz's criterion.
-    rival = 2 * (other - through) + np.log(len(spectrum))
+    rival = 2 * (anything - through) + (LARGEST_ORDER - 1) * np.log(len(spectrum))
     if ratio < _LEAST_RATIO or rival < 0:
         return None
     deviation = float(np.exp(log_gain / 2))
+    if deviation**2 > autoregression(site.data.experiments[longest].values[site.input]).innovation:
+        return None
     return Detection(
         model.with_input_noise(site.input),
         {"deviation": deviation, "floor": float(np.exp(log_floor / 2))},

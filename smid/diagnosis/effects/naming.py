@@ -15,7 +15,7 @@ _HELPERS = (
 )
 _BROUGHT = (
     *("dead_zone", "input_limit", "backlash", "input_curve", "delay_samples", "slew_time", "factor", "power"),
-    *("with", "change", "drift", "directional", "friction", "damping", "drag", "missing", "overflow"),
+    *("with", "change", "drift", "directional", "friction", "damping", "drag", "missing", "overflow", "bias"),
 )
 
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import sympy
+
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import quantity
+from smid.diagnosis.effects.naming import fresh, quantity
 from smid.diagnosis.effects.plant import input_signal, output_signal
 from smid.diagnosis.effects.varying import extensions, sentence, told
 from smid.models import Model, signal, t
@@ -27,6 +29,17 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ("with_square", "with the output squared", lambda lag: (w[t - lag] / high) ** 2),
     ):
         yield from extensions(model, suffix, vary, label=label, states_only=True)
+    # What depends on the level often levels off: a spring or slack that is taken up.
+    half = fresh(model, "half_level", (0.01 * site.scale(site.output), site.scale(site.output)), site.unit(site.output))
+    yield from extensions(
+        model,
+        "with_level",
+        lambda lag: w[t - lag] / (sympy.Abs(w[t - lag]) + half.symbol),
+        (half, (0.1 * half.upper, 0.4 * half.upper)),
+        label="with the output, levelling off",
+        parameters=False,
+        kinds=("pace",),
+    )
     # A gain that depends on the input is a curve of the input, another effect: only the pace is left.
     yield from extensions(
         model,
@@ -41,7 +54,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how much the parameter moves over the range."""
-    name, amount = next(iter(values.items()))
+    name, amount = next((n, v) for n, v in values.items() if not n.startswith("half_level"))
     parameter, what = name.rsplit("_with_", 1)
     channel = site.input if what.startswith("input") else site.output
     full = quantity(site.scale(channel), site.unit(channel))

@@ -1,26 +1,37 @@
 """Output curve: a static nonlinearity of the sensor (Wiener).
 
 Besides polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign), ``w |w/S|^(x-1)`` (a square root),
-``(1 - c) w + b sin(k w + phi)`` (a resolver).  Reference: Bai, Automatica 34 (1998) 333-338 (Wiener models).
+``(1 - c) w + b sin(k w + phi)`` (a resolver).
+
+A linear model fitted to a magnitude knows nothing of the signs. They are guessed first, as those of the input behind a
+lag, and the model is fitted to the signed output, which gives better signs, and so on: where that ends the fold starts.
+References: Bai, Automatica 34 (1998) 333-338 (Wiener models); Gerchberg and Saxton, Optik 35 (1972) 237-246 (signs
+and fit in turn).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 import sympy
+from scipy.signal import lfilter
 
+from smid.data import DataError
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
 from smid.diagnosis.effects.hinges import curves
 from smid.diagnosis.effects.naming import find, free_name, fresh, is_brought, quantity
+from smid.fit import fit
 from smid.models import Model, Parameter
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
 _GUARD = 1e-6
+_NEAR_ZERO = 0.1  # of the scale; what folds comes so close to zero
+_SIGN_POLES, _ROUNDS = (0.5, 0.8, 0.95), 3
 _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 
 
@@ -35,11 +46,14 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
     simulated = _simulated(site)
     reach = float(np.abs(simulated).max()) or size
+    fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
+    starts: list[Mapping[str, float]] = [{**values, fold.name: 0.9} for values in _signed_fits(model, site)]
     if simulated.min() < -_NEGATIVE * reach:
-        fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
+        starts += [{fold.name: 0.9}, {fold.name: 0.4}]
+    if starts:
         yield Extension(
             seen(lambda w: w + fold.symbol * (sympy.Abs(w) - w), [fold]),
-            ({fold.name: 0.9}, {fold.name: 0.4}),
+            tuple(starts),
             "magnitude",
         )
     exponent = fresh(model, "output_exponent", (0.2, 4), "", 1.0)
@@ -77,6 +91,34 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ),
         "sine",
     )
+
+
+def _signed_fits(model: Model, site: Site) -> Iterator[Mapping[str, float]]:
+    """Fit the model to the output with guessed signs, where it can be a magnitude; give the values that fit best."""
+    low, high = site.span(site.output)
+    drive = site.span(site.input)
+    if low < -_NEGATIVE * high or low > _NEAR_ZERO * high or not drive[0] < 0 < drive[1]:
+        return
+    magnitudes = [run.values[site.output] for run in site.data.experiments]
+    best: tuple[float, Mapping[str, float]] | None = None
+    for pole in _SIGN_POLES:
+        simulated = [lfilter([1 - pole], [1, -pole], run.values[site.input]) for run in site.data.experiments]
+        for _ in range(_ROUNDS):
+            signed = [y * np.where(w < 0, -1.0, 1.0) for y, w in zip(magnitudes, simulated, strict=True)]
+            runs = [
+                replace(run, values={**run.values, site.output: y})
+                for run, y in zip(site.data.experiments, signed, strict=True)
+            ]
+            try:
+                found = fit(model.with_values({}), site.data.with_experiments(runs), starts=2)
+            except DataError:
+                break
+            simulated = [s[site.output] for s in found.simulated]
+            error = sum(float(np.sum((y - np.abs(w)) ** 2)) for y, w in zip(magnitudes, simulated, strict=True))
+            if best is None or error < best[0]:
+                best = error, found.model.values
+    if best is not None:
+        yield best[1]
 
 
 def _simulated(site: Site) -> Array:

@@ -1,6 +1,7 @@
 """Output saturation: the sensor is at its end, or a vessel is full.
 
-At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics go on from the limit.
+At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics go on from the limit. A
+rate is turned into the difference equation that integrates it for that: what overflows must not wind up.
 The null values lie one span beyond the data, so that no limit touches the base model.
 Reference: Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system identification, IFAC
 (2017) (cascaded tanks, which overflow).
@@ -23,14 +24,15 @@ _SHARES = (0.1, 0.3)
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Put limits at the sensor, and in the output's own state where that is a difference equation."""
+    """Put limits at the sensor, and in the output's own state."""
     low, high = site.span(site.output)
     span = (high - low) or 1.0
     unit = site.unit(site.output)
     highs = tuple(high - share * span for share in _SHARES)
     lows = tuple(low + share * span for share in _SHARES)
     own = output_signal(model, site)
-    state = next((item for item in state_lines(model) if item.own == own and not item.line.rate), None)
+    stepped = model.discretised()
+    state = next((item for item in state_lines(stepped) if item.own == own), None)
     for place, stem in (("at the sensor", "sensor_limit"), ("in the state", "overflow")):
         if place == "in the state" and state is None:
             continue
@@ -46,7 +48,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ):
             change, parameters = _limited(*limits), [item for item in limits if item is not None]
             if place == "in the state" and state is not None:
-                extended = model.insert_after(state.line.signal, change, parameters)
+                extended = stepped.insert_after(state.line.signal, change, parameters)
             else:
                 name = free_name(model, f"{site.output}_limited")
                 extended = model.insert_sensor(site.output, change, parameters, new_name=name)

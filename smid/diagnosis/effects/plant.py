@@ -71,11 +71,15 @@ class StateLine:
 
     def own_coefficient(self, lag: int) -> sympy.Expr:
         """Give the factor of the state at a lag, from the terms that are linear in it."""
-        reference = signal(self.own)[t - lag]
+        return self.coefficient(signal(self.own)[t - lag])
+
+    def coefficient(self, reference: sympy.Indexed) -> sympy.Expr:
+        """Give the factor of a signal at a lag, from the terms that are linear in it."""
+        own = str(reference.base.label)
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(sympy.expand(self.line.expression.xreplace(dict(self.numbers)))):
             factor = term / reference
-            if not any(name == self.own for name, _ in references(factor)):
+            if term.has(reference) and not any(name == own for name, _ in references(factor)):
                 total += factor
         return total
 

@@ -1,20 +1,24 @@
 """Power law: the state decays as w^x, not as w.
 
 In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.  A
-model that has a known exponent already, as the reactor has, is asked about that one instead.
-Reference: hybrid thesis, section 5.2 (reaction order).
+model that has a known exponent already, as the reactor has, is asked about that one instead.  Where several states
+decay, tanks in succession, one exponent may be common to all: what then leaves one state along the bent law enters the
+next along it too.
+References: hybrid thesis, section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges
+in nonlinear system identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, fresh
-from smid.diagnosis.effects.plant import base_parameters, scaled, state_lines
-from smid.models import Model
+from smid.diagnosis.effects.plant import StateLine, base_parameters, scaled, state_lines
+from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
 
 __all__ = ["EFFECT"]
@@ -32,14 +36,26 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     if known:
         return
     scale = number(site.scale(site.output))
-    for state in state_lines(model):
-        leak = state.leak
-        if leak == 0:
-            continue
+    decaying = [state for state in state_lines(model) if state.leak != 0]
+    for state in decaying:
         power = fresh(model, f"{state.own}_power", _BOX, "", 1.0)
-        bent = state.level * (sympy.Abs(state.level / scale) + number(_GUARD)) ** (power.symbol - 1)
-        extended = model.add_term(state.line.signal, leak * (state.level - bent), [power])
+        extended = model.add_term(state.line.signal, state.leak * (state.level - _bent(state, scale, power)), [power])
         yield Extension(extended, tuple({power.name: x} for x in _STARTS), state.own)
+    if len(decaying) > 1:
+        power = fresh(model, "every_power", _BOX, "", 1.0)
+        extended = replace(model, parameters=(*model.parameters, power))
+        for state in decaying:
+            change = _bent(state, scale, power) - state.level
+            extended = extended.add_term(state.line.signal, -state.leak * change)
+            for other in state_lines(model):
+                share = other.coefficient(state.level) if other.own != state.own else sympy.Integer(0)
+                if share.free_symbols:  # a bare copy is no flow: a position moves by its speed, bent or not
+                    extended = extended.add_term(other.line.signal, share * change)
+        yield Extension(extended, tuple({power.name: x} for x in _STARTS), "every state")
+
+
+def _bent(state: StateLine, scale: sympy.Expr, power: Parameter) -> sympy.Expr:
+    return state.level * (sympy.Abs(state.level / scale) + number(_GUARD)) ** (power.symbol - 1)
 
 
 def _exponents(model: Model) -> Iterator[Extension]:
@@ -55,7 +71,7 @@ def _exponents(model: Model) -> Iterator[Extension]:
 
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say the exponent."""
-    name = next(iter(values)).rsplit("_power", 1)[0]
+    name = next(iter(values)).rsplit("_power", 1)[0].replace("every", "every state")
     return f"The decay of {site.output} ({name}) follows the power {find(values, 'power') or 1.0:.3g}, not 1."
 
 

@@ -14,8 +14,9 @@ import sympy
 
 from smid.diagnosis.effects.effect import Extension
 from smid.diagnosis.effects.naming import fresh
-from smid.diagnosis.effects.plant import base_parameters, let_vary, magnitude, state_lines, with_increment
+from smid.diagnosis.effects.plant import StateLine, base_parameters, let_vary, magnitude, state_lines, with_increment
 from smid.models import Model, Parameter
+from smid.models.symbols import plain_symbols
 
 __all__ = ["extensions", "sentence", "told"]
 
@@ -90,7 +91,25 @@ def extensions(
                 for sign in ((-1, 1) if shape is None else (1,))
             ]
             found.append(Extension(extended, tuple(starts), f"{kind} of {state.own} {label}".rstrip()))
+        if parameters and state.order > 1 and shape is None:
+            found += _together(model, state, suffix, vary, label)
     return tuple(found)
+
+
+def _together(
+    model: Model, state: StateLine, suffix: str, vary: Callable[[int], sympy.Expr], label: str
+) -> list[Extension]:
+    """Let all parameters of a line vary, each by its own amount: poles of order two move together when time does."""
+    held = [p for p in base_parameters(model) if p.name in plain_symbols(state.line.expression)]
+    extended, starts = model, {}
+    for parameter in held:
+        size = magnitude(model, parameter)
+        amount = fresh(extended, f"{parameter.name}_{suffix}", (-abs(size), abs(size)), parameter.unit, 0.0)
+        moved = let_vary(extended, parameter, _moved(amount, vary), [amount], states_only=True)
+        if moved is None:
+            return []
+        extended, starts = moved, {**starts, amount.name: 1e-3 * size}
+    return [Extension(extended, (starts,), f"all of {state.own} {label}".rstrip())] if len(held) > 1 else []
 
 
 def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:

@@ -1,0 +1,286 @@
+"""Measured records: what a diagnosis names on them, and what the extended model gains.
+
+    python -m benchmarks.measured_diagnosis FOLDER [--output docs/measured.md] [--only RECORD ...]
+
+FOLDER holds the records, one folder each; they do not come with the project. Every record goes the same way:
+
+1. The training part is diagnosed from a base model of low order, its last 30 % held out, with all effects of the library
+   and no noise bound.
+2. Where a test part is published, which the diagnosis does not see, base and extended model are fitted again to the
+   whole training part and run freely over the test part. Where that follows in the same run, the simulation goes
+   through; a test run of its own has its initial states, and nothing else, fitted to its first 50 samples.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid import Dataset, Model, OutputError
+from smid.binding import bind
+from smid.data import load_record
+from smid.diagnosis import Diagnosis, diagnose
+from smid.diagnosis.compare import rms
+from smid.fit import Fitting
+from smid.models import Line, Measurement, Parameter, signal, t
+
+START = 50  # samples of a test run that its initial states are fitted to
+SERVO_RUNS = ("chirp_0", "prbs_31", "prbs_32", "triangle_64", "triangle_65", "square_76", "square_77", "ramp_52")
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A record and how it is diagnosed.
+
+    Parameters
+    ----------
+    record : str
+        Name of the set.
+    load : callable (Dataset) -> Dataset
+        Choice of runs and channels, and of the part that is used.
+    how : str
+        What `load` does, for the reader.
+    model : Model
+        The base model.
+    base : str
+        The base model in words.
+    known : str
+        What is known to be missing.
+    holdout : float or tuple of str
+        Share of every run, at its end, or runs.
+    test : str
+        The run whose held-out part is the published test part, or a run that the diagnosis does not see at all.
+    published : str
+        Published figures on that test part.
+    factor, unit : float, str
+        From the record's unit to the unit of the published figures.
+    """
+
+    record: str
+    load: Callable[[Dataset], Dataset]
+    how: str
+    model: Model
+    base: str
+    known: str
+    holdout: float | tuple[str, ...] = 0.3
+    test: str = ""
+    published: str = ""
+    factor: float = 1.0
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What was found on a record; the RMSEs on the test part in the unit of the published figures."""
+
+    case: Case
+    diagnosis: Diagnosis
+    test: tuple[float, float] | None
+    seconds: float
+
+
+def two_tanks() -> Model:
+    """Give two equal tanks in succession, each emptying in proportion to its level, and a sensor of unknown zero."""
+    outflow, pump, zero = Parameter("outflow", 1e-4, 0.2, "1/s"), Parameter("pump", 0, 1), Parameter("zero", -20, 20, "V")
+    upper, level, u, seen = signal("upper"), signal("w"), signal("u"), signal("seen")
+    k = outflow.symbol
+    lines = (
+        Line(upper[t], pump.symbol * u[t] - k * upper[t], rate=True),
+        Line(level[t], k * upper[t] - k * level[t], rate=True),
+        Line(seen[t], level[t] + zero.symbol),
+    )
+    return Model("two tanks", (outflow, pump, zero), lines, (Measurement("y", "seen", "eta"),), scheme="euler")
+
+
+def newton() -> Model:
+    """Give a mass and the force on it: ``M x'' = K u``."""
+    gain = Parameter("gain", 0, 10)
+    position, speed, u = signal("x"), signal("v"), signal("u")
+    lines = (Line(position[t], speed[t], rate=True), Line(speed[t], gain.symbol * u[t], rate=True))
+    return Model("Newton's law", (gain,), lines, (Measurement("y", "x", "eta"),))
+
+
+def damper() -> Model:
+    """Give a viscous damper with a preload: ``F = c v + F0``."""
+    damping, preload = Parameter("c"), Parameter("preload")
+    line = Line(signal("w")[t], damping.symbol * signal("velocity")[t] + preload.symbol)
+    return Model("viscous damper", (damping, preload), (line,), (Measurement("force", "w", "eta"),))
+
+
+def whole(data: Dataset) -> Dataset:
+    """Take a record as it is."""
+    return data
+
+
+def without(data: Dataset, *drop: str) -> Dataset:
+    """Leave channels out: the reference of a controller is no cause of what the plant does."""
+    runs = tuple(
+        replace(r, values={name: samples for name, samples in r.values.items() if name not in drop})
+        for r in data.experiments
+    )
+    channels = tuple(c for c in data.channels if c.name not in drop)
+    outputs = tuple(name for name in data.outputs if name not in drop)
+    inputs = tuple(name for name in data.inputs if name not in drop)
+    return replace(data, experiments=runs, channels=channels, inputs=inputs, outputs=outputs)
+
+
+def cycles(data: Dataset) -> Dataset:
+    """Cut the positioning record at the cycles of its reference, 6.224 s long, and thin it to 20 ms."""
+    run = without(data, "reference_position").experiments[0]
+    parts = tuple(
+        replace(run, name=f"cycle{k + 1}", values={n: x[6224 * k : 6224 * k + 6160] for n, x in run.values.items()})
+        for k in range(4)
+    )
+    return without(data, "reference_position").with_experiments(parts).decimate(20)
+
+
+SECOND = OutputError(2, 1, offset=True)
+CASES = (
+    Case(
+        "ced_prbs",
+        whole,
+        "all three runs",
+        SECOND,
+        "linear, order 2",
+        "the sensor does not see the sign of the speed",
+        0.2,
+        test="prbs1",
+        published="constant 0.698, magnitude of a linear output 0.174",
+        unit="ticks/s",
+    ),
+    Case(
+        "emps",
+        cycles,
+        "the cycles of the reference as four runs, every 20th sample, without the reference",
+        newton(),
+        "Newton's law",
+        "Coulomb and viscous friction, force offset",
+        ("cycle4",),
+    ),
+    Case(
+        "cascaded_tanks",
+        whole,
+        "",
+        two_tanks(),
+        "two linear tanks in succession",
+        "square-root outflow, overflow",
+        ("validation",),
+        test="validation",
+        published="linear 0.588, polynomial NARX 0.413, SUBNET 0.37, grey box 0.191",
+        unit="V",
+    ),
+    Case("daisy_hairdryer", whole, "", SECOND, "linear, order 2, delay 1", "delay"),
+    Case("box_jenkins_gas_furnace", whole, "", SECOND, "linear, order 2, delay 1", "delay"),
+    Case(
+        "hydraulic_actuator",
+        whole,
+        "",
+        SECOND,
+        "linear, order 2",
+        "valve dead zone, load dependence",
+        0.5,
+        test="experiment",
+    ),
+    Case(
+        "quarter_drone",
+        lambda data: without(data, "reference_angle").decimate(10),
+        "every 10th sample, without the reference",
+        SECOND,
+        "linear, order 2",
+        "gravity, dead zone of the thrust",
+    ),
+    Case(
+        "servo_rate_limit",
+        lambda data: data.select(SERVO_RUNS),
+        "eight of the hundred runs, of five kinds",
+        OutputError(1, 0, offset=True),
+        "linear, order 1",
+        "delay, rate limit",
+    ),
+    Case(
+        "mr_damper_labcontrol",
+        lambda data: data.select(("A.1", "A.5", "A.10")).crop(0, 600),
+        "three of the ten runs, 6 s each",
+        damper(),
+        "viscous damper with preload",
+        "hysteresis against velocity",
+    ),
+    Case(
+        "silverbox",
+        lambda data: data.select("multisine").crop(0, 2000),
+        "2000 samples of the multisine",
+        OutputError(2, 0, offset=True),
+        "linear, order 2",
+        "hardening cubic spring",
+        test="arrow",
+        published="linear 14.4, polynomial NARX 2.25, SUBNET 1.4, GP-NARX 0.60",
+        factor=1e3,
+        unit="mV",
+    ),
+    Case(
+        "daisy_cstr",
+        lambda data: without(data, "temperature").crop(0, 4500).decimate(3),
+        "the concentration only, the first 4500 samples, every third",
+        SECOND,
+        "linear, order 2",
+        "gain and damping depend on the operating point",
+    ),
+    Case("daisy_heating_system", whole, "", SECOND, "linear, order 2", "left unnamed by its source"),
+)
+
+
+def tested(model: Model, simulated: tuple[NDArray[np.float64], ...], case: Case, found: Diagnosis, full: Dataset) -> float:
+    """Return the RMSE of a free run on the test part, in the unit of the published figures."""
+    names = [r.name for r in found.data.experiments]
+    if case.test in names and not found.held[names.index(case.test)][0]:
+        e = names.index(case.test)
+        held = found.held[e]
+        error = (found.data.experiments[e].values[found.output] - simulated[e])[held]
+        return rms([error]) * case.factor
+    part = full.select(case.test)
+    count = part.experiments[0].n_samples
+    start = Fitting(model, part, [np.arange(count) < START])
+    vector, cost = start.solve(start.start(model.values), held=start.run.parameters)
+    error = start.result(vector, cost).residual(part, found.output)[0]
+    return rms([error[part.n_init :]]) * case.factor
+
+
+def run(case: Case, folder: Path, say: Callable[[str], None] | None = None) -> Outcome:
+    """Diagnose one record."""
+    began = time.perf_counter()
+    full = load_record(case.record, folder)
+    data = case.load(full)
+    found = diagnose(bind(case.model, data), data, holdout=case.holdout, workers=1, progress=say)
+    test = None
+    if case.test:
+        pairs = ((found.base, found.simulated), (found.model, found.extended))
+        before, after = (tested(model, simulated, case, found, full) for model, simulated in pairs)
+        test = (before, after)
+    return Outcome(case, found, test, time.perf_counter() - began)
+
+
+def main() -> None:
+    """Print each record as it comes, and write the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.measured_diagnosis", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder of the measured records")
+    parser.add_argument("--only", nargs="+", metavar="RECORD", help="these records only")
+    arguments = parser.parse_args()
+    for case in CASES:
+        if arguments.only and case.record not in arguments.only:
+            continue
+        if not (arguments.folder / case.record).is_dir():
+            print(f"{case.record}: skipped, it is not in the folder", flush=True)
+            continue
+        print(f"\n{case.record}:", flush=True)
+        outcome = run(case, arguments.folder, lambda line: print(f"    {line}", flush=True))
+        print(outcome.diagnosis, "test", outcome.test, f"{outcome.seconds:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
