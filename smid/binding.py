@@ -52,7 +52,7 @@ def bind(model: Model, data: Dataset) -> Model:
         )
     for own, given in ((model.input_channels, data.inputs), (model.output_channels, data.outputs)):
         missing = [c for c in own if c not in names]
-        if len(missing) == 1 and len(given) == 1:
+        if len(missing) == 1 and len(given) == 1 and given[0] not in own:
             renamed[missing[0]] = given[0]
     return at_sampling_time(rename_channels(model, renamed) if renamed else model, data.sampling_time)
 

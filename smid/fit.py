@@ -6,7 +6,8 @@ keeps boxes. It proves nothing; it tells where a certified search should look, a
 
 Initial states are estimated with the parameters, but where there are many experiments they would outnumber them: then
 the measured first sample starts a measured state, and the equilibrium under the first input any other, or rest where
-there is none.
+there is none. A run that is held out as a whole begins at the states that fit its first samples best, at the parameters
+found elsewhere, as in validation.
 
 Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gradients by filtering).
 """
@@ -33,6 +34,7 @@ from smid.models.symbols import VALUE
 Mask = NDArray[np.bool_]
 _MOST_INITIAL = 12
 _SETTLING = 400
+_BEGINNING = 25  # samples per state that the initial states of a run may be fitted to which no fit sees
 _SMALL, _ENDLESS = 1e-6, 0.95  # how much as in its first half a response moves in the second
 _RUNAWAY = 1e6  # standard deviations: squares beyond that overflow sooner or later
 
@@ -136,22 +138,30 @@ class Fitting:
         return len(self.run.parameters) + self.frees_initial * len(self.run.states) * len(self.data.experiments)
 
     def start(self, values: Mapping[str, float]) -> Array:
-        """Return the vector to start from: parameter values, then guesses of the initial states."""
+        """Return the vector to start from: parameter values, then known or guessed initial states, what fits better."""
         theta = [float(values[name]) for name in self.run.parameters]
         vector = np.clip(theta, self.lower, self.upper)
-        guesses = [self._guess(e, dict(zip(self.run.parameters, vector.tolist(), strict=True))) for e in self._each()]
-        self._guessed = guesses
-        if self.frees_initial:
-            vector = np.concatenate([vector, *([guess[s] for s in self.run.states] for guess in guesses)])
-        return vector
+        inside = dict(zip(self.run.parameters, vector.tolist(), strict=True))
+        self._guessed = [self._guess(e, inside, self.known[e]) for e in self._each()]
+        if not self.frees_initial:
+            return vector
+        start = self._joined(vector, self._guessed)
+        if any(self.known):
+            # States that suit other parameters may suit these less than a plain guess.
+            fresh = self._joined(vector, [self._guess(e, inside, {}) for e in self._each()])
+            costs = [float(np.nan_to_num(np.sum(self.residual(v) ** 2), nan=np.inf)) for v in (start, fresh)]
+            start = fresh if costs[1] < costs[0] else start
+        return start
+
+    def _joined(self, parameters: Array, guesses: Sequence[Initial]) -> Array:
+        return np.concatenate([parameters, *([guess[s] for s in self.run.states] for guess in guesses)])
 
     def _each(self) -> range:
         return range(len(self.data.experiments))
 
-    def _guess(self, experiment: int, values: Mapping[str, float]) -> dict[tuple[str, int], float]:
+    def _guess(self, experiment: int, values: Mapping[str, float], known: Initial) -> dict[tuple[str, int], float]:
         """Return states before sample 0: known, else as measured, else at equilibrium with the first input."""
         measured = {m.signal: m for m in self.outputs}
-        known = self.known[experiment]
         guess = {}
         settled: dict[str, Array] | None = None
         for name, lag in self.run.states:
@@ -273,7 +283,11 @@ class Fitting:
         open_end = np.full(self.n_free - count, np.inf)
         lower, upper = np.concatenate([self.lower, -open_end]), np.concatenate([self.upper, open_end])
         inside = np.clip(vector, lower, upper)
-        moves = np.array([n not in held for n in self.run.parameters] + [True] * len(open_end), bool)
+        moves = np.array(
+            [n not in held for n in self.run.parameters]
+            + [u.any() for u in self.used for _ in self.run.states] * self.frees_initial,
+            bool,
+        )
         residual = self.residual(inside)
         cost = float(np.sum(residual**2)) if np.isfinite(residual).all() else np.inf
         if not (np.isfinite(cost) and moves.any()):
@@ -307,9 +321,27 @@ class Fitting:
         return whole(found.x), float(2 * found.cost)
 
     def result(self, vector: Array, cost: float) -> Fit:
-        """Return the fit that a vector stands for."""
+        """Return the fit that a vector stands for; runs of which no sample counts begin where they fit best."""
+        vector = self._begun(vector)
         model = self.model.with_values(self._values(vector))
         return Fit(model, tuple(self.initial(vector)), tuple(self.simulate(vector)), cost, self.n_free)
+
+    def _begun(self, vector: Array) -> Array:
+        """Fit the initial states, and nothing else, of each run without samples that count to its first samples."""
+        if not self.frees_initial:
+            return vector
+        vector, count, width = vector.copy(), len(self.run.parameters), len(self.run.states)
+        for e, used in enumerate(self.used):
+            if used.any() or not width:
+                continue
+            run = self.data.experiments[e]
+            first = np.arange(run.n_samples) < _BEGINNING * width
+            alone = replace(self.data, experiments=(run,), resampling=())
+            problem = Fitting(self.model, alone, [first], [self.initial(vector)[e]])
+            found, cost = problem.solve(problem.start(self._values(vector)), held=self.run.parameters)
+            if np.isfinite(cost):
+                vector[count + e * width : count + (e + 1) * width] = found[count:]
+        return vector
 
 
 def fit(

@@ -11,7 +11,7 @@ from benchmarks.blind.score import Outcome
 
 __all__ = ["KINDS", "diagnose_case"]
 
-KINDS = {"single": 1, "none": 0, "pair": 2}
+KINDS = {"single": 1, "none": 0, "none, bound withheld": 0, "pair": 2}
 
 
 def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
@@ -19,8 +19,8 @@ def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
 
     Parameters
     ----------
-    kind : {"single", "none", "pair"}
-        How many effects are hidden.
+    kind : one of `KINDS`
+        How many effects are hidden, and whether the diagnosis is given the noise bound.
     seed : int
         Seed of the case.
     samples : int
@@ -39,7 +39,8 @@ def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
     rivals: tuple[str, ...] = ()
     ratio, message = float("nan"), ""
     try:
-        result = smid.diagnose(case.model, case.data, noise_bound=case.noise_bound, certify=False, workers=1)
+        bound = None if "withheld" in kind else case.noise_bound
+        result = smid.diagnose(case.model, case.data, noise_bound=bound, certify=False, workers=1)
     except Exception as error:  # one broken case must not end a run of hours; it counts as a failure
         verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:

@@ -24,8 +24,8 @@ class Outcome:
 
     Attributes
     ----------
-    kind : {"single", "none", "pair"}
-        How many effects were hidden.
+    kind : {"single", "none", "none, bound withheld", "pair"}
+        How many effects were hidden, and whether the noise bound was given.
     seed : int
         Seed of the case.
     truth, named : tuple of str
@@ -64,7 +64,7 @@ class Outcome:
         """Single: named first. None: nothing named. Pair: both named."""
         if self.verdict == "failed":
             return False
-        if self.kind == "none":
+        if self.kind.startswith("none"):
             return self.verdict != "named"
         if self.verdict != "named":
             return False
@@ -171,6 +171,7 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
     """
     outcomes = sorted(outcomes, key=lambda outcome: (outcome.kind, outcome.seed))
     single, none, pair = (_of(outcomes, kind) for kind in ("single", "none", "pair"))
+    withheld = _of(outcomes, "none, bound withheld")
     median, worst = _ratios([*single, *pair])
     seconds = [outcome.seconds for outcome in outcomes]
     parts = [
@@ -181,6 +182,7 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
         "|---|---|---|---|---|---|\n"
         f"{TARGETS}\n"
         f"| reached | {_share(single)} | {_share(none, right=False)} | {_share(pair)} | {median} | {worst} |",
+        f"False alarms where the noise bound is withheld: {_share(withheld, right=False)}. "
         f"Verdict 'ambiguous': {sum(outcome.verdict == 'ambiguous' for outcome in outcomes)} of {len(outcomes)}. "
         f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
         "## By hidden effect",
@@ -191,7 +193,7 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
         "| kind | cases | median | worst tenth |\n|---|---|---|---|\n"
         + "\n".join(
             f"| {kind} | {len(some)} | {' | '.join(_ratios(some))} |"
-            for kind, some in (("single", single), ("pair", pair), ("none", none))
+            for kind, some in (("single", single), ("pair", pair), ("none", [*none, *withheld]))
         ),
         "## Failures",
         _failures(outcomes),

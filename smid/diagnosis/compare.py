@@ -96,15 +96,21 @@ def structure(residuals: Sequence[Array], lags: int = 25) -> float:
     -------
     float
         Sum of the squared autocorrelations beyond what chance gives, as a share of it with the power itself.
+
+    Notes
+    -----
+    White noise gives ``(n - k) / (n (n + 2))`` in the mean of the square at lag k (Ljung and Box, Biometrika 65, 1978).
+    It is taken off the sum: off each square, with what falls below zero left out, chance would add up.
     """
-    squares, counts = np.zeros(lags), 0
+    lag, squares, counts = np.arange(1, lags + 1), 0.0, 0
     for residual in residuals:
         if len(residual) > 2 * lags:
             centred = residual - residual.mean()
             power = float(centred @ centred)
             if power > 0:
                 rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / power
-                squares += np.maximum(rho**2 - 1.0 / len(residual), 0.0)
+                n = len(residual)
+                squares += float(np.sum(rho**2 - (n - lag) / (n * (n + 2))))
                 counts += 1
-    total = float(squares.sum()) / max(counts, 1)
+    total = max(squares, 0.0) / max(counts, 1)
     return total / (1.0 + total)

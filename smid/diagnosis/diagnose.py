@@ -84,18 +84,21 @@ def diagnose(
     --------
     >>> from smid.models import OutputError
     >>> u = np.random.default_rng(0).uniform(-1, 1, 300)
-    >>> y = OutputError(delay=3).with_values({"a1": -0.8, "b0": 1.0}).simulate
     >>> from smid.models.simulate import simulate
     >>> y = simulate(OutputError(delay=3), {"u": u}, {"a1": -0.8, "b0": 1.0})["y"]
     >>> y = y + np.random.default_rng(1).uniform(-0.05, 0.05, 300)
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     >>> diagnosis = diagnose(OutputError(), data, effects=["input_delay", "extra_lag"], workers=1)
-    >>> diagnosis.verdict, diagnosis.causes[0].effect
-    ('named', 'input_delay')
+    >>> print(diagnosis.conclusion)
+    Cause: input_delay.
     """
     began = time.monotonic()
     model = bind(model, data)
     chosen = _chosen(effects)
+    if workers is not None and workers < 1:
+        raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
+    if not model.input_channels or not model.output_channels:
+        raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_data(model, data)
     bound = _bound(model, noise_bound)
     record = replace(_record(model, data, holdout), noise_bound=bound)
@@ -198,6 +201,8 @@ def _chosen(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]:
     known = {effect.name: effect for effect in EFFECTS}
     if effects is None:
         return EFFECTS
+    if isinstance(effects, str):
+        raise ModelError(f"effects = {effects!r}: give a list of names, [{effects!r}]")
     chosen = []
     for item in effects:
         if isinstance(item, str) and item not in known:
@@ -215,12 +220,19 @@ def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> flo
     if noise_bound is None:
         return None
     noisy = {m.channel for m in model.measurements if m.noise is not None}
-    return check_noise_bound(model, noise_bound, None).get(next(c for c in model.output_channels if c in noisy))
+    outputs = [c for c in model.output_channels if c in noisy]
+    if not outputs:
+        raise ModelError(
+            "the model takes no output as noisy, so a noise bound does not apply: give none, or a model whose output "
+            "has noise"
+        )
+    return check_noise_bound(model, noise_bound, None)[outputs[0]]
 
 
 def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Record:
     """Set samples apart that no fit may see."""
     names = [run.name for run in data.experiments]
+    holdout = [holdout] if isinstance(holdout, str) else holdout
     used, held = [], []
     for run in data.experiments:
         counts = np.arange(run.n_samples) >= data.n_init
@@ -243,8 +255,6 @@ def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Reco
                 f"the {word} part has {sum(int(p.sum()) for p in part)} samples, too few to judge by: it needs "
                 f"{samples}. Take a longer record or another share in holdout"
             )
-    if not model.input_channels or not model.output_channels:
-        raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     return Record(data, tuple(used), tuple(held), model.input_channels[0], model.output_channels[0])
 
 

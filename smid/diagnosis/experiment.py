@@ -71,8 +71,7 @@ def separating_experiment(
     for name, candidate in _candidates(float(values.min()), float(values.max())).items():
         channels = {c: np.full(len(candidate), level) for c, level in held.items()} | {input: candidate}
         with np.errstate(all="ignore"):
-            runs = [simulate(fit.model, channels, check=False)[output] for fit in rivals.values()]
-        difference = _difference(runs)
+            difference = _difference([simulate(fit.model, channels, check=False)[output] for fit in rivals.values()])
         if np.isfinite(difference) and (best is None or difference > best[0]):
             best = (difference, name, candidate)
     if best is None:

@@ -16,6 +16,10 @@ itself, and what does not carry over to held-out data loses. The leader is named
 Two scores that differ by `_TIE` = 6 stand for odds of 20 to 1, `_MARGIN` = 20 for odds of 20000 to 1; both are
 customary sizes for Schwarz's criterion and not fitted to any record.
 
+While several causes are missing, what the best of them leaves is so correlated that its samples count for few.  Then a
+leader that takes a fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all
+that helps has been found.
+
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there. After
 each further cause all are put to the test again (*backward deletion*): each is left out, and dropped if it is not
 missed, or replaced if another effect does better beside the rest.
@@ -41,6 +45,7 @@ _MARGIN = 20.0
 _TIE = 6.0
 _CHANCE = 0.01
 _LEAST_GAIN = 0.01
+_PROVISIONAL, _PROVISIONAL_CHANCE = 0.8, 0.1
 _WHITE = 0.05
 _PROMISING = 8
 _FOLLOWED = 2
@@ -230,14 +235,26 @@ def _follow(
 ) -> _Path:
     """Name further causes until nothing is left that an effect explains, and put them to the test again."""
     while len(path.stages) < MOST_CAUSES and not _is_noise(record, path.base):
-        found = _stage(record, path.base, effects, executor, progress)
+        # What was not missed once is not tried again: the two of them could take turns for ever.
+        others = [e for e in effects if e.name not in path.dropped]
+        found = _stage(record, path.base, others, executor, progress)
         if found.leader is None or _noise_explains_more(record, found, effects):
             break
         if progress:
             progress(f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}")
         path = replace(path, stages=(*path.stages, found), base=path.base.extended(found.leader.trial))
-        path = _reconsider(record, start, path, effects, executor)
-    return path
+    # Alone, a cause that passed all tests has been put to them already.
+    return (
+        path
+        if len(path.stages) == 1 and _is_sure(path.stages[0])
+        else _reconsider(record, start, path, effects, executor)
+    )
+
+
+def _is_sure(found: Stage) -> bool:
+    """Tell whether a stage's leader passed the test against chance when it was found."""
+    assert found.leader is not None
+    return found.score - found.leader.score > _MARGIN
 
 
 def _path_score(record: Record, path: _Path, among: Sequence[_Path]) -> float:
@@ -253,11 +270,14 @@ def _equal(record: Record, first: _Path, second: _Path) -> bool:
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
-    """Tell whether an effect on the noise makes the residual likelier than the leader: then free runs are misled."""
+    """Tell whether an effect on the noise makes the residual likelier than a leader that it counts among its rivals."""
     assert found.leader is not None
+    leader = found.leader.trial.effect
     site = Site(record.data, record.input, record.output, found.base.fit.residual(record.data, record.output))
     model = found.base.fit.model
-    drops = [d.score_drop for e in effects if e.detect and (d := e.detect(model, site)) is not None]
+    drops = [
+        d.score_drop for e in effects if e.detect and leader in e.rivals and (d := e.detect(model, site)) is not None
+    ]
     return max(drops, default=0.0) > found.score - found.leader.score
 
 
@@ -303,7 +323,7 @@ def _stage(
     shrink = _shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in trials.values())])
     ranked = _ranked(record, residual, list(trials.values()), shrink)
     own, rmse = record.score(residual, base.fit.n_free, shrink), rms(record.held_part(residual))
-    leader, tied = _judge(own, rmse, ranked)
+    leader, tied = _judge(own, rmse, ranked, effects)
     tied = tuple(r for r in tied if leader is not None and _differs(record, leader.trial.fit, r.trial.fit))
     return Stage(base, own, rmse, tuple(ranked), leader, tied)
 
@@ -332,14 +352,23 @@ def _shrink(record: Record, residuals: Sequence[Sequence[Array]]) -> float:
     return correlation_length(best)
 
 
-def _judge(own: float, rmse: float, ranked: Sequence[Ranked]) -> tuple[Ranked | None, tuple[Ranked, ...]]:
+def _judge(
+    own: float, rmse: float, ranked: Sequence[Ranked], effects: Sequence[Effect]
+) -> tuple[Ranked | None, tuple[Ranked, ...]]:
     margin = _MARGIN + 2 * np.log(max(len(ranked), 1))
     passing = [
         r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
-    ]
+    ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
     if not passing:
         return None, ()
-    return passing[0], tuple(r for r in passing[1:] if r.score - passing[0].score < _TIE)
+    contains = {e.name: e.contains for e in effects}
+    leader = passing[0]
+    close = [r for r in passing[1:] if r.score - leader.score < _TIE]
+    # Of a general effect and its special case, equally good, the special case is what the data show.
+    special = next((r for r in close if r.trial.effect in contains[leader.trial.effect]), None)
+    if special is not None:
+        leader, close = special, [passing[0], *(r for r in close if r is not special)]
+    return leader, tuple(r for r in close if leader.trial.effect not in contains[r.trial.effect])
 
 
 def _reconsider(

@@ -153,10 +153,18 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
         for k, (_, _, vector, extension, problem, signature) in enumerate(tried[: effort.finished]):
             vector, cost = problem.solve(vector, _LONG)
             tried[k] = (_criterion(cost, problem.n_free, base), cost, vector, extension, problem, signature)
+        tried = [item for item in tried if np.isfinite(item[1]) and _is_itself(item[3], item[4], item[2])]
         if not tried:
             return None
         _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
-        return _trial(effect, extension, base, problem.result(vector, cost), signature) if np.isfinite(cost) else None
+        return _trial(effect, extension, base, problem.result(vector, cost), signature)
+
+
+def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
+    """Tell whether no parameter sits where the effect would be another one."""
+    values = dict(zip(problem.run.parameters, vector.tolist(), strict=False))
+    boxes = {name: extension.model.parameter(name) for name in extension.below}
+    return all(values[name] < box.upper - 0.02 * (box.upper - box.lower) for name, box in boxes.items())
 
 
 def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:

@@ -138,9 +138,9 @@ class Group:
         for arguments in zip(*outside, strict=True) if outside else ((),) * (count - start):
             try:
                 result = step(*constants, *arguments, *[row[back] for row, back in past])
-            except (OverflowError, ZeroDivisionError, ValueError):
-                # Python floats raise where NumPy would give inf or nan; the caller looks for the first such
-                # sample.
+            except (OverflowError, ZeroDivisionError, ValueError, TypeError):
+                # Python floats raise, or turn complex, where NumPy gives inf or nan; the caller looks for the first
+                # such sample.
                 result = [np.nan] * len(rows)
                 for row, value in zip(rows, result, strict=True):
                     row.append(value)

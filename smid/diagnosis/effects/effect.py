@@ -86,11 +86,14 @@ class Extension:
         Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.
     label : str
         Which way, in a word or two, where the effect has several.
+    below : tuple of str
+        Parameters that must stay below the upper end of their box: there the effect is no longer what it is called.
     """
 
     model: Model
     starts: tuple[Mapping[str, float], ...]
     label: str = ""
+    below: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +141,8 @@ class Effect:
         One sentence, with sizes in units, from the values of the effect's parameters.
     rivals : tuple of str
         Effects that look alike in many data.
+    contains : tuple of str
+        Effects that are special cases of this one: where they do as well, the simpler name is the right one.
     needs : str
         What must be there for it to apply, for the reader when it is skipped.
     detect : callable (model, site) -> Detection or None, optional
@@ -161,6 +166,7 @@ class Effect:
     extend: Callable[[Model, Site], Iterable[Extension]]
     describe: Callable[[Mapping[str, float], Site], str]
     rivals: tuple[str, ...] = field(default=())
+    contains: tuple[str, ...] = field(default=())
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
 

@@ -7,8 +7,8 @@
 *Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
 it.
 
-A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it and
-acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
+A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
+and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
 
 References: Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263; Dahl, AIAA Journal 14 (1976) 1675-1682; Brokate and
 Sprekels, Hysteresis and Phase Transitions (1996), section 2.4.
@@ -129,5 +129,6 @@ EFFECT = Effect(
     extend,
     describe,
     rivals=("input_backlash", "extra_lag", "direction_dependence", "coulomb_friction"),
+    contains=("input_backlash",),
     needs="a signal that moves",
 )

@@ -31,7 +31,7 @@ __all__ = ["EFFECT"]
 
 _GUARD = 1e-6
 _NEAR_ZERO = 0.1  # of the scale; what folds comes so close to zero
-_SIGN_POLES, _ROUNDS = (0.5, 0.8, 0.95), 3
+_SIGN_POLES, _ROUNDS = (0.5, 0.8, 0.9, 0.95, 0.98), 5
 _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 
 
@@ -47,13 +47,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     simulated = _simulated(site)
     reach = float(np.abs(simulated).max()) or size
     fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
-    starts: list[Mapping[str, float]] = [{**values, fold.name: 0.9} for values in _signed_fits(model, site)]
+    folded: list[Mapping[str, float]] = [{**values, fold.name: 0.9} for values in _signed_fits(model, site)]
     if simulated.min() < -_NEGATIVE * reach:
-        starts += [{fold.name: 0.9}, {fold.name: 0.4}]
-    if starts:
+        folded += [{fold.name: 0.9}, {fold.name: 0.4}]
+    if folded:
         yield Extension(
             seen(lambda w: w + fold.symbol * (sympy.Abs(w) - w), [fold]),
-            tuple(starts),
+            tuple(folded),
             "magnitude",
         )
     exponent = fresh(model, "output_exponent", (0.2, 4), "", 1.0)
@@ -153,4 +153,5 @@ EFFECT = Effect(
     extend,
     describe,
     rivals=("input_curve", "output_saturation", "power_law", "operating_point", "hysteresis"),
+    contains=("output_saturation",),
 )

@@ -27,6 +27,7 @@ _BOX = (0.2, 4.0)
 _STARTS = (0.6, 1.5, 2.5)
 # Keeps the slope at zero finite where x < 1; the null value stays exact.
 _GUARD = 1e-6
+_TINY = 1e-9
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -66,7 +67,21 @@ def _exponents(model: Model) -> Iterator[Extension]:
             exponent = fresh(model, f"{parameter.name}_power", _BOX, "", 1.0)
             extended = scaled(model, parameter, exponent)
             if extended is not None:
+                extended = _of_any_sign(extended, exponent)
                 yield Extension(extended, tuple({exponent.name: x} for x in _STARTS), parameter.name)
+
+
+def _of_any_sign(model: Model, exponent: Parameter) -> Model:
+    """Continue a power to negative numbers as an odd function: a concentration near zero is measured below it."""
+
+    def odd(power: sympy.Expr) -> sympy.Expr:
+        return power.base * (sympy.Abs(power.base) + number(_TINY)) ** (power.exp - 1)
+
+    lines = tuple(
+        replace(line, expression=line.expression.replace(lambda e: e.is_Pow and e.exp.has(exponent.symbol), odd))
+        for line in model.lines
+    )
+    return replace(model, lines=lines)
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

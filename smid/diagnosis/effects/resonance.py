@@ -25,7 +25,7 @@ from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_DAMPING = (0.002, 0.7)
+_DAMPING = (0.002, 0.6)
 _TRIED = (0.05, 0.3)
 
 
@@ -73,7 +73,7 @@ def _in_series(model: Model, site: Site, frequencies: tuple[float, ...]) -> Exte
         new_name=free_name(model, f"{site.output}_joined"),
     )
     starts = tuple({**s, weight.name: 1.0, share.name: 0.5} for s in _starts(frequencies, shape))
-    return Extension(extended, starts, "in series")
+    return Extension(extended, starts, "in series", (shape[1].name,))
 
 
 def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extension:
@@ -92,7 +92,7 @@ def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extensi
     )
     first, second = (weight.name for weight in weights)
     starts = tuple({**s, first: 0.1, second: -0.1} for s in _starts(frequencies, shape))
-    return Extension(extended, starts, "beside the process")
+    return Extension(extended, starts, "beside the process", (shape[1].name,))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

@@ -55,5 +55,6 @@ EFFECT = Effect(
     extend,
     describe,
     rivals=("coulomb_friction", "viscous_friction", "input_dead_zone", "input_backlash"),
+    contains=("coulomb_friction",),
     needs="a state that is the output, or a speed",
 )

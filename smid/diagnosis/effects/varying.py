@@ -101,7 +101,7 @@ def _together(
 ) -> list[Extension]:
     """Let all parameters of a line vary, each by its own amount: poles of order two move together when time does."""
     held = [p for p in base_parameters(model) if p.name in plain_symbols(state.line.expression)]
-    extended, starts = model, {}
+    extended, starts = model, dict[str, float]()
     for parameter in held:
         size = magnitude(model, parameter)
         amount = fresh(extended, f"{parameter.name}_{suffix}", (-abs(size), abs(size)), parameter.unit, 0.0)

@@ -42,7 +42,7 @@ def test_a_gain_that_is_there_is_seen(pole):
 
 
 def test_correlated_blocks_are_kept_together():
-    """Drawn sample by sample, the same data would be taken for a gain five times as often."""
+    """Drawn sample by sample, the same data would be taken for a gain far more often."""
     kept, torn = 0, 0
     for seed, (first,), (second,) in draws(300, 0.9, 0.0):
         kept += chance([first], [second], seed) <= 0.01
@@ -53,9 +53,7 @@ def test_correlated_blocks_are_kept_together():
 
 @pytest.mark.parametrize("pole", [0.0, 0.3, 0.6, 0.8, 0.9])
 def test_correlation_length_of_an_autoregression_is_its_formula(pole):
-    lengths = [
-        correlation_length([autoregressive(np.random.default_rng(seed), 20_000, pole)]) for seed in range(20)
-    ]
+    lengths = [correlation_length([autoregressive(np.random.default_rng(seed), 20_000, pole)]) for seed in range(20)]
     assert np.median(lengths) == pytest.approx((1 + pole) / (1 - pole), rel=0.06)
 
 
@@ -84,7 +82,7 @@ def test_structure_needs_a_past():
     assert structure([np.full(200, 3.0)]) == 0.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 1000), scale=st.floats(1e-6, 1e6), pole=st.floats(0, 0.9))
 def test_units_do_not_matter(seed, scale, pole):
     random = np.random.default_rng(seed)
@@ -96,7 +94,7 @@ def test_units_do_not_matter(seed, scale, pole):
     assert chance(*scaled) == pytest.approx(chance(first, second), abs=0.002)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 1000), order=st.permutations(range(4)))
 def test_the_order_of_experiments_does_not_matter(seed, order):
     random = np.random.default_rng(seed)
@@ -108,7 +106,7 @@ def test_the_order_of_experiments_does_not_matter(seed, order):
     assert chance(*turned) == pytest.approx(chance(first, second), abs=0.05)  # other blocks are drawn
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 1000))
 def test_a_model_against_itself_gains_nothing(seed):
     residual = [np.random.default_rng(seed).standard_normal(100)]

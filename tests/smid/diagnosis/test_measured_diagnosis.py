@@ -1,0 +1,62 @@
+"""Names on measured records, which may not be passed on: they lie beside the checkout or the tests are skipped."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.measured_diagnosis import SERVO_RUNS
+from smid import Dataset, OutputError
+from smid.data import load_record
+from smid.diagnosis import Verdict, diagnose
+
+FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data"
+
+
+def record(name: str) -> Dataset:
+    if not (FOLDER / name).is_dir():
+        pytest.skip(f"no measured record at ../shared/data/{name}")
+    return load_record(name, FOLDER)
+
+
+def test_silverbox_spring_depends_on_the_level() -> None:
+    data = record("silverbox").select("multisine").crop(0, 500)
+    effects = ["operating_point", "quadratic_drag", "input_curve"]
+    found = diagnose(OutputError(2, 1, offset=True), data, effects=effects, workers=1)
+    assert found.causes[0].effect == "operating_point"
+    assert found.gain.rmse_after < 0.3 * found.gain.rmse_before
+
+
+def test_servo_has_a_rate_limit() -> None:
+    data = record("servo_rate_limit").select(SERVO_RUNS)
+    effects = ["rate_limit", "extra_lag", "input_delay"]
+    found = diagnose(OutputError(1, 0, offset=True), data, effects=effects, workers=1)
+    assert found.verdict is Verdict.NAMED
+    assert found.causes[0].effect == "rate_limit"
+    assert found.gain.rmse_after < 0.6 * found.gain.rmse_before
+
+
+def test_smooth_input_is_not_called_noisy() -> None:
+    """White noise in the recorded gas rate cannot exceed what its own past leaves untold."""
+    data = record("box_jenkins_gas_furnace")
+    found = diagnose(OutputError(2, 1, offset=True), data, effects=["input_noise", "input_delay"], workers=1)
+    assert "input_noise" not in [cause.effect for cause in found.causes]
+
+
+def test_a_run_held_out_begins_where_it_fits() -> None:
+    """Two runs of one linear plant: the second, unseen, starts far from the equilibrium of its first input."""
+    rng = np.random.default_rng(3)
+    runs, start = [], (0.0, 25.0)
+    for level in start:
+        u = rng.uniform(-1, 1, 200)
+        w = np.empty(200)
+        w[0] = level
+        for k in range(1, 200):
+            w[k] = 0.97 * w[k - 1] + u[k - 1]
+        runs.append(Dataset.from_arrays(input={"u": u}, output={"y": w + 5}, sampling_time=1.0))
+    first, second = runs
+    data = first.with_experiments((replace(first.experiments[0], name="a"), replace(second.experiments[0], name="b")))
+    base = OutputError(1, 0, offset=True)
+    found = diagnose(base, data, effects=["input_delay"], holdout=("b",), workers=1)
+    assert found.gain.rmse_before < 1e-3
