@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
 from smid.models.symbols import plain_symbols, references, signal, t
 
-__all__ = ["Array", "Group", "compile_lines", "numpy_function"]
+__all__ = ["Array", "Group", "compile_lines"]
 
 Array = NDArray[np.float64]
 Function = Callable[..., Any]
@@ -70,7 +70,7 @@ class Group:
     reads: tuple[Reference, ...]
     own: int
     vector: Function
-    scalar: Function
+    scalar: _Later
     single: tuple[tuple[tuple[Reference, ...], Function], ...]
     filter: tuple[Function, Function] | None
 
@@ -134,7 +134,7 @@ class Group:
         history = {name: known[name][:start].tolist() for name in self.signals}
         past = [(history[name], -lag) for name, lag in self.reads[split:]]
         rows = [history[name] for name in self.signals]
-        step = self.scalar
+        step = self.scalar.function
         for arguments in zip(*outside, strict=True) if outside else ((),) * (count - start):
             try:
                 result = step(*constants, *arguments, *[row[back] for row, back in past])
@@ -249,8 +249,10 @@ def _linear(
     if any(slope.free_symbols - set(constants) for slope in slopes):
         return None
     forcing = expression.xreplace(dict.fromkeys(past, sympy.Integer(0)))
-    coefficients = sympy.lambdify(constants, slopes, _NUMPY)
-    return coefficients, sympy.lambdify([*constants, *outside], _binary(forcing), _NUMPY, cse=True)
+    return (
+        _Later(lambda: sympy.lambdify(constants, slopes, _NUMPY)),
+        _Later(lambda: sympy.lambdify([*constants, *outside], _binary(forcing), _NUMPY, cse=True)),
+    )
 
 
 # Sympy's NumPy printer stacks the arguments of Max, which fails where a scalar meets an array.
@@ -274,35 +276,30 @@ def _binary(expression: sympy.Expr) -> sympy.Expr:
     return expression.replace(sympy.Max, fold(_MAXIMUM)).replace(sympy.Min, fold(_MINIMUM))
 
 
-def numpy_function(arguments: Sequence[sympy.Symbol], expressions: Sequence[sympy.Expr]) -> Function:
-    """Compile expressions into one NumPy function that returns the list of their values.
+class _Later:
+    """A function that is compiled when it is first needed: of the forms of a line, a simulation needs one or two."""
 
-    Parameters
-    ----------
-    arguments : sequence of sympy.Symbol
-        Arguments, in order.
-    expressions : sequence of sympy.Expr
-        What to evaluate.
+    def __init__(self, compile_it: Callable[[], Function]) -> None:
+        self._compile = compile_it
 
-    Returns
-    -------
-    callable
-        Of scalars or arrays that broadcast.
+    @cached_property
+    def function(self) -> Function:
+        return self._compile()
 
-    Examples
-    --------
-    >>> x = sympy.Symbol("x")
-    >>> numpy_function([x], [sympy.Max(x, 1), x**2])(3)
-    [np.int64(3), 9]
-    """
-    function: Function = sympy.lambdify(arguments, [_binary(item) for item in expressions], _NUMPY, cse=True)
-    return function
+    def __call__(self, *values: Any) -> Any:
+        return self.function(*values)
 
 
 def _function(
     arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]], modules: list[Any]
+) -> _Later:
+    """Give one function of all definitions, each reading those before it, that returns their values."""
+    return _Later(lambda: _compiled(arguments, defined, modules))
+
+
+def _compiled(
+    arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]], modules: list[Any]
 ) -> Function:
-    """Compile definitions, each reading those before it, into one function that returns them all."""
     folded = [(symbol, _binary(expression)) for symbol, expression in defined]
     if len(folded) == 1:
         function: Function = sympy.lambdify(arguments, [folded[0][1]], modules, cse=True)

@@ -25,7 +25,8 @@ import numpy as np
 import sympy
 from scipy.linalg.lapack import dtbtrs
 
-from smid.models.compiled import Array, Group, compile_lines, numpy_function
+from smid.models.compiled import Array, Group, compile_lines
+from smid.models.differentiate import derivatives
 from smid.models.model import Model
 from smid.models.parts import Line
 from smid.models.structure import exogenous, groups, state_lags
@@ -266,9 +267,6 @@ def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[st
     expression = line.expression.xreplace({signal(name)[t - lag]: s for (name, lag), s in symbols.items()})
     names = tuple(sorted(plain_symbols(line.expression)))
     constants = [sympy.Symbol(name, real=True) for name in names]
-    derivatives = [sympy.diff(expression, symbols[read]) for read in by_signal]
-    derivatives += [sympy.diff(expression, sympy.Symbol(name, real=True)) for name in by_parameter]
-    # sign jumps at zero: its derivative is a Dirac impulse there, and nothing everywhere else.
-    smooth = [d.replace(sympy.DiracDelta, lambda *_: sympy.Integer(0)) for d in derivatives]
-    function = numpy_function([*constants, *(symbols[read] for read in reads)], smooth)
+    by = [*(symbols[read] for read in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
+    function = derivatives([*constants, *(symbols[read] for read in reads)], expression, by)
     return _Slopes(line.signal, names, reads, by_signal, by_parameter, function)
