@@ -6,7 +6,7 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import hammerstein, stamping
+from benchmarks import diagnosis, hammerstein, stamping
 
 
 def main() -> None:
@@ -18,7 +18,7 @@ def main() -> None:
         f"{libraries}; one thread per process.",
     ]
     print("\n\n".join(parts), flush=True)
-    for module in (stamping, hammerstein):
+    for module in (stamping, hammerstein, diagnosis):
         part = module.run()
         print(f"\n{part}", flush=True)
         parts.append(part)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[3]))  # the benchmarks are not installed
 
 from benchmarks.blind.base_models import base_model
 from benchmarks.blind.cases import LOUDEST, PLANTS, STRONGEST, WEAKEST, Case, draw

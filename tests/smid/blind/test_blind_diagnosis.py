@@ -1,0 +1,30 @@
+"""An effect is hidden and has to be found: the reduced, fixed set of `python -m benchmarks.blind`."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.blind.diagnose_case import diagnose_case
+from benchmarks.blind.effects import EFFECTS
+
+# Every third effect of the table, each with the plant, input and noise that its seed draws.
+SEEDS = range(0, len(EFFECTS), 3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_hidden_effect_is_named_first(seed: int) -> None:
+    outcome = diagnose_case("single", seed, 1000)
+    assert outcome.verdict == "named", outcome.message
+    assert outcome.named[0] == outcome.truth[0]
+    assert outcome.ratio < 1.5
+
+
+@pytest.mark.parametrize("kind", ["none", "none, bound withheld"])
+def test_nothing_is_named_where_nothing_is_wrong(kind: str) -> None:
+    outcomes = [diagnose_case(kind, seed, 1000) for seed in range(20 if kind == "none" else 2)]
+    assert [o.named for o in outcomes] == [()] * len(outcomes)
+
+
+def test_two_hidden_effects_are_both_named() -> None:
+    outcome = diagnose_case("pair", 0, 1000)
+    assert set(outcome.named) == set(outcome.truth)

@@ -1,0 +1,36 @@
+"""The mismatches of the hybrid thesis's table 2, and the arm's friction, named from their data."""
+
+import pytest
+
+from benchmarks.stories import arm, reactor
+from smid import diagnose
+
+FRICTION = ("coulomb_friction", "stribeck_friction", "viscous_friction", "quadratic_drag")
+
+
+@pytest.mark.parametrize(
+    ("mismatch", "effect"),
+    [
+        ("time_constant", "time_constant"),
+        ("factor", "gain"),
+        ("power", "power_law"),
+        ("two_in_succession", "extra_lag"),
+        ("sine", "output_curve"),
+        ("square_root", "output_curve"),
+    ],
+)
+def test_a_mismatch_of_table_2_is_named_among_all_effects(mismatch: str, effect: str) -> None:
+    model, data, bound = reactor(mismatch)
+    diagnosis = diagnose(model, data, bound, certify=False, workers=1)
+    assert diagnosis.verdict == "named"
+    assert diagnosis.causes[0].effect == effect
+    assert diagnosis.gain.noise_bound_after < 1.2 * bound
+
+
+def test_what_newtons_law_lacks_is_friction() -> None:
+    model, data, bound = arm()
+    rivals = ("input_dead_zone", "input_curve", "power_law", "sensor_bias")
+    diagnosis = diagnose(model, data, bound, effects=(*FRICTION, *rivals), certify=False, workers=1)
+    assert diagnosis.verdict == "named"
+    assert diagnosis.causes[0].effect in FRICTION
+    assert diagnosis.gain.rmse_after < 0.1 * diagnosis.gain.rmse_before
