@@ -40,7 +40,8 @@ def misfit_figure(misfit: Misfit) -> Figure:
     5
     """
     data, start = misfit.data, misfit.start
-    names = [c.name for c in data.channels if c.name not in (misfit.input, misfit.channel)][:_MOST_CHANNELS]
+    others = [c.name for c in data.channels if c.name not in (misfit.input, misfit.channel)]
+    names = [name for name in others if any(np.ptp(run.values[name]) > 0 for run in data.experiments)][:_MOST_CHANNELS]
     error = np.concatenate([e[start:] for e in misfit.residual])
     free = [run.values[misfit.channel] - e for run, e in zip(data.experiments, misfit.residual, strict=True)]
     velocity = np.concatenate([np.gradient(y)[start:] if y.size > 1 else np.zeros(1) for y in free])
