@@ -15,6 +15,8 @@ from smid.models import (
     ModelError,
     OutputError,
     Parameter,
+    Reactor,
+    RotatingArm,
     Wiener,
     load_model,
 )
@@ -40,6 +42,8 @@ __all__ = [
     "OutputError",
     "Parameter",
     "ParameterInterval",
+    "Reactor",
+    "RotatingArm",
     "Validation",
     "Wiener",
     "bind",
