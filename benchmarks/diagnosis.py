@@ -14,7 +14,8 @@ import numpy as np
 from benchmarks.blind.cases import HELD_OUT, draw
 from smid.binding import bind
 from smid.diagnosis import EFFECTS
-from smid.diagnosis.search import Record, search
+from smid.diagnosis.search import search
+from smid.diagnosis.standing import Record
 from smid.diagnosis.trial import Base
 from smid.fit import fit
 

@@ -9,7 +9,8 @@ import numpy as np
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.compare import correlation_length, structure
 from smid.diagnosis.effects.effect import Detection, Effect, Site
-from smid.diagnosis.search import Found, Ranked, Record, Stage
+from smid.diagnosis.search import Found
+from smid.diagnosis.standing import Ranked, Record, Stage
 from smid.diagnosis.trial import Trial
 from smid.fit import Fitting
 

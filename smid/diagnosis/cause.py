@@ -77,7 +77,8 @@ class Cause:
     rivals : tuple of Rival
         Best first.
     evidence : mapping str -> float
-        ``rmse_before``, ``rmse_after`` (held out), ``chance``, ``score_drop``, ``structure_before`` and
+        ``rmse_before``, ``rmse_after`` (held out, without and with it beside the other causes), ``chance``,
+        ``score_drop``, ``structure_before`` and
         ``structure_after``; what a detection on the noise found instead.
     """
 

@@ -24,7 +24,8 @@ from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.faults import Fault, data_faults
 from smid.diagnosis.gain import gain
 from smid.diagnosis.misfit import Misfit, misfit
-from smid.diagnosis.search import Found, Record, search
+from smid.diagnosis.search import Found, search
+from smid.diagnosis.standing import Record
 from smid.diagnosis.trial import Base
 from smid.feasible import check_data, check_noise_bound
 from smid.fit import Fit, fit

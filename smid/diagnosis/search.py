@@ -7,13 +7,13 @@ At each stage all effects are fitted to what the current model leaves (`smid.dia
 with k numbers fitted and *effective* sample counts n (`smid.diagnosis.compare`): a further parameter has to pay for
 itself, and what does not carry over to held-out data loses. The leader is named if
 
-1. the score falls by more than chance gives among all effects tried (`_MARGIN`, plus twice the log of their number),
+1. the score falls by more than chance gives among all effects tried (`MARGIN`, plus twice the log of their number),
 2. the held-out error falls, by block bootstrap, and
-3. no rival comes within `_TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
+3. no rival comes within `TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
    recorded range would tell the leader (their predictions differ by less than the error that is left) is the same
    equation under another name, and no rival: a decay with y^2 is a quadratic drag.
 
-Two scores that differ by `_TIE` = 6 stand for odds of 20 to 1, `_MARGIN` = 20 for odds of 20000 to 1; both are
+Two scores that differ by `TIE` = 6 stand for odds of 20 to 1, `MARGIN` = 20 for odds of 20000 to 1; both are
 customary sizes for Schwarz's criterion and not fitted to any record.
 
 While several causes are missing, what the best of them leaves is so correlated that its samples count for few.  Then a
@@ -34,18 +34,24 @@ from functools import partial
 
 import numpy as np
 
-from smid.data import Dataset
-from smid.diagnosis.compare import chance, correlation_length, rms, structure
-from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
-from smid.diagnosis.experiment import separating_experiment
+from smid.diagnosis.compare import rms, structure
+from smid.diagnosis.effects.effect import Effect, Site
+from smid.diagnosis.standing import (
+    MARGIN,
+    TIE,
+    Record,
+    Stage,
+    differs,
+    drop,
+    fit_score,
+    judge,
+    rank,
+    shared_shrink,
+    stage_of,
+    weigh,
+)
 from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, try_effect
-from smid.fit import Fit
 
-_MARGIN = 20.0
-_TIE = 6.0
-_CHANCE = 0.01
-_LEAST_GAIN = 0.01
-_PROVISIONAL, _PROVISIONAL_CHANCE = 0.8, 0.1
 _WHITE = 0.05
 _PROMISING = 8
 _FOLLOWED = 2
@@ -53,92 +59,6 @@ _RECONSIDERED = 5
 MOST_CAUSES = 4
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Record:
-    """The data as the search uses them.
-
-    Parameters
-    ----------
-    data : Dataset
-    used, held : tuple of ndarray of bool, shape (n,)
-        Per experiment, the samples that may be fitted, and those kept back.
-    input, output : str
-        Main channels.
-    noise_bound : float or None
-        Of the output, in its unit.
-    """
-
-    data: Dataset
-    used: tuple[Mask, ...]
-    held: tuple[Mask, ...]
-    input: str
-    output: str
-    noise_bound: float | None = None
-
-    def fitted_part(self, residual: Sequence[Array]) -> list[Array]:
-        """Cut a residual to the samples that were fitted."""
-        return [r[u] for r, u in zip(residual, self.used, strict=True) if u.any()]
-
-    def held_part(self, residual: Sequence[Array]) -> list[Array]:
-        """Cut a residual to the samples that were kept back."""
-        return [r[h] for r, h in zip(residual, self.held, strict=True) if h.any()]
-
-    def score(self, residual: Sequence[Array], n_free: int, shrink: float) -> float:
-        """Return the score of a model from its residual; infinite where it runs away."""
-        fitted, held = self.fitted_part(residual), self.held_part(residual)
-        n, m = (sum(map(len, part)) / shrink for part in (fitted, held))
-        with np.errstate(all="ignore"):
-            value = 2 * n * np.log(rms(fitted)) + 2 * m * np.log(rms(held)) + n_free * np.log(n)
-        return float(value) if np.isfinite(value) else np.inf
-
-
-@dataclass(frozen=True, eq=False)
-class Ranked:
-    """A trial with its standing.
-
-    Parameters
-    ----------
-    trial : Trial
-    score : float
-        Less is better.
-    rmse : float
-        Held out, in the output's unit.
-    chance : float
-        Probability that its held-out gain over the current model is chance.
-    """
-
-    trial: Trial
-    score: float
-    rmse: float
-    chance: float
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """One round of the search.
-
-    Parameters
-    ----------
-    base : Base
-        What all effects were put on.
-    score, rmse : float
-        Of the base; the RMSE held out.
-    ranked : tuple of Ranked
-        All effects that could be fitted, best first.
-    leader : Ranked or None
-        The one that is named.
-    tied : tuple of Ranked
-        Effects that explain the data as well as the leader.
-    """
-
-    base: Base
-    score: float
-    rmse: float
-    ranked: tuple[Ranked, ...]
-    leader: Ranked | None
-    tied: tuple[Ranked, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,20 +173,19 @@ def _follow(
 
 def _is_sure(found: Stage) -> bool:
     """Tell whether a stage's leader passed the test against chance when it was found."""
-    assert found.leader is not None
-    return found.score - found.leader.score > _MARGIN
+    return drop(found) > MARGIN
 
 
 def _path_score(record: Record, path: _Path, among: Sequence[_Path]) -> float:
     residuals = [p.base.fit.residual(record.data, record.output) for p in among]
     own = path.base.fit
-    return record.score(own.residual(record.data, record.output), own.n_free, _shrink(record, residuals))
+    return record.score(own.residual(record.data, record.output), own.n_free, shared_shrink(record, residuals))
 
 
 def _equal(record: Record, first: _Path, second: _Path) -> bool:
     """Tell whether two paths explain the data equally well, and an experiment would separate them."""
     scores = [_path_score(record, p, (first, second)) for p in (first, second)]
-    return abs(scores[0] - scores[1]) < _TIE and _differs(record, first.base.fit, second.base.fit)
+    return abs(scores[0] - scores[1]) < TIE and differs(record, first.base.fit, second.base.fit)
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
@@ -314,61 +233,18 @@ def _stage(
     """Try all effects on a base, quickly, the promising again thoroughly, and judge them."""
     quick = _try_all(effects, base, QUICK, executor, progress)
     residual = base.fit.residual(record.data, record.output)
-    shrink = _shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in quick)])
-    ranked = _ranked(record, residual, quick, shrink)
+    shrink = shared_shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in quick)])
+    ranked = rank(record, residual, quick, shrink)
     promising = {r.trial.effect for r in ranked[:_PROMISING]}
     trials = {t.effect: t for t in quick}
     for trial in _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor):
         trials[trial.effect] = trial
-    shrink = _shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in trials.values())])
-    ranked = _ranked(record, residual, list(trials.values()), shrink)
+    shrink = shared_shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in trials.values())])
+    ranked = rank(record, residual, list(trials.values()), shrink)
     own, rmse = record.score(residual, base.fit.n_free, shrink), rms(record.held_part(residual))
-    leader, tied = _judge(own, rmse, ranked, effects)
-    tied = tuple(r for r in tied if leader is not None and _differs(record, leader.trial.fit, r.trial.fit))
+    leader, tied = judge(own, rmse, ranked, effects)
+    tied = tuple(r for r in tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
     return Stage(base, own, rmse, tuple(ranked), leader, tied)
-
-
-def _differs(record: Record, first: Fit, second: Fit) -> bool:
-    """Tell whether an experiment could separate two models: their predictions differ by more than the error left."""
-    experiment = separating_experiment({"first": first, "second": second}, record.data, record.input, record.output)
-    left = rms(record.held_part(first.residual(record.data, record.output)))
-    return experiment is None or experiment.difference > left
-
-
-def _ranked(record: Record, residual: Sequence[Array], trials: Sequence[Trial], shrink: float) -> list[Ranked]:
-    before, ranked = record.held_part(residual), []
-    for trial in trials:
-        rest = trial.fit.residual(record.data, record.output)
-        held, score = record.held_part(rest), record.score(rest, trial.fit.n_free, shrink)
-        if np.isfinite(score):
-            ranked.append(Ranked(trial, score, rms(held), chance(before, held)))
-    return sorted(ranked, key=lambda r: r.score)
-
-
-def _shrink(record: Record, residuals: Sequence[Sequence[Array]]) -> float:
-    """Return how many samples stand for an independent one in the best model's residual."""
-    parts = [record.fitted_part(r) for r in residuals]
-    best = min(parts, key=lambda part: rms(part) if np.isfinite(rms(part)) else np.inf)
-    return correlation_length(best)
-
-
-def _judge(
-    own: float, rmse: float, ranked: Sequence[Ranked], effects: Sequence[Effect]
-) -> tuple[Ranked | None, tuple[Ranked, ...]]:
-    margin = _MARGIN + 2 * np.log(max(len(ranked), 1))
-    passing = [
-        r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
-    ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
-    if not passing:
-        return None, ()
-    contains = {e.name: e.contains for e in effects}
-    leader = passing[0]
-    close = [r for r in passing[1:] if r.score - leader.score < _TIE]
-    # Of a general effect and its special case, equally good, the special case is what the data show.
-    special = next((r for r in close if r.trial.effect in contains[leader.trial.effect]), None)
-    if special is not None:
-        leader, close = special, [passing[0], *(r for r in close if r is not special)]
-    return leader, tuple(r for r in close if leader.trial.effect not in contains[r.trial.effect])
 
 
 def _reconsider(
@@ -389,38 +265,24 @@ def _reconsider(
         names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
         others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
         alternatives = _try_all(others, reduced, THOROUGH, executor)
-        shrink = _shrink(record, [f.residual(record.data, record.output) for f in (path.base.fit, reduced.fit)])
-        full, without = (_fit_score(record, f, shrink) for f in (path.base.fit, reduced.fit))
-        best = min(alternatives, key=lambda t: _fit_score(record, t.fit, shrink), default=None)
-        least = _fit_score(record, best.fit, shrink) if best is not None else np.inf
+        shrink = shared_shrink(record, [f.residual(record.data, record.output) for f in (path.base.fit, reduced.fit)])
+        full, without = (fit_score(record, f, shrink) for f in (path.base.fit, reduced.fit))
+        best = min(alternatives, key=lambda t: fit_score(record, t.fit, shrink), default=None)
+        least = fit_score(record, best.fit, shrink) if best is not None else np.inf
         remaining = tuple(s for i, s in enumerate(path.stages) if i != k)
-        if without - full < _MARGIN:
+        if without - full < MARGIN:
             path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
             k = 0
-        elif best is not None and least < full - _TIE:
-            stage = _restage(record, reduced, best, shrink)
+        elif best is not None and least < full - TIE:
+            stage = stage_of(record, reduced, best, shrink)
             path = _Path((*remaining, stage), reduced.extended(best), (*path.dropped, trials[k].effect))
             k = 0
         else:
-            close = [t for t in alternatives if _fit_score(record, t.fit, shrink) < full + _TIE]
-            tied = tuple(
-                _restage(record, reduced, t, shrink).ranked[0] for t in close if _differs(record, path.base.fit, t.fit)
-            )
-            stages = [replace(s, tied=tied) if i == k else s for i, s in enumerate(path.stages)]
-            path = replace(path, stages=tuple(stages))
+            weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, shrink, by_name)
+            path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
-    return path
-
-
-def _fit_score(record: Record, fit: Fit, shrink: float) -> float:
-    return record.score(fit.residual(record.data, record.output), fit.n_free, shrink)
-
-
-def _restage(record: Record, base: Base, trial: Trial, shrink: float) -> Stage:
-    residual, rest = (f.residual(record.data, record.output) for f in (base.fit, trial.fit))
-    before, held = record.held_part(residual), record.held_part(rest)
-    leader = Ranked(trial, _fit_score(record, trial.fit, shrink), rms(held), chance(before, held))
-    return Stage(base, _fit_score(record, base.fit, shrink), rms(before), (leader,), leader, ())
+    # Each stage now says what its cause gains beside all others: the largest first.
+    return replace(path, stages=tuple(sorted(path.stages, key=lambda s: -drop(s))))
 
 
 def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> Base | None:

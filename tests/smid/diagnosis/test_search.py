@@ -67,8 +67,9 @@ def test_two_hidden_effects_are_named_the_larger_first():
     assert diagnosis.verdict == "named"
     assert names(diagnosis) == ["input_dead_zone", "sensor_bias"]
     first, second = diagnosis.causes
-    assert first.evidence["rmse_after"] == pytest.approx(second.evidence["rmse_before"])
-    assert first.evidence["rmse_before"] > second.evidence["rmse_before"] > second.evidence["rmse_after"]
+    # Each against the model without it and with all others: the first is missed most.
+    assert first.evidence["rmse_after"] == pytest.approx(second.evidence["rmse_after"], rel=0.01)
+    assert first.evidence["rmse_before"] > second.evidence["rmse_before"] > 2 * second.evidence["rmse_after"]
     assert {p.name for p in diagnosis.model.parameters} >= set(diagnosis.new_parameters)
     assert diagnosis.gain.rmse_after == pytest.approx(BOUND / np.sqrt(3), rel=0.15)
 
