@@ -111,6 +111,7 @@ def diagnose(
     say("fitting the base model")
     fitted = fit(model, data, record.used)
     detections: list[tuple[Effect, Detection]] = []
+    everything = record
     record, fitted = _without_glitches(record, fitted, chosen, detections)
     base = Base(fitted, data, record.used, record.input, record.output)
     shown = misfit(
@@ -125,6 +126,8 @@ def diagnose(
     say(f"trying {len(chosen)} effects")
     with _pool(executor, workers, chosen) as pool:
         found = search(record, base, chosen, pool, progress)
+    if detections and not _glitches_remain(detections, record, found):
+        record, detections = everything, []
     detections += _noise_effects(record, found, chosen)
     return _assemble(model, record, base, found, detections, shown, faults, bound, chosen, certify, began)
 
@@ -276,6 +279,13 @@ def _without_glitches(
         held=tuple(h & ~g for h, g in zip(record.held, detection.glitches, strict=True)),
     )
     return clean, fit(fitted.model, record.data, clean.used)
+
+
+def _glitches_remain(detections: Sequence[tuple[Effect, Detection]], record: Record, found: Found) -> bool:
+    """Tell whether glitches are glitches to the extended model too: a limit hit for a moment looks like one."""
+    effect, _ = detections[0]
+    assert effect.detect is not None
+    return effect.detect(found.base.fit.model, _whole(record, found.base.fit)) is not None
 
 
 def _whole(record: Record, fitted: Fit) -> Site:

@@ -54,6 +54,7 @@ from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, tr
 
 _WHITE = 0.05
 _PROMISING = 8
+_FILTERED = 0.6
 _FOLLOWED = 2
 _RECONSIDERED = 5
 MOST_CAUSES = 4
@@ -189,8 +190,13 @@ def _equal(record: Record, first: _Path, second: _Path) -> bool:
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
-    """Tell whether an effect on the noise makes the residual likelier than a leader that it counts among its rivals."""
+    """Tell whether an effect on the noise makes the residual likelier than a leader that it counts among its rivals.
+
+    A leader that takes most of the held-out error away is no filter of noise.
+    """
     assert found.leader is not None
+    if found.leader.rmse < _FILTERED * found.rmse:
+        return False
     leader = found.leader.trial.effect
     site = Site(record.data, record.input, record.output, found.base.fit.residual(record.data, record.output))
     model = found.base.fit.model
