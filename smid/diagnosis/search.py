@@ -264,10 +264,11 @@ def _reconsider(
     k = 0
     while k < len(path.stages):
         trials = path.trials
-        reduced = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
-        if reduced is None:
+        replayed = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
+        if replayed is None:
             k += 1
             continue
+        reduced, again = replayed
         names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
         others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
         alternatives = _try_all(others, reduced, THOROUGH, executor)
@@ -275,7 +276,11 @@ def _reconsider(
         full, without = (fit_score(record, f, shrink) for f in (path.base.fit, reduced.fit))
         best = min(alternatives, key=lambda t: fit_score(record, t.fit, shrink), default=None)
         least = fit_score(record, best.fit, shrink) if best is not None else np.inf
-        remaining = tuple(s for i, s in enumerate(path.stages) if i != k)
+        # Put on again, an effect may have other names for its parameters.
+        remaining = tuple(
+            replace(s, leader=replace(s.leader, trial=trial)) if s.leader is not None else s
+            for s, trial in zip((s for i, s in enumerate(path.stages) if i != k), again, strict=True)
+        )
         if without - full < MARGIN:
             path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
             k = 0
@@ -291,12 +296,13 @@ def _reconsider(
     return replace(path, stages=tuple(sorted(path.stages, key=lambda s: -drop(s))))
 
 
-def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> Base | None:
+def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> tuple[Base, tuple[Trial, ...]] | None:
     """Put effects on the base model again, one after another, from the values they had."""
-    base = start
+    base, done = start, []
     for trial in trials:
         again = refit(by_name[trial.effect], trial, base)
         if again is None:
             return None
         base = base.extended(again)
-    return base
+        done.append(again)
+    return base, tuple(done)

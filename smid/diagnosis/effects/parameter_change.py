@@ -32,8 +32,8 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     # The line needs its parameter before `extensions` adds it beside each amount.
     stepped = timed.with_line(name, ramp, [moment])
     for extension in extensions(stepped, "change", lambda lag: signal(name)[t - lag]):
-        amount, start = next(iter(extension.starts[0].items()))
-        yield Extension(extension.model, tuple({amount: start, moment.name: at} for at in times), extension.label)
+        amounts = extension.starts[0]
+        yield Extension(extension.model, tuple({**amounts, moment.name: at} for at in times), extension.label)
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
