@@ -380,7 +380,6 @@ def fit(
     --------
     >>> from smid.models import OutputError
     >>> u = [1.0, 0, 1, 1, 0, 0, 1, 0]
-    >>> y = OutputError().with_values({"a1": -0.5, "b0": 1.0}).simulate
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": [0, 1, 0.5, 1.25, 1.625, 0.8125, 0.40625, 1.203125]},
     ...     sampling_time=1.0)
     >>> round(fit(OutputError(), data).model.values["a1"], 6)

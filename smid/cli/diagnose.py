@@ -10,7 +10,7 @@ from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data
 from smid.cli.options import json_option, record_options, report_option
 from smid.cli.outputs import Outputs
-from smid.diagnosis import EFFECTS
+from smid.diagnosis import EFFECTS, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.models import load_model
 from smid.reports import report as write_report
@@ -46,6 +46,12 @@ def _list_effects(context: click.Context, _parameter: click.Parameter, asked: bo
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; else one for each processor.")
 @click.option("--no-certify", is_flag=True, help="Do not try to prove that the model cannot explain the data.")
 @click.option(
+    "--prove",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="Certify the intervals of the named effects' parameters from the first N samples; needs a noise bound.",
+)
+@click.option(
     "--list-effects",
     is_flag=True,
     is_eager=True,
@@ -72,12 +78,15 @@ def diagnose(
     holdout: float,
     workers: int | None,
     no_certify: bool,
+    prove: int | None,
     json_: str | None,
     report: str | None,
 ) -> None:
     """Name what a model lacks on the record DATA (a CSV file): what is wrong, why, what to add, what it gains."""
     outputs = Outputs(json_, report)
     outputs.check()
+    if prove is not None and noise_bound is None:
+        raise click.UsageError("--prove needs a noise bound to prove anything by: give --noise-bound D")
     dataset = load_data(data, input_, output, sampling_time, time, start, stop, channels)
     base = bind(load_model(model), dataset)
     chosen = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
@@ -92,6 +101,8 @@ def diagnose(
             workers=workers,
             progress=progress,
         )
+        if prove is not None and noise_bound is not None and diagnosis.causes:
+            diagnosis = prove_parameters(diagnosis, noise_bound, prove)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
     if report is not None:

@@ -9,6 +9,7 @@ from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
 from smid.diagnosis.faults import Fault, data_faults
 from smid.diagnosis.gain import Gain
 from smid.diagnosis.misfit import Misfit, misfit
+from smid.diagnosis.proven import prove_parameters
 
 __all__ = [
     "EFFECTS",
@@ -28,4 +29,5 @@ __all__ = [
     "data_faults",
     "diagnose",
     "misfit",
+    "prove_parameters",
 ]

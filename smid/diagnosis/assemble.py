@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -44,8 +44,8 @@ def causes(record: Record, found: Found, effects: Mapping[str, Effect], site: Si
 def _evidence(record: Record, stage: Stage) -> dict[str, float]:
     leader = stage.leader
     assert leader is not None
-    before = stage.base.fit.residual(record.data, record.output)
-    after = leader.trial.fit.residual(record.data, record.output)
+    before = record.residual(stage.base.fit)
+    after = record.residual(leader.trial.fit)
     return {
         "rmse_before": stage.rmse,
         "rmse_after": leader.rmse,
@@ -95,7 +95,7 @@ def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
     model = trial.fit.model
     problem = Fitting(model, record.data, record.used, trial.fit.initial)
     vector = problem.start(model.values)
-    spread = _deviations(problem, vector, correlation_length(record.fitted_part(_residual(record, trial))))
+    spread = _deviations(problem, vector, correlation_length(record.fitted_part(record.residual(trial.fit))))
     result = []
     for name in trial.parameters:
         parameter = model.parameter(name)
@@ -114,10 +114,6 @@ def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
             )
         )
     return tuple(result)
-
-
-def _residual(record: Record, trial: Trial) -> Sequence[np.ndarray]:
-    return trial.fit.residual(record.data, record.output)
 
 
 def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.ndarray:

@@ -9,6 +9,7 @@ Reference: Brockwell and Davis, Time Series: Theory and Methods, 2nd ed., sectio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 LARGEST_ORDER = 12
 
 
-def autocovariance(x: Array, lags: int) -> Array:
+def autocovariance(x: Array, lags: int, mean: float | None = None) -> Array:
     """Return the biased autocovariance of a record at the lags 0 ... lags.
 
     Parameters
@@ -28,6 +29,8 @@ def autocovariance(x: Array, lags: int) -> Array:
     x : ndarray, shape (n,)
     lags : int
         Less than n.
+    mean : float, optional
+        What is taken off; by default the record's own.
 
     Returns
     -------
@@ -39,7 +42,7 @@ def autocovariance(x: Array, lags: int) -> Array:
     >>> autocovariance(np.array([1.0, -1.0, 1.0, -1.0]), 1)
     array([ 1.  , -0.75])
     """
-    centred = x - x.mean()
+    centred = x - (x.mean() if mean is None else mean)
     transform = np.fft.rfft(centred, 2 * x.size)
     return np.asarray(np.fft.irfft(np.abs(transform) ** 2)[: lags + 1] / x.size, dtype=np.float64)
 
@@ -96,15 +99,58 @@ def autoregression(x: Array) -> Autoregression:
     >>> round(found.explained, 1)  # 0.8^2
     0.6
     """
-    n = x.size
-    largest = min(LARGEST_ORDER, n // 10)
-    gamma = autocovariance(x, largest)
+    return levinson(autocovariance(x, min(LARGEST_ORDER, x.size // 10)), x.size)
+
+
+def autoregression_of(errors: Sequence[Array]) -> Autoregression:
+    """Describe errors of several runs, whose mean ought to be zero, by one autoregression.
+
+    Parameters
+    ----------
+    errors : sequence of ndarray, shape (n,)
+        Per run.
+
+    Returns
+    -------
+    Autoregression
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).standard_normal((2, 2000))
+    >>> found = autoregression_of([*np.asarray(lfilter([1.0], [1.0, -0.8], noise))])
+    >>> round(found.explained, 1)
+    0.6
+    """
+    n = sum(e.size for e in errors)
+    lags = min(LARGEST_ORDER, min(e.size for e in errors) // 10)
+    return levinson(sum((autocovariance(e, lags, 0.0) * (e.size / n) for e in errors), np.zeros(lags + 1)), n)
+
+
+def levinson(gamma: Array, n: int) -> Autoregression:
+    """Return the autoregression of least BIC that an autocovariance tells.
+
+    Parameters
+    ----------
+    gamma : ndarray, shape (p + 1,)
+        At the lags 0 ... p, the largest order.
+    n : int
+        Of how many samples.
+
+    Returns
+    -------
+    Autoregression
+
+    Examples
+    --------
+    >>> levinson(np.array([1.0, 0.8, 0.64]), 1000).coefficients
+    array([ 1. , -0.8])
+    """
     best = Autoregression(np.ones(1), float(gamma[0]), float(gamma[0]))
     if gamma[0] <= 0:
         return best
     a, variance = np.ones(1), float(gamma[0])
     least = n * np.log(variance)
-    for order in range(1, largest + 1):
+    for order in range(1, gamma.size):
         reflection = -float(a @ gamma[order:0:-1]) / variance
         a = np.append(a, 0.0) + reflection * np.append(a, 0.0)[::-1]
         variance *= 1.0 - reflection**2

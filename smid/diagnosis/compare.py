@@ -1,10 +1,8 @@
 """Tell whether one fitted model is better than another, or it is chance.
 
-Residuals are correlated, so neither counts of samples nor tests that assume independence can be trusted:
-
-- likelihoods are weighed by an *effective* number of samples, n / (1 + 2 sum of autocorrelations);
-- held-out errors are compared by a *block bootstrap*: whole blocks of the paired difference of squares are drawn again,
-  so that what is correlated stays together (Kuensch, Annals of Statistics 17, 1989).
+Residuals are correlated, so no test that assumes independence can be trusted.  Held-out errors are compared by a *block
+bootstrap*: whole blocks of the paired difference of squares are drawn again, so that what is correlated stays together
+(Kuensch, Annals of Statistics 17, 1989).
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from smid.diagnosis.certify import prove_empty
 from smid.diagnosis.compare import rms, structure
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
-from smid.diagnosis.effects.effect import Array, Detection, Effect, Site
+from smid.diagnosis.effects.effect import Array, Detection, Effect
 from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.faults import Fault, data_faults
 from smid.diagnosis.gain import gain
@@ -129,7 +129,7 @@ def diagnose(
     if detections and not _glitches_remain(detections, record, found):
         record, detections = everything, []
     detections += _noise_effects(record, found, chosen)
-    return _assemble(model, record, base, found, detections, shown, faults, bound, chosen, certify, began)
+    return _assemble(model, record, base, found, detections, shown, faults, chosen, certify, began)
 
 
 def _assemble(
@@ -140,18 +140,17 @@ def _assemble(
     detections: Sequence[tuple[Effect, Detection]],
     shown: Misfit,
     faults: tuple[Fault, ...],
-    bound: float | None,
     chosen: Sequence[Effect],
     certify: bool,
     began: float,
 ) -> Diagnosis:
-    data, output = record.data, record.output
+    data, output, bound = record.data, record.output, record.noise_bound
     final = found.base.fit
-    before, after = (f.residual(data, output) for f in (base.fit, final))
-    named = causes(record, found, {e.name: e for e in chosen}, base.site())
-    site = _whole(record, final)
+    before, after = record.residual(base.fit), record.residual(final)
+    site = base.site()
+    named = causes(record, found, {e.name: e for e in chosen}, site)
     rmse = rms(record.held_part(after))
-    noise = {e.name: detected(e, d, site, rmse) for e, d in detections}
+    noise = {e.name: detected(e, d, record.site(final), rmse) for e, d in detections}
     first = [noise.pop("outliers")] if "outliers" in noise else []
     listed = (*first, *named, *noise.values())
     tied = next((stage for stage in found.stages if stage.tied), None)
@@ -161,7 +160,7 @@ def _assemble(
         extended = detection.model if detection.glitches is None else extended
     proof = prove_empty(model, data, bound, output, before) if certify and bound is not None else None
     held = [run.values[output] for run in data.experiments]
-    tried = {r.trial.effect for s in found.stages for r in s.ranked}
+    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extend(base.fit.model, site))]
     rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}
     return Diagnosis(
         base=base.fit.model,
@@ -176,7 +175,7 @@ def _assemble(
         gain=gain(record.held_part(held), record.held_part(before), record.held_part(after), bound),
         proof=proof,
         experiment=separating_experiment(rivals, data, record.input, output) if tied else None,
-        skipped={e.name: e.needs or "does not apply" for e in chosen if e.detect is None and e.name not in tried},
+        skipped={e.name: e.needs or "does not apply" for e in inapplicable},
         dropped=found.dropped,
         unexplained=_unexplained(record, after, bound, noise),
         simulated=tuple(s[output] for s in base.fit.simulated),
@@ -269,7 +268,7 @@ def _without_glitches(
     effect = next((e for e in chosen if e.name == "outliers"), None)
     if effect is None or effect.detect is None:
         return record, fitted
-    detection = effect.detect(fitted.model, _whole(record, fitted))
+    detection = effect.detect(fitted.model, record.site(fitted))
     if detection is None or detection.glitches is None:
         return record, fitted
     detections.append((effect, detection))
@@ -285,18 +284,14 @@ def _glitches_remain(detections: Sequence[tuple[Effect, Detection]], record: Rec
     """Tell whether glitches are glitches to the extended model too: a limit hit for a moment looks like one."""
     effect, _ = detections[0]
     assert effect.detect is not None
-    return effect.detect(found.base.fit.model, _whole(record, found.base.fit)) is not None
-
-
-def _whole(record: Record, fitted: Fit) -> Site:
-    return Site(record.data, record.input, record.output, fitted.residual(record.data, record.output))
+    return effect.detect(found.base.fit.model, record.site(found.base.fit)) is not None
 
 
 def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
     """Look for effects on the noise in what the extended model leaves."""
     if found.interrupted or any(stage.tied for stage in found.stages):
         return []
-    site = _whole(record, found.base.fit)
+    site = record.site(found.base.fit)
     result = []
     for effect in chosen:
         if effect.detect is not None and effect.name != "outliers":

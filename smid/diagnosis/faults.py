@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from smid.data import Dataset, excitation
 from smid.diagnosis.autoregression import Array
+from smid.diagnosis.effects.naming import quantity
 from smid.diagnosis.feedback import feedback
 from smid.diagnosis.sensor import outlier_mask, quantisation_step, runs_of_equal
-from smid.diagnosis.structure import quantity
 
 __all__ = ["Fault", "data_faults", "outlier_mask", "quantisation_step"]
 

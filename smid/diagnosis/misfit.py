@@ -18,13 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from smid.data import DataError, Dataset
 from smid.diagnosis.autoregression import Array
+from smid.diagnosis.effects.naming import quantity
 from smid.diagnosis.serial import (
     frequency_structure,
     mean_structure,
     own_past_structure,
     past_inputs_structure,
 )
-from smid.diagnosis.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes, quantity
+from smid.diagnosis.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes
 
 SIGNS = ("falls", "rests", "rises")
 _TIME_BINS = 6

@@ -4,23 +4,27 @@ At each stage all effects are fitted to what the current model leaves (`smid.dia
 
     score = n_f log(mean square, fitted part) + n_h log(mean square, held-out part) + k log n_f
 
-with k numbers fitted and *effective* sample counts n (`smid.diagnosis.compare`): a further parameter has to pay for
-itself, and what does not carry over to held-out data loses. The leader is named if
+over n_f fitted and n_h held-out samples of the residual after an autoregression of its own, fitted to the fitted part,
+has taken out what its past tells; k counts the numbers fitted, the autoregression's too.  It is twice the negative log
+likelihood of correlated noise, with Schwarz's penalty: a further parameter has to pay for itself, and what does not
+carry over to held-out data loses.  Without the autoregression the slow part of a residual, a fraction of its power in
+noise but nearly all of it in the error of a free run, would drown what an effect explains.  The leader is named if
 
 1. the score falls by more than chance gives among all effects tried (`MARGIN`, plus twice the log of their number),
-2. the held-out error falls, by block bootstrap, and
-3. no rival comes within `TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
+2. the held-out error falls, by block bootstrap,
+3. no effect that fails the second test is likelier by more than `MARGIN`, and
+4. no rival comes within `TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
    recorded range would tell the leader (their predictions differ by less than the error that is left) is the same
    equation under another name, and no rival: a decay with y^2 is a quadratic drag.
 
 Two scores that differ by `TIE` = 6 stand for odds of 20 to 1, `MARGIN` = 20 for odds of 20000 to 1; both are
 customary sizes for Schwarz's criterion and not fitted to any record.
 
-While several causes are missing, what the best of them leaves is so correlated that its samples count for few.  Then a
-leader that takes a fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all
-that helps has been found.
+While several causes are missing, the best of them may gain less than test 1 asks.  Then a leader that takes a
+fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all is found.
 
-Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there. After
+Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
+the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. After
 each further cause all are put to the test again (*backward deletion*): each is left out, and dropped if it is not
 missed, or replaced if another effect does better beside the rest.
 """
@@ -35,7 +39,7 @@ from functools import partial
 import numpy as np
 
 from smid.diagnosis.compare import rms, structure
-from smid.diagnosis.effects.effect import Effect, Site
+from smid.diagnosis.effects.effect import Array, Effect
 from smid.diagnosis.standing import (
     MARGIN,
     TIE,
@@ -43,11 +47,8 @@ from smid.diagnosis.standing import (
     Stage,
     differs,
     drop,
-    fit_score,
     judge,
     rank,
-    shared_shrink,
-    stage_of,
     weigh,
 )
 from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, try_effect
@@ -69,7 +70,7 @@ class Found:
     Parameters
     ----------
     stages : tuple of Stage
-        One for each named cause, in order; and last the round that named nothing, or was ambiguous.
+        One for each named cause, the largest gain first; or the first round alone, where it named nothing.
     base : Base
         The extended model.
     dropped : tuple of str
@@ -116,17 +117,22 @@ def search(
         path = _Path((replace(first, tied=()),), base.extended(first.leader.trial), ())
         if _noise_explains_more(record, first, effects):
             return Found((replace(first, leader=None, tied=()),), base, (), False)
-        # What looks alike while other causes are still missing may not when they are found: follow each.
-        paths = []
-        for choice in (first.leader, *first.tied[:_FOLLOWED]):
-            if progress:
-                progress(f"named {choice.trial.effect}: held-out RMSE {first.rmse:.4g} -> {choice.rmse:.4g}")
+        # What looks alike while other causes are still missing may not when they are found: follow each. And where
+        # the best way ends with more than noise left, the first step may have been the wrong one.
+        paths: list[_Path] = []
+        for choice in (first.leader, *first.tied[:_FOLLOWED], *first.runners_up[:_FOLLOWED]):
+            if choice in first.runners_up and _is_white(record, path.base):
+                break
             begun = _Path((replace(first, leader=choice, tied=()),), base.extended(choice.trial), ())
-            paths.append(_follow(record, base, begun, effects, executor, progress))
-            path = min(paths, key=lambda p: _path_score(record, p, paths))
+            _tell(progress, begun.stages[0])
+            followed = _follow(record, base, begun, effects, executor, progress)
+            ahead = MARGIN if choice in first.runners_up else 0.0
+            if not paths or record.score(followed.base.fit) < record.score(path.base.fit) - ahead:
+                path = followed
+            paths.append(followed)
         rest = [p for p in paths if p is not path and _equal(record, p, path)]
-        if rest:
-            tied = tuple(p.stages[0].leader for p in rest if p.stages[0].leader is not None)
+        tied = tuple(p.stages[0].leader for p in rest if p.stages and p.stages[0].leader is not None)
+        if tied and path.stages:
             path = replace(path, stages=(replace(path.stages[0], tied=tied), *path.stages[1:]))
     except KeyboardInterrupt:
         return Found(path.stages, path.base, path.dropped, True)
@@ -161,8 +167,7 @@ def _follow(
         found = _stage(record, path.base, others, executor, progress)
         if found.leader is None or _noise_explains_more(record, found, effects):
             break
-        if progress:
-            progress(f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}")
+        _tell(progress, found)
         path = replace(path, stages=(*path.stages, found), base=path.base.extended(found.leader.trial))
     # Alone, a cause that passed all tests has been put to them already.
     return (
@@ -177,16 +182,10 @@ def _is_sure(found: Stage) -> bool:
     return drop(found) > MARGIN
 
 
-def _path_score(record: Record, path: _Path, among: Sequence[_Path]) -> float:
-    residuals = [p.base.fit.residual(record.data, record.output) for p in among]
-    own = path.base.fit
-    return record.score(own.residual(record.data, record.output), own.n_free, shared_shrink(record, residuals))
-
-
 def _equal(record: Record, first: _Path, second: _Path) -> bool:
     """Tell whether two paths explain the data equally well, and an experiment would separate them."""
-    scores = [_path_score(record, p, (first, second)) for p in (first, second)]
-    return abs(scores[0] - scores[1]) < TIE and differs(record, first.base.fit, second.base.fit)
+    apart = abs(record.score(first.base.fit) - record.score(second.base.fit))
+    return apart < TIE and differs(record, first.base.fit, second.base.fit)
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
@@ -198,21 +197,32 @@ def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]
     if found.leader.rmse < _FILTERED * found.rmse:
         return False
     leader = found.leader.trial.effect
-    site = Site(record.data, record.input, record.output, found.base.fit.residual(record.data, record.output))
-    model = found.base.fit.model
+    model, site = found.base.fit.model, record.site(found.base.fit)
     drops = [
         d.score_drop for e in effects if e.detect and leader in e.rivals and (d := e.detect(model, site)) is not None
     ]
-    return max(drops, default=0.0) > found.score - found.leader.score
+    return max(drops, default=0.0) > drop(found)
+
+
+def _tell(progress: Progress | None, found: Stage) -> None:
+    if progress and found.leader is not None:
+        progress(f"named {found.leader.trial.effect}: held-out RMSE {found.rmse:.4g} -> {found.leader.rmse:.4g}")
 
 
 def _is_noise(record: Record, base: Base) -> bool:
     """Tell whether nothing is left to explain: all errors within the noise bound, and white."""
-    left = base.fit.residual(record.data, record.output)
-    parts = [*record.fitted_part(left), *record.held_part(left)]
-    largest = float(np.abs(np.concatenate(parts)).max())
+    largest = max(float(np.abs(part).max()) for part in _left(record, base))
     # A fit errs too, by a little: a free run within 1.1 of the bound is as good as within it.
-    return record.noise_bound is not None and largest <= 1.1 * record.noise_bound and structure(parts) < _WHITE
+    return record.noise_bound is not None and largest <= 1.1 * record.noise_bound and _is_white(record, base)
+
+
+def _is_white(record: Record, base: Base) -> bool:
+    return structure(_left(record, base)) < _WHITE
+
+
+def _left(record: Record, base: Base) -> list[Array]:
+    residual = record.residual(base.fit)
+    return [*record.fitted_part(residual), *record.held_part(residual)]
 
 
 def _try_all(
@@ -238,19 +248,15 @@ def _stage(
 ) -> Stage:
     """Try all effects on a base, quickly, the promising again thoroughly, and judge them."""
     quick = _try_all(effects, base, QUICK, executor, progress)
-    residual = base.fit.residual(record.data, record.output)
-    shrink = shared_shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in quick)])
-    ranked = rank(record, residual, quick, shrink)
-    promising = {r.trial.effect for r in ranked[:_PROMISING]}
+    promising = {r.trial.effect for r in rank(record, base.fit, quick)[:_PROMISING]}
     trials = {t.effect: t for t in quick}
     for trial in _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor):
         trials[trial.effect] = trial
-    shrink = shared_shrink(record, [residual, *(t.fit.residual(record.data, record.output) for t in trials.values())])
-    ranked = rank(record, residual, list(trials.values()), shrink)
-    own, rmse = record.score(residual, base.fit.n_free, shrink), rms(record.held_part(residual))
-    leader, tied = judge(own, rmse, ranked, effects)
-    tied = tuple(r for r in tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
-    return Stage(base, own, rmse, tuple(ranked), leader, tied)
+    ranked = rank(record, base.fit, [*trials.values()])
+    own, rmse = record.score(base.fit), rms(record.held_part(record.residual(base.fit)))
+    leader, close, runners_up = judge(own, rmse, ranked, effects)
+    tied = tuple(r for r in close if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
+    return Stage(base, own, rmse, tuple(ranked), leader, tied, runners_up)
 
 
 def _reconsider(
@@ -272,10 +278,9 @@ def _reconsider(
         names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
         others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
         alternatives = _try_all(others, reduced, THOROUGH, executor)
-        shrink = shared_shrink(record, [f.residual(record.data, record.output) for f in (path.base.fit, reduced.fit)])
-        full, without = (fit_score(record, f, shrink) for f in (path.base.fit, reduced.fit))
-        best = min(alternatives, key=lambda t: fit_score(record, t.fit, shrink), default=None)
-        least = fit_score(record, best.fit, shrink) if best is not None else np.inf
+        full, without = record.score(path.base.fit), record.score(reduced.fit)
+        best = min(alternatives, key=lambda t: record.score(t.fit), default=None)
+        least = record.score(best.fit) if best is not None else np.inf
         # Put on again, an effect may have other names for its parameters.
         remaining = tuple(
             replace(s, leader=replace(s.leader, trial=trial)) if s.leader is not None else s
@@ -285,11 +290,11 @@ def _reconsider(
             path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
             k = 0
         elif best is not None and least < full - TIE:
-            stage = stage_of(record, reduced, best, shrink)
+            stage = weigh(record, reduced, best)
             path = _Path((*remaining, stage), reduced.extended(best), (*path.dropped, trials[k].effect))
             k = 0
         else:
-            weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, shrink, by_name)
+            weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, by_name)
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
     # Each stage now says what its cause gains beside all others: the largest first.

@@ -19,7 +19,8 @@ from scipy.ndimage import median_filter
 from scipy.stats import chi2, f
 
 from smid.diagnosis.autoregression import Array, autocovariance, autoregression
-from smid.diagnosis.structure import CHANCE, FEWEST, Bin, Structure, quantity, range_of
+from smid.diagnosis.effects.naming import quantity
+from smid.diagnosis.structure import CHANCE, FEWEST, Bin, Structure, range_of
 
 LARGEST_LAG = 30
 

@@ -5,14 +5,15 @@ See `smid.diagnosis.search` for the score and its thresholds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from smid.data import Dataset
-from smid.diagnosis.compare import chance, correlation_length, rms
-from smid.diagnosis.effects.effect import Array, Effect, Mask
+from smid.diagnosis.autoregression import autoregression_of
+from smid.diagnosis.compare import chance, rms
+from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
 from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.trial import Base, Trial
 from smid.fit import Fit
@@ -46,6 +47,14 @@ class Record:
     output: str
     noise_bound: float | None = None
 
+    def residual(self, fit: Fit) -> tuple[Array, ...]:
+        """Return measured minus simulated output of a fit, per experiment."""
+        return fit.residual(self.data, self.output)
+
+    def site(self, fit: Fit) -> Site:
+        """Return what effects on the noise may know: all of the residual."""
+        return Site(self.data, self.input, self.output, self.residual(fit))
+
     def fitted_part(self, residual: Sequence[Array]) -> list[Array]:
         """Cut a residual to the samples that were fitted."""
         return [r[u] for r, u in zip(residual, self.used, strict=True) if u.any()]
@@ -54,13 +63,30 @@ class Record:
         """Cut a residual to the samples that were kept back."""
         return [r[h] for r, h in zip(residual, self.held, strict=True) if h.any()]
 
-    def score(self, residual: Sequence[Array], n_free: int, shrink: float) -> float:
-        """Return the score of a model from its residual; infinite where it runs away."""
-        fitted, held = self.fitted_part(residual), self.held_part(residual)
-        n, m = (sum(map(len, part)) / shrink for part in (fitted, held))
+    def score(self, fit: Fit) -> float:
+        """Return the score of a fit; infinite where it runs away."""
+        residual = self.residual(fit)
+        if not all(np.isfinite(r).all() for r in residual):
+            return np.inf
+        counted = [u | h for u, h in zip(self.used, self.held, strict=True)]
+        bridged = [_bridged(r, c) for r, c in zip(residual, counted, strict=True)]
+        noise = autoregression_of(self.fitted_part(bridged))
+        past = noise.coefficients.size - 1
+        white = [np.concatenate([np.full(past, np.nan), noise.whiten(r)]) for r in bridged]
+        fitted, held = (
+            np.concatenate([w[kept] for w, kept in zip(white, part, strict=True)]) for part in (self.used, self.held)
+        )
+        n, m = fitted.size, held.size
         with np.errstate(all="ignore"):
-            value = 2 * n * np.log(rms(fitted)) + 2 * m * np.log(rms(held)) + n_free * np.log(n)
-        return float(value) if np.isfinite(value) else np.inf
+            spread = n * np.log(np.nanmean(fitted**2)) + m * np.log(np.nanmean(held**2))
+            value = float(spread + (fit.n_free + past) * np.log(n))
+        return value if np.isfinite(value) else np.inf
+
+
+def _bridged(residual: Array, counted: Mask) -> Array:
+    """Draw a straight line through samples that do not count, glitches or a warm-up."""
+    where = np.flatnonzero(counted)
+    return np.interp(np.arange(residual.size), where, residual[where]) if where.size else residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +126,8 @@ class Stage:
         The one that is named.
     tied : tuple of Ranked
         Effects that explain the data as well as the leader.
+    runners_up : tuple of Ranked
+        Effects that would be named if it were not for the leader, best first.
     """
 
     base: Base
@@ -108,43 +136,40 @@ class Stage:
     ranked: tuple[Ranked, ...]
     leader: Ranked | None
     tied: tuple[Ranked, ...]
+    runners_up: tuple[Ranked, ...] = ()
 
 
 def differs(record: Record, first: Fit, second: Fit) -> bool:
     """Tell whether an experiment could separate two models: their predictions differ by more than the error left."""
     experiment = separating_experiment({"first": first, "second": second}, record.data, record.input, record.output)
-    left = rms(record.held_part(first.residual(record.data, record.output)))
+    left = rms(record.held_part(record.residual(first)))
     return experiment is None or experiment.difference > left
 
 
-def rank(record: Record, residual: Sequence[Array], trials: Sequence[Trial], shrink: float) -> list[Ranked]:
+def standing(record: Record, base: Fit, trial: Trial) -> Ranked:
+    """Return a trial with its standing over a base; its score is infinite where it runs away."""
+    before, after = (record.held_part(record.residual(f)) for f in (base, trial.fit))
+    return Ranked(trial, record.score(trial.fit), rms(after), chance(before, after))
+
+
+def rank(record: Record, base: Fit, trials: Sequence[Trial]) -> list[Ranked]:
     """Return trials with their standing, best first; those that run away are left out."""
-    before, ranked = record.held_part(residual), []
-    for trial in trials:
-        rest = trial.fit.residual(record.data, record.output)
-        held, score = record.held_part(rest), record.score(rest, trial.fit.n_free, shrink)
-        if np.isfinite(score):
-            ranked.append(Ranked(trial, score, rms(held), chance(before, held)))
-    return sorted(ranked, key=lambda r: r.score)
-
-
-def shared_shrink(record: Record, residuals: Sequence[Sequence[Array]]) -> float:
-    """Return how many samples stand for an independent one in the best model's residual."""
-    parts = [record.fitted_part(r) for r in residuals]
-    best = min(parts, key=lambda part: rms(part) if np.isfinite(rms(part)) else np.inf)
-    return correlation_length(best)
+    with np.errstate(all="ignore"):
+        ranked = [standing(record, base, trial) for trial in trials]
+    return sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score)
 
 
 def judge(
     own: float, rmse: float, ranked: Sequence[Ranked], effects: Sequence[Effect]
-) -> tuple[Ranked | None, tuple[Ranked, ...]]:
-    """Return the effect that may be named, if any, and those that do as well."""
+) -> tuple[Ranked | None, tuple[Ranked, ...], tuple[Ranked, ...]]:
+    """Return the effect that may be named, if any, those that do as well, and those that help less."""
     margin = MARGIN + 2 * np.log(max(len(ranked), 1))
     passing = [
         r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
     ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
-    if not passing:
-        return None, ()
+    # Where an effect is likelier by far but does not carry over, what carries over is no cause either.
+    if not passing or passing[0].score - ranked[0].score > MARGIN:
+        return None, (), ()
     contains = {e.name: e.contains for e in effects}
     leader = passing[0]
     close = [r for r in passing[1:] if r.score - leader.score < TIE]
@@ -152,7 +177,8 @@ def judge(
     special = next((r for r in close if r.trial.effect in contains[leader.trial.effect]), None)
     if special is not None:
         leader, close = special, [passing[0], *(r for r in close if r is not special)]
-    return leader, tuple(r for r in close if leader.trial.effect not in contains[r.trial.effect])
+    others = tuple(r for r in passing if r is not leader and leader.trial.effect not in contains[r.trial.effect])
+    return leader, tuple(r for r in others if r in close), tuple(r for r in others if r not in close)
 
 
 def drop(found: Stage) -> float:
@@ -161,12 +187,11 @@ def drop(found: Stage) -> float:
 
 
 def weigh(
-    record: Record, reduced: Base, trial: Trial, rivals: Sequence[Trial], shrink: float, by_name: dict[str, Effect]
+    record: Record, reduced: Base, trial: Trial, rivals: Sequence[Trial] = (), by_name: Mapping[str, Effect] = {}
 ) -> Stage:
     """Return a stage that weighs a cause against its rivals beside all other causes."""
-    residual = reduced.fit.residual(record.data, record.output)
-    ranked = rank(record, residual, [trial, *rivals], shrink)
-    leader = next(r for r in ranked if r.trial is trial)
+    leader = standing(record, reduced.fit, trial)
+    ranked = sorted([leader, *rank(record, reduced.fit, rivals)], key=lambda r: r.score)
     tied = tuple(
         r
         for r in ranked
@@ -175,18 +200,5 @@ def weigh(
         and trial.effect not in by_name[r.trial.effect].contains
         and differs(record, trial.fit, r.trial.fit)
     )
-    score = fit_score(record, reduced.fit, shrink)
-    return Stage(reduced, score, rms(record.held_part(residual)), tuple(ranked), leader, tied)
-
-
-def fit_score(record: Record, fit: Fit, shrink: float) -> float:
-    """Return the score of a fit."""
-    return record.score(fit.residual(record.data, record.output), fit.n_free, shrink)
-
-
-def stage_of(record: Record, base: Base, trial: Trial, shrink: float) -> Stage:
-    """Return the stage that one trial makes."""
-    residual, rest = (f.residual(record.data, record.output) for f in (base.fit, trial.fit))
-    before, held = record.held_part(residual), record.held_part(rest)
-    leader = Ranked(trial, fit_score(record, trial.fit, shrink), rms(held), chance(before, held))
-    return Stage(base, fit_score(record, base.fit, shrink), rms(before), (leader,), leader, ())
+    rmse = rms(record.held_part(record.residual(reduced.fit)))
+    return Stage(reduced, record.score(reduced.fit), rmse, tuple(ranked), leader, tied)

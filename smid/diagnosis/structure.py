@@ -29,6 +29,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.stats import f
 
 from smid.diagnosis.autoregression import Array, autoregression
+from smid.diagnosis.effects.naming import quantity
 
 CHANCE = 1e-3
 """A dependence that chance produces more often than this has share zero."""
@@ -96,17 +97,6 @@ class Structure:
     bins: tuple[Bin, ...] = ()
     chance: float = 1.0
     at: float | None = None
-
-
-def quantity(value: float, unit: str, signed: bool = False) -> str:
-    """Print a number with its unit.
-
-    Examples
-    --------
-    >>> quantity(0.4213, "bar", signed=True)
-    '+0.421 bar'
-    """
-    return f"{value:{'+' if signed else ''}.3g} {unit}".rstrip()
 
 
 def level_codes(x: Array) -> NDArray[np.int64] | None:

@@ -17,7 +17,7 @@ their mean, is taken.  Reference: Khalil, Nonlinear Systems, 3rd ed., section 3.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -64,8 +64,6 @@ class FreeRun:
 
     Attributes
     ----------
-    model : Model
-        The model.
     parameters : tuple of str
         Names of the free parameters (those whose box is not a point), in the model's order.
     states : tuple of (str, int)
@@ -73,7 +71,6 @@ class FreeRun:
         read further back; clocks are left out.
     """
 
-    model: Model
     parameters: tuple[str, ...]
     states: tuple[Reference, ...]
     _groups: tuple[tuple[Group, tuple[_Slopes, ...], bool], ...]
@@ -191,7 +188,6 @@ class FreeRun:
         return found
 
 
-@lru_cache(maxsize=512)
 def compile_free_run(model: Model) -> FreeRun:
     """Compile a model for free runs with sensitivities.
 
@@ -203,7 +199,7 @@ def compile_free_run(model: Model) -> FreeRun:
     Returns
     -------
     FreeRun
-        Kept for the next call with the same model.
+        Kept for the next call with the same model, whatever values it carries.
 
     Examples
     --------
@@ -215,6 +211,11 @@ def compile_free_run(model: Model) -> FreeRun:
     >>> signals["w"], slopes["w"][:, 1]
     (array([1.  , 1.5 , 1.75]), array([1.  , 1.5 , 1.75]))
     """
+    return _compiled(replace(model, values={}))
+
+
+@lru_cache(maxsize=512)
+def _compiled(model: Model) -> FreeRun:
     lines = model.discretised().lines
     free = tuple(p.name for p in model.parameters if p.lower < p.upper)
     fixed = {p.name: p.lower for p in model.parameters if p.lower == p.upper}
@@ -238,7 +239,7 @@ def compile_free_run(model: Model) -> FreeRun:
         for lag in range(1, deepest + 1)
     )
     states += tuple((name, 1) for name in before)
-    return FreeRun(model, free, states, tuple(parts), history, frozenset(before), fixed)
+    return FreeRun(free, states, tuple(parts), history, frozenset(before), fixed)
 
 
 def _is_clock(group: Sequence[Line]) -> bool:

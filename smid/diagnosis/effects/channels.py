@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import sympy
 
 from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.naming import signal_of
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
@@ -19,14 +20,13 @@ def usable(model: Model, site: Site) -> Iterator[tuple[str, float, float, Callab
     A channel whose name stands for a parameter or a computed signal of the model cannot be read by it.
     """
     taken = {p.name for p in model.parameters} | {line.signal for line in model.lines}
-    measured = {item.channel: item.signal for item in model.measurements}
     taken |= {item.noise for item in model.measurements if item.noise}
     for channel in site.other_channels:
         low, high = site.span(channel)
         if low == high or channel in taken:
             continue
         middle, half = float(site.values(channel).mean()), (high - low) / 2
-        v = signal(measured.get(channel, channel))
+        v = signal(signal_of(model, channel))
 
         def deviation(lag: int, v: sympy.IndexedBase = v, middle: float = middle, half: float = half) -> sympy.Expr:
             return (v[t - lag] - number(middle)) / number(half)

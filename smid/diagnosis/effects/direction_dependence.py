@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh
-from smid.diagnosis.effects.plant import input_signal, output_signal, state_lines, with_increment
+from smid.diagnosis.effects.naming import find, free_name, fresh, signal_of
+from smid.diagnosis.effects.plant import output_signal, state_lines, with_increment
 from smid.diagnosis.effects.varying import extensions, sentence, told
 from smid.models import Model, signal, t
 
@@ -36,7 +36,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         states_only=True,
     )
     name = free_name(model, f"{site.input}_direction")
-    u, d = signal(input_signal(model, site)), signal(name)
+    u, d = signal(signal_of(model, site.input)), signal(name)
     way = sympy.sign(u[t] - u[t - 1])
     turned = model.with_line(name, way + (1 - sympy.Abs(way)) * d[t - 1])
     yield from extensions(turned, "with_direction", lambda lag: d[t - lag], label=f"with the direction of {site.input}")

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter, signal, t
 
 __all__ = ["EFFECT"]
@@ -27,10 +27,7 @@ _PARTS = (("pole", 0.999), ("share", 1.0))
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Put it at the sensor, and before the input."""
     sensor, share = (fresh(model, f"sensor_{part}", (0, most), "", 0.0) for part, most in _PARTS)
-    name, raw = (
-        free_name(model, f"{site.output}_lag"),
-        next(m.signal for m in model.measurements if m.channel == site.output),
-    )
+    name, raw = free_name(model, f"{site.output}_lag"), signal_of(model, site.output)
     yield Extension(
         model.insert_sensor(site.output, lambda _: _lag(sensor, share, name, raw), [sensor, share], new_name=name),
         tuple({sensor.name: pole, share.name: 0.5} for pole in _POLES),
@@ -38,8 +35,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     )
     actuator, blend = (fresh(model, f"input_{part}", (0, most), "", 0.0) for part, most in _PARTS)
     drive = free_name(model, f"{site.input}_lag")
-    # The signal that the input channel measures, where it is taken as noisy.
-    read = next((m.signal for m in model.measurements if m.channel == site.input), site.input)
+    read = signal_of(model, site.input)
     yield Extension(
         model.insert_before(
             site.input, lambda _: _lag(actuator, blend, drive, read), [actuator, blend], new_name=drive

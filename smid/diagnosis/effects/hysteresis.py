@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
@@ -43,11 +43,6 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             yield _of_channel(model, site, channel, high - low)
 
 
-def _signal_of(model: Model, channel: str) -> str:
-    measured = {item.channel: item.signal for item in model.measurements}
-    return measured.get(channel, channel)
-
-
 def _put(model: Model, channel: str, stem: str, change: sympy.Expr, parameters: list[Parameter]) -> Model:
     """Add a change to the input before its readers, or to what the sensor sees."""
     name = free_name(model, f"{channel}_joined")
@@ -60,7 +55,7 @@ def _bouc_wen(model: Model, site: Site, channel: str, stem: str, span: float) ->
     width = fresh(model, f"{stem}_loop_width", (-span, span), site.unit(channel), 0.0)
     rate = fresh(model, f"{stem}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
-    x, z = signal(_signal_of(model, channel)), signal(name)
+    x, z = signal(signal_of(model, channel)), signal(name)
     extended = _put(model, channel, stem, width.symbol * z[t], [width, rate])
     # Added behind, the memory follows the raw signal and not its own effect.
     extended = extended.with_line(name, _memory(x, z, rate))
@@ -74,7 +69,7 @@ def _of_channel(model: Model, site: Site, channel: str, span: float) -> Extensio
     rate = fresh(model, f"{channel}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
     extended = _put(model, site.output, "output", width.symbol * signal(name)[t], [width, rate])
-    extended = extended.with_line(name, _memory(signal(_signal_of(model, channel)), signal(name), rate))
+    extended = extended.with_line(name, _memory(signal(signal_of(model, channel)), signal(name), rate))
     size = high - low
     starts = tuple({width.name: k * size, rate.name: r / span} for k in (0.2, -0.2) for r in (5.0, 20.0))
     return Extension(extended, starts, f"Bouc-Wen of {channel}")
@@ -88,7 +83,7 @@ def _memory(x: sympy.IndexedBase, z: sympy.IndexedBase, rate: Parameter) -> symp
 
 
 def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> Extension:
-    x = signal(_signal_of(model, channel))
+    x = signal(signal_of(model, channel))
     shares = [fresh(model, f"{stem}_play_share_{'abc'[k]}", (-2, 2), "", 0.0) for k in range(len(_RADII))]
     change: sympy.Expr = sympy.Integer(0)
     lines: list[tuple[str, sympy.Expr]] = []

@@ -86,12 +86,19 @@ def find(values: Mapping[str, float], stem: str) -> float | None:
     return None
 
 
-def quantity(value: float, unit: str = "") -> str:
+def signal_of(model: Model, channel: str) -> str:
+    """Name the signal that a channel shows; an input taken as exact is its own."""
+    return next((m.signal for m in model.measurements if m.channel == channel), channel)
+
+
+def quantity(value: float, unit: str = "", signed: bool = False) -> str:
     """Write a value with three digits and its unit.
 
     Examples
     --------
     >>> quantity(0.31415, "A")
     '0.314 A'
+    >>> quantity(0.4213, "bar", signed=True)
+    '+0.421 bar'
     """
-    return f"{value:.3g} {unit}".rstrip()
+    return f"{value:{'+' if signed else ''}.3g} {unit}".rstrip()

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import fresh, quantity
-from smid.diagnosis.effects.plant import input_signal, output_signal
+from smid.diagnosis.effects.naming import fresh, quantity, signal_of
+from smid.diagnosis.effects.plant import output_signal
 from smid.diagnosis.effects.varying import extensions, sentence, told
 from smid.models import Model, signal, t
 from smid.models.symbols import number
@@ -22,7 +22,7 @@ __all__ = ["EFFECT"]
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Let each parameter of the states' lines, their pace and their gain follow the level."""
-    w, u = signal(output_signal(model, site)), signal(input_signal(model, site))
+    w, u = signal(output_signal(model, site)), signal(signal_of(model, site.input))
     high, full = number(site.scale(site.output)), number(site.scale(site.input))
     for suffix, label, vary in (
         ("with_output", "with the output", lambda lag: w[t - lag] / high),

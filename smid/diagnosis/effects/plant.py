@@ -14,14 +14,13 @@ from dataclasses import dataclass, replace
 import sympy
 
 from smid.diagnosis.effects.effect import Site
-from smid.diagnosis.effects.naming import is_brought, is_helper
+from smid.diagnosis.effects.naming import is_brought, is_helper, signal_of
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.symbols import number, plain_symbols, references
 
 __all__ = [
     "StateLine",
     "base_parameters",
-    "input_signal",
     "let_vary",
     "magnitude",
     "output_signal",
@@ -102,15 +101,9 @@ class StateLine:
         return sympy.expand(1 - total)
 
 
-def input_signal(model: Model, site: Site) -> str:
-    """Name the signal that the main input's channel shows."""
-    measured = {item.channel: item.signal for item in model.measurements}
-    return measured.get(site.input, site.input)
-
-
 def output_signal(model: Model, site: Site) -> str:
     """Name the state that the main output shows, behind any sensor curve or lag; the measured signal without one."""
-    measured = next(item.signal for item in model.measurements if item.channel == site.output)
+    measured = signal_of(model, site.output)
     owns = {state.own for state in state_lines(model)}
     now = {line.signal: {name for name, lag in references(line.expression) if lag == 0} for line in model.lines}
     waiting = [measured]

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
 from smid.diagnosis.effects.spectrum import peaks
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
@@ -63,7 +63,7 @@ def _in_series(model: Model, site: Site, frequencies: tuple[float, ...]) -> Exte
     shape = _shape(model, site, "pair")
     weight, share = fresh(model, "pair_weight", (0, 2), "", 0.0), fresh(model, "pair_share", (0, 1))
     pair = free_name(model, f"{site.output}_pair")
-    raw = signal(next(m.signal for m in model.measurements if m.channel == site.output))
+    raw = signal(signal_of(model, site.output))
     f = share.symbol
     driven = _pair(*shape, pair, site.sampling_time, (1 - f) * raw[t] + f * raw[t - 1])
     extended = model.with_line(pair, driven, [*shape, share]).insert_sensor(

@@ -196,3 +196,13 @@ def test_on_the_command_line_it_is_one_line_and_exit_code_2(tmp_path, monkeypatc
     assert result.stderr.count("\n") == 1
     for word in words:
         assert word in result.stderr
+
+
+def test_what_was_tried_is_not_listed_as_skipped():
+    """On clean data the search ends before it tries anything; on others it may keep the best few only."""
+    clean = ask(effects=["missing_input", "sensor_bias", "input_delay", "input_dead_zone"])
+    u = steps(1, 300)
+    bent = ask(data=record(u, lag(dead_zone(u, 0.4))), noise_bound=0.05, effects=None)
+    assert set(clean.skipped) == {"missing_input"}
+    assert bent.verdict == "named"
+    assert not {"input_delay", "sensor_bias", "hysteresis", "output_curve"} & set(bent.skipped)

@@ -235,3 +235,23 @@ def test_an_executor_of_ones_own_does_the_work():
         assert executor.calls >= len(PAIR)
         assert executor.submit(int, 3).result() == 3, "it is left open"
     assert found.to_dict() == serial().to_dict()
+
+
+def test_two_frictions_are_named_not_the_drag_that_resembles_both():
+    """A mass that Newton's law alone moves; the friction is integrated finely, and stops it, apart from the package."""
+    rng, n = np.random.default_rng(1), 600
+    force = np.repeat(rng.uniform(-2, 2, n // 12), 12)
+    speed, v = np.zeros(n), 0.0
+    for k in range(1, n):
+        for _ in range(40):
+            v += 5e-4 * (2.0 * force[k - 1] - 0.7 * v)
+            v = np.sign(v) * max(abs(v) - 5e-4 * 0.8, 0.0)
+        speed[k] = v
+    gain, w, u = Parameter("gain", 0.1, 10.0), signal("w"), signal("u")
+    mass = Model("mass", (gain,), (Line(w[t], gain.symbol * u[t], rate=True),), (Measurement("y", "w", "eta"),))
+    data = Dataset.from_arrays(input={"u": force}, output={"y": speed + rng.uniform(-0.02, 0.02, n)}, sampling_time=0.02)
+    diagnosis = look(data, ["quadratic_drag", "viscous_friction", "coulomb_friction", "sensor_bias"], mass, 0.02)
+    assert set(names(diagnosis)) == {"viscous_friction", "coulomb_friction"}
+    values = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
+    assert values["speed_friction"] == pytest.approx(0.8, rel=0.1)
+    assert values["speed_damping"] == pytest.approx(0.7, rel=0.1)
