@@ -5,13 +5,12 @@
     d p/dt = (x - p) / tau(p, x, T)                           one pole that depends on the operating point
     y     = p + eta,   |eta| <= 0.3 bar
 
-The hysteresis is of the Duhem class, in the linear form of Coleman and Hodgdon: ``d z/d u = sign(d u) (u - z) / lag``.
-After a travel of some lags z trails the current by one lag, up or down, however fast it moves.  For the hysteresis the
-current runs straight between samples, so the step ``e -> s lag + (e - s lag) exp(-|d u| / lag)``, s the direction, is
-exact.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
+The hysteresis is of the Duhem class (`smid.clutch.hysteresis`): z trails the current by one lag, up or down, and its
+width is one lag too, so z overshoots a little where the current turns.  The current runs straight between samples for
+the hysteresis.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
 
 The pole: ``tau = f(T) d(x - p) (fast + (slow - fast) exp(-p / p0))``: slow where the pressure is low and springs and
-slack take the oil, slower by a factor d when filling.  It is advanced in steps of Ts / 20, each exact for a frozen tau.
+slack take the oil, slower by a factor d when filling.  It is advanced in steps of 0.1 ms, each exact for a frozen tau.
 
 The thesis's: the curve N (3.5) and the pole -0.65142 (central estimate of section 3.2, 20 degC ramps), which at 2 ms is
 ``fast``; the pole 0.9562 that steps gave (3.22), which is ``slow``; current in mA, pressure in bar, 2 ms; three
@@ -21,8 +20,7 @@ Our assumptions, fitted to nothing: the shapes and sizes of hysteresis (20 mA) a
 dependence; N held at zero where the polynomial is negative and at its top beyond it; viscosity and leakage as in
 ``data/README.md``; noise uniform within 0.3 bar; the profiles of the current.
 
-Reference: clutch thesis, sections 3.1 and 3.2; Coleman, Hodgdon, "A constitutive relation for rate-independent
-hysteresis in ferromagnetically soft materials", Int. J. Engng Sci. 24 (1986).
+Reference: clutch thesis, sections 3.1 and 3.2.
 """
 
 from __future__ import annotations
@@ -34,8 +32,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from smid.clutch.hysteresis import trailing
 from smid.data import Channel, DataError, Dataset, Experiment
 from smid.signals import ramp, step
+from smid.signals.generators import check_samples
 
 __all__ = ["ClutchPlant", "clutch_record", "ramp_current", "simulate_clutch", "step_current"]
 
@@ -52,7 +52,7 @@ TEMPERATURES = (20.0, 60.0, -20.0)  # degC
 LAG = 20.0  # mA
 LEVEL = 3.0  # bar
 FILLING = 1.6
-SUBSTEPS = 20
+SUBSTEP = 1e-4  # s
 
 
 @dataclass(frozen=True)
@@ -77,17 +77,29 @@ class ClutchPlant:
     temperature: bool = True
 
 
-def simulate_clutch(current: ArrayLike, temperature: float = 20.0, plant: ClutchPlant | None = None) -> Array:
+def oil_resistance(warmth: float) -> float:
+    """Give the hydraulic resistance of oil that is so many degC above 20, over that at 20 degC."""
+    return 0.8 + 0.2 * math.exp(-warmth / 25.0)
+
+
+def simulate_clutch(
+    current: ArrayLike,
+    temperature: float = 20.0,
+    plant: ClutchPlant | None = None,
+    sampling_time: float = SAMPLING_TIME,
+) -> Array:
     """Give the pressure of the actuator, without noise, from rest.
 
     Parameters
     ----------
     current : array_like, shape (n,)
-        In mA, every 2 ms.
+        In mA.
     temperature : float
         Of the oil, in degC.
     plant : ClutchPlant, optional
         By default with all ingredients.
+    sampling_time : float
+        In seconds.
 
     Returns
     -------
@@ -97,7 +109,7 @@ def simulate_clutch(current: ArrayLike, temperature: float = 20.0, plant: Clutch
     Raises
     ------
     DataError
-        If the current is no finite series.
+        If the current is no finite series, or the sampling time is not positive.
 
     Examples
     --------
@@ -108,15 +120,17 @@ def simulate_clutch(current: ArrayLike, temperature: float = 20.0, plant: Clutch
     u = np.asarray(current, dtype=np.float64)
     if u.ndim != 1 or not u.size or not np.isfinite(u).all():
         raise DataError(f"the current has shape {u.shape} or is not finite: give a series of finite samples, in mA")
+    check_samples(u.size, sampling_time)
     warmth = temperature - 20.0 if plant.temperature else 0.0
-    friction = 0.8 + 0.2 * math.exp(-warmth / 25.0)
-    targets = (1.0 - 0.0005 * warmth) * _curve(_hysteresis(u) if plant.hysteresis else u)
+    friction = oil_resistance(warmth)
+    targets = (1.0 - 0.0005 * warmth) * _curve(trailing(u, LAG, LAG) if plant.hysteresis else u)
     slow = SLOW if plant.level else FAST
     filling = FILLING if plant.direction else 1.0
-    pressure, h = 0.0, SAMPLING_TIME / SUBSTEPS
+    substeps = max(1, round(sampling_time / SUBSTEP))
+    pressure, h = 0.0, sampling_time / substeps
     result = [pressure]
     for target in targets[:-1].tolist():
-        for _ in range(SUBSTEPS):
+        for _ in range(substeps):
             tau = friction * (FAST + (slow - FAST) * math.exp(-max(pressure, 0.0) / LEVEL))
             tau *= filling if target > pressure else 1.0
             pressure = target + (pressure - target) * math.exp(-h / tau)
@@ -130,18 +144,6 @@ def _curve(current: Array) -> Array:
     top = float(np.roots(derivative).real.max())
     scaled = np.clip(INPUT_SCALE * current, 0.0, top)
     return np.asarray(np.maximum(0.0, np.polyval(CURVE, scaled)))
-
-
-def _hysteresis(u: Array) -> Array:
-    """Give the current that acts."""
-    result = np.empty_like(u)
-    behind = 0.0
-    result[0] = u[0]
-    for k, change in enumerate(np.diff(u).tolist(), start=1):
-        end = math.copysign(LAG, change)
-        behind = end + (behind - end) * math.exp(-abs(change) / LAG)
-        result[k] = u[k] - behind
-    return result
 
 
 def ramp_current(n: int = 600, scale: float = 1.0) -> Array:

@@ -1,0 +1,57 @@
+"""Rate-independent hysteresis of the Duhem class, in the linear form of Coleman and Hodgdon.
+
+    z = u - e,   d e = (limit d u - e |d u|) / width
+
+What acts, z, trails what is commanded, u.  After a travel of some widths it trails by the limit, up or down, however
+fast u moves.  Where u runs straight between samples, the step ``e -> s limit + (e - s limit) exp(-|d u| / width)``, s
+the direction, is exact.
+
+With ``width = 2 limit`` this is Dahl's model of dry friction: z sticks where u turns, and never runs against u. A
+smaller width lets z overshoot at the turn.
+
+Reference: Coleman, Hodgdon, "A constitutive relation for rate-independent hysteresis in ferromagnetically soft
+materials", Int. J. Engng Sci. 24 (1986); Dahl, "A solid friction model", Aerospace Corporation (1968).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["trailing"]
+
+
+def trailing(u: NDArray[np.float64], limit: float, width: float) -> NDArray[np.float64]:
+    """Give what acts, from a start without lag.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        What is commanded; it runs straight between samples.
+    limit : float
+        What z trails by in the end, in the unit of u; zero for no hysteresis.
+    width : float
+        Travel, in the unit of u, after which all but ``exp(-1)`` of the way to the limit is done.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the unit of u.
+
+    Examples
+    --------
+    >>> trailing(np.array([0.0, 9.0, 8.0, 0.0]), limit=0.5, width=1.0).round(3)
+    array([0.   , 8.5  , 8.132, 0.5  ])
+    """
+    if limit == 0:
+        return u
+    result = np.empty_like(u)
+    behind = 0.0
+    result[0] = u[0]
+    for k, change in enumerate(np.diff(u).tolist(), start=1):
+        end = math.copysign(limit, change)
+        behind = end + (behind - end) * math.exp(-abs(change) / width)
+        result[k] = u[k] - behind
+    return result
