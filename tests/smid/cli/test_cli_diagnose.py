@@ -149,3 +149,19 @@ def test_a_pipe_is_quiet():
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert "\x1b" not in done.stdout
+
+
+def test_nothing_is_proven_without_a_noise_bound(smid):
+    result = smid(f"diagnose {COMMON} --prove 40")
+    assert result.exit_code == 2
+    assert "--prove needs a noise bound" in result.stderr
+
+
+def test_intervals_are_proven_on_demand(smid):
+    Path("model.toml").write_text('class = "OutputError"\nstable = true\n', encoding="utf-8")
+    line = f"diagnose {COMMON} --effects input_dead_zone --noise-bound 0.02 --no-certify --prove 40 --json out.json"
+    result = smid(f"{line} --workers 1")
+    assert result.exit_code == 0, result.output
+    (threshold,) = written()["causes"][0]["parameters"].values()
+    assert threshold["proven"]
+    assert threshold["lower"] <= 0.4 <= threshold["upper"]

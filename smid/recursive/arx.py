@@ -1,0 +1,174 @@
+"""ARX models, and Hammerstein models that are linear in their parameters: what every recursive estimator estimates.
+
+    y[t] = -a1 y[t-1] - ... - a_na y[t-na] + sum_p sum_j b_j,p v[t-delay-j]^p + offset + e[t],   v = K u
+         = phi[t]' theta + e[t]
+
+With one pole, one input term and power 1 this is the thesis's model (3.24), ``phi[t] = [-y[t-1], u[t-1]]`` (3.28).
+With several powers it is its Hammerstein model (3.1)-(3.5), where ``b = (1 + alpha) gamma``.
+
+Reference: clutch thesis, sections 3.2 and 3.3; Ljung, System Identification, 2nd ed., section 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import DataError
+from smid.models import ModelError
+from smid.models.transfer import check_count, names
+
+__all__ = ["LARGEST", "Array", "Arx"]
+
+Array = NDArray[np.float64]
+
+LARGEST = 1e100
+"""Numbers beyond this are refused: their squares would overflow."""
+
+
+@dataclass(frozen=True)
+class Arx:
+    """The structure of a model: which past samples its next output depends on, linearly in the parameters.
+
+    Parameters
+    ----------
+    na : int
+        Number of poles.
+    nb : int
+        Degree of the numerator: nb + 1 coefficients for each power, as in `smid.models.OutputError`.
+    delay : int
+        Samples from input to output.
+    powers : tuple of int
+        Powers of the scaled input, at least 1.
+    input_scale : float
+        K of (3.4), in one per input unit.
+    offset : bool
+        Whether a constant is estimated too, in the output's unit.
+    stable : bool
+        Whether an estimator puts poles on or outside the unit circle back inside, section 3.3.2.1.
+
+    Raises
+    ------
+    ModelError
+        If an order, the powers or the scale make no sense.
+
+    Examples
+    --------
+    >>> Arx(na=2, nb=1).names
+    ('a1', 'a2', 'b0', 'b1')
+    >>> Arx(powers=(5, 4, 3), input_scale=0.01).names
+    ('a1', 'b0_v5', 'b0_v4', 'b0_v3')
+    """
+
+    na: int = 1
+    nb: int = 0
+    delay: int = 1
+    powers: tuple[int, ...] = (1,)
+    input_scale: float = 1.0
+    offset: bool = False
+    stable: bool = True
+
+    def __post_init__(self) -> None:
+        check_count("na", self.na, 0)
+        check_count("nb", self.nb, 0)
+        check_count("delay", self.delay, 0)
+        object.__setattr__(self, "powers", tuple(self.powers))
+        for power in self.powers:
+            check_count("a power", power, 1)
+        if not self.powers or len(set(self.powers)) < len(self.powers):
+            raise ModelError(f"powers = {self.powers} must be distinct and at least one: list each power once")
+        if not (np.isfinite(self.input_scale) and self.input_scale != 0):
+            raise ModelError(f"input_scale = {self.input_scale} is refused: give a finite number, not zero")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of the regressors."""
+        numerator = names("b", self.nb + 1, 0)
+        if self.powers != (1,):
+            numerator = tuple(f"{name}_v{power}" for power in self.powers for name in numerator)
+        return (*names("a", self.na, 1), *numerator, *(("offset",) if self.offset else ()))
+
+    @property
+    def max_lag(self) -> int:
+        """How many samples the model looks back: the first sample that can be predicted has this number."""
+        return max(self.na, self.delay + self.nb)
+
+    @property
+    def largest_input(self) -> float:
+        """Largest input whose powers stay below `LARGEST`, in the input's unit."""
+        return float(LARGEST ** (1 / max(self.powers)) / abs(self.input_scale))
+
+    def row(self, outputs: Sequence[float], inputs: Sequence[float]) -> list[float]:
+        """Give the regressors of one sample.
+
+        Parameters
+        ----------
+        outputs : sequence of float
+            ``y[t-1], ..., y[t-na]``.
+        inputs : sequence of float
+            ``v[t], v[t-1], ..., v[t-delay-nb]``: the scaled input, the newest first.
+
+        Returns
+        -------
+        list of float
+            In the order of `names`.
+
+        Examples
+        --------
+        >>> Arx(powers=(2, 1)).row([5.0], [1.0, 3.0])
+        [-5.0, 9.0, 3.0]
+        """
+        terms = [-y for y in outputs]
+        terms += [v**power for power in self.powers for v in inputs[self.delay :]]
+        if self.offset:
+            terms.append(1.0)
+        return terms
+
+    def matrix(self, input: ArrayLike, output: ArrayLike) -> Array:
+        """Give the regressors of a whole record.
+
+        Parameters
+        ----------
+        input, output : array_like, shape (N,)
+            In the channels' units.
+
+        Returns
+        -------
+        ndarray, shape (N - max_lag, number of parameters)
+            One row for each sample from number `max_lag` on.
+
+        Raises
+        ------
+        DataError
+            If the series differ in length, are too short or hold numbers that are not finite or too large.
+
+        Examples
+        --------
+        >>> Arx().matrix([1, 2, 3], [4, 5, 6])
+        array([[-4.,  1.],
+               [-5.,  2.]])
+        """
+        u, y = np.asarray(input, dtype=np.float64), np.asarray(output, dtype=np.float64)
+        if u.ndim != 1 or u.shape != y.shape:
+            raise DataError(f"input and output have shapes {u.shape} and {y.shape}: give series of equal length")
+        if not (np.abs(u) < self.largest_input).all() or not (np.abs(y) < LARGEST).all():
+            raise DataError("a sample is not finite or too large: fill gaps and scale the input before")
+        start, n = self.max_lag, u.size
+        if n <= start:
+            raise DataError(f"{n} samples are too few: the model looks back {start}, give at least {start + 1}")
+        v = self.input_scale * u
+        columns = [-y[start - lag : n - lag] for lag in range(1, self.na + 1)]
+        lags = range(self.delay, self.delay + self.nb + 1)
+        columns += [v[start - lag : n - lag] ** power for power in self.powers for lag in lags]
+        if self.offset:
+            columns.append(np.ones(n - start))
+        return np.stack(columns, axis=1)
+
+    def __str__(self) -> str:
+        orders = f"na {self.na}, nb {self.nb}, delay {self.delay}{', offset' if self.offset else ''}"
+        if self.powers == (1,):
+            return f"ARX ({orders})"
+        return f"Hammerstein {', '.join(f'v^{power}' for power in self.powers)} ({orders})"

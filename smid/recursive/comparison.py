@@ -1,0 +1,95 @@
+"""Several recursive estimators side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from smid.data import Dataset
+from smid.models import ModelError
+from smid.recursive.arx import Arx
+from smid.recursive.method import Method
+from smid.recursive.table import figure, text_table
+from smid.recursive.tracking import Tracking, track
+
+__all__ = ["Comparison", "compare"]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The three errors of several estimators on one or more records.
+
+    Parameters
+    ----------
+    trackings : tuple of Tracking
+        At least one, all in the same unit.
+    """
+
+    trackings: tuple[Tracking, ...]
+
+    def __str__(self) -> str:
+        unit = f", RMSE [{self.trackings[0].unit}]" if self.trackings[0].unit else ", RMSE"
+        header = ("record", "model", "method", "a posteriori", "one step", "free run", "held", "remarks")
+        rows = [
+            (
+                t.record,
+                str(t.arx),
+                str(t.method),
+                *(figure(residual.rmse) for residual in (*t.residuals.values(), t.held)),
+                "; ".join(t.remarks),
+            )
+            for t in self.trackings
+        ]
+        return f"{len(rows)} runs{unit}\n{text_table(header, rows, 'lllrrrrl')}"
+
+    def plot(self) -> Figure:
+        """Draw the three errors of every method on every record, on one logarithmic scale."""
+        from smid.recursive.figures import comparison_figure
+
+        return comparison_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {"trackings": [tracking.to_dict() for tracking in self.trackings]}
+
+
+def compare(models: Sequence[Arx], methods: Sequence[Method], data: Dataset) -> Comparison:
+    """Run every method with every model on every run of the data.
+
+    Parameters
+    ----------
+    models : sequence of Arx
+    methods : sequence of Method
+    data : Dataset
+        With one input and one output.
+
+    Returns
+    -------
+    Comparison
+        Record by record, in the order of the models, then of the methods.
+
+    Raises
+    ------
+    ModelError, DataError
+        As `track` does, and where there is no model or no method.
+
+    Examples
+    --------
+    >>> from smid.recursive import ForgettingFactor, NormalisedGradient
+    >>> data = Dataset.from_arrays(input=[1, 0, 2, 1], output=[0, 1, 0.5, 2.2], sampling_time=1)
+    >>> len(compare([Arx()], [ForgettingFactor(), NormalisedGradient()], data).trackings)
+    2
+    """
+    if not models or not methods:
+        raise ModelError("there is nothing to compare: give at least one model and one method")
+    return Comparison(
+        tuple(
+            track(arx, method, data, experiment=experiment)
+            for experiment in range(len(data.experiments))
+            for arx in models
+            for method in methods
+        )
+    )

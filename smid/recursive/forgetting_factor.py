@@ -1,0 +1,100 @@
+"""Recursive least squares with exponential forgetting.
+
+    K[t] = P[t-1] phi[t] / (lambda + phi[t]' P[t-1] phi[t])                                          (3.29), (3.30)
+    P[t] = (P[t-1] - P[t-1] phi[t] phi[t]' P[t-1] / (lambda + phi[t]' P[t-1] phi[t])) / lambda       (3.31)
+
+In terms of the information R = P^-1 this is ``R[t] = lambda R[t-1] + phi[t] phi[t]'``, ``K[t] = R[t]^-1 phi[t]``.
+About ``1 / (1 - lambda)`` samples are remembered.
+
+Wind-up: where the data say nothing about a direction, R falls to zero there, P grows without end, and the first sample
+that does say something throws the parameters far off.  So what is forgotten is replaced by what was known at the start:
+
+    R[t] = lambda R[t-1] + (1 - lambda) R[0] + phi[t] phi[t]',   R[0] = spread^-2
+
+Hence ``R >= R[0]`` and ``P <= P[0]`` for ever, in every direction by itself: those that are excited are forgotten as
+before, which they would not be if the trace of P were bounded as a whole.  With a wide spread the new term is
+negligible while the data excite, and (3.31) is what is left.  Exactly, the parameters after sample t minimise
+
+    sum_k lambda^(t-k) ((y[k] - phi[k]' theta)^2 + (1 - lambda) |theta - theta[k-1]|^2_R[0])
+        + lambda^t |theta - theta[0]|^2_R[0]
+
+Safeguard: R is kept by its triangular root U, ``R = U'U``, and is positive definite by construction.
+
+Reference: clutch thesis, section 3.3.2; Ljung, System Identification, 2nd ed., section 11.2; Kulhavy and Zarrop, "On a
+general concept of forgetting", Int. J. Control 58 (1993) (stabilised forgetting); Gunnarsson, "Combining tracking and
+regularization in recursive least squares identification", 35th IEEE Conf. on Decision and Control (1996).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg.lapack import dpotrs
+
+from smid.models import ModelError
+from smid.recursive.arx import Array
+from smid.recursive.deviations import Deviation, check_deviation, deviations
+from smid.recursive.method import Method
+from smid.recursive.roots import triangular
+
+__all__ = ["ForgettingFactor"]
+
+
+@dataclass(frozen=True)
+class ForgettingFactor(Method):
+    """Recursive least squares with exponential forgetting, (3.30)-(3.31).
+
+    Parameters
+    ----------
+    factor : float
+        lambda: in (0, 1]; with 1 nothing is forgotten, and the result is that of batch least squares.
+    spread : float or tuple of float
+        Standard deviation of the parameters at the start, for noise of standard deviation one; one for all or one for
+        each.  ``P[0]`` is its square, and P never exceeds it.
+
+    Raises
+    ------
+    ModelError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> print(ForgettingFactor(0.99))
+    forgetting factor 0.99
+    """
+
+    factor: float = 0.995
+    spread: Deviation = 100.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.factor <= 1:
+            raise ModelError(f"factor = {self.factor} is no forgetting factor: give a number above 0, at most 1")
+        object.__setattr__(self, "spread", check_deviation("spread", self.spread))
+
+    def start(self, n: int) -> Array:
+        """Give the root of R[0], shape (n, n)."""
+        return np.diag(1 / deviations("spread", self.spread, n))
+
+    def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
+        """Give K[t] and the root of R[t]."""
+        replaced = _replaced(self.factor, self.spread, phi.size)
+        root = triangular(np.concatenate((math.sqrt(self.factor) * memory, phi[None], replaced)))
+        return dpotrs(root, phi)[0], root
+
+    def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
+        """Let the other parameters follow: they minimise the same cost with the first ones given."""
+        m = held.size
+        slope = np.linalg.lstsq(memory[:, m:], memory[:, :m], rcond=None)[0]
+        return np.concatenate([held, change[m:] - slope @ (held - change[:m])])
+
+    def __str__(self) -> str:
+        return f"forgetting factor {self.factor:g}"
+
+
+@lru_cache(maxsize=64)
+def _replaced(factor: float, spread: Deviation, n: int) -> Array:
+    """Give the root of (1 - lambda) R[0]; the same at every sample."""
+    return math.sqrt(1 - factor) * np.diag(1 / deviations("spread", spread, n))

@@ -1,0 +1,86 @@
+"""The free run: the model with its parameters frozen feeds on its own outputs, and never sees the measured ones again.
+
+    w[t] = -a1 w[t-1] - ... + (what the input adds),   w[0], ..., w[max_lag - 1] as measured
+
+A frozen model may be unstable.  Its run is stopped where it leaves the measured range for good, and says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.signal import lfilter, lfiltic
+
+from smid.models import ModelError
+from smid.recursive.arx import Array, Arx
+from smid.recursive.poles import largest_pole
+
+__all__ = ["FreeRun", "free_run"]
+
+_RUNAWAY = 1e6
+"""In largest measured outputs: a run beyond that does not come back."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRun:
+    """The simulated output of a frozen model.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (n,)
+    output : ndarray, shape (N,)
+        In the output's unit; the first `max_lag` samples are the measured ones; NaN from where it was stopped.
+    stopped : int or None
+        The sample where the run was stopped for having run away.
+    radius : float
+        Largest magnitude of a pole; the model is unstable from 1 on.
+    """
+
+    parameters: Array
+    output: Array
+    stopped: int | None
+    radius: float
+
+
+def free_run(arx: Arx, parameters: ArrayLike, input: ArrayLike, output: ArrayLike) -> FreeRun:
+    """Simulate a model with frozen parameters from the first measured outputs on.
+
+    Parameters
+    ----------
+    arx : Arx
+    parameters : array_like, shape (n,)
+        In the order of `Arx.names`.
+    input, output : array_like, shape (N,)
+        Of the output only the first `max_lag` samples are used, and its range.
+
+    Returns
+    -------
+    FreeRun
+
+    Raises
+    ------
+    ModelError
+        If the parameters are not n finite numbers.
+    DataError
+        If the series do not fit the model.
+
+    Examples
+    --------
+    >>> free_run(Arx(), [-0.5, 1.0], [1, 1, 1, 1], [0, 9, 9, 9]).output
+    array([0.  , 1.  , 1.5 , 1.75])
+    """
+    theta = np.asarray(parameters, dtype=np.float64)
+    if theta.shape != (len(arx.names),) or not np.isfinite(theta).all():
+        raise ModelError(f"parameters = {parameters!r}: give {len(arx.names)} finite numbers, {', '.join(arx.names)}")
+    regressors, y = arx.matrix(input, output), np.asarray(output, dtype=np.float64)
+    denominator, start = [1.0, *theta[: arx.na]], arx.max_lag
+    added = regressors[:, arx.na :] @ theta[arx.na :]
+    # The filter's own overflow is silent, and caught below.
+    run = lfilter([1.0], denominator, added, zi=lfiltic([1.0], denominator, y[:start][::-1]))[0] if arx.na else added
+    simulated = np.concatenate([y[:start], run])
+    gone = np.flatnonzero(~(np.abs(simulated) <= _RUNAWAY * (np.abs(y).max() or 1.0)))
+    stopped = int(gone[0]) if gone.size else None
+    simulated[stopped if stopped is not None else y.size :] = np.nan
+    return FreeRun(theta, simulated, stopped, largest_pole(theta[: arx.na].tolist()))

@@ -1,0 +1,139 @@
+"""What the adaptation gain does to the three errors: figure 3.12 of the clutch thesis, told in full.
+
+The thesis chose gain 1 because the error was least there.  That error was the a posteriori one, which gain 1 makes zero
+for any data.  The table shows the other two errors as well, and which gains the stability rule of the method allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from smid.data import Dataset
+from smid.recursive.arx import Arx
+from smid.recursive.normalised_gradient import NormalisedGradient
+from smid.recursive.table import figure, text_table
+from smid.recursive.tracking import Tracking, track
+from smid.recursive.unnormalised_gradient import UnnormalisedGradient
+
+__all__ = ["GainStudy", "gain_study"]
+
+Gradient = NormalisedGradient | UnnormalisedGradient
+
+_SHARES = (0.005, 0.05, 0.15, 0.25, 0.5, 0.75, 0.95, 1.05)
+
+
+@dataclass(frozen=True, eq=False)
+class GainStudy:
+    """A gradient method at several gains on one record.
+
+    Parameters
+    ----------
+    largest_gain : float
+        Up to which the parameter error cannot grow, for constant parameters without noise.
+    gains : tuple of float
+    trackings : tuple of Tracking
+        One for each gain.
+    """
+
+    largest_gain: float
+    gains: tuple[float, ...]
+    trackings: tuple[Tracking, ...]
+
+    @property
+    def best(self) -> float:
+        """The gain with the least error one step ahead."""
+        errors = [tracking.one_step.rmse for tracking in self.trackings]
+        return self.gains[int(np.argmin(np.where(np.isnan(errors), np.inf, errors)))]
+
+    def __str__(self) -> str:
+        first = self.trackings[0]
+        unit = f" [{first.unit}]" if first.unit else ""
+        header = ("gain", "stability rule", "a posteriori", "one step", "free run", "poles left alone", "remarks")
+        rows = [
+            (
+                figure(gain),
+                "kept" if gain < self.largest_gain else "broken",
+                *(figure(residual.rmse) for residual in t.residuals.values()),
+                figure(t.largest_left_alone),
+                "; ".join(t.remarks),
+            )
+            for gain, t in zip(self.gains, self.trackings, strict=True)
+        ]
+        name = str(first.method).split(",")[0]
+        return "\n".join(
+            [
+                f"{name} on {first.record}; {first.arx}; RMSE{unit}; "
+                f"stability rule: gain < {figure(self.largest_gain)}",
+                text_table(header, rows, "rlrrrrl"),
+                "Poles left alone: the largest a posteriori error where the stability rule moved none.",
+                f"One step ahead the error is least at gain {figure(self.best)}; "
+                f"holding the last output gives {figure(first.held.rmse)}.",
+            ]
+        )
+
+    def plot(self) -> Figure:
+        """Draw the three errors over the gain."""
+        from smid.recursive.figures import gain_figure
+
+        return gain_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "largest_gain": self.largest_gain,
+            "gains": list(self.gains),
+            "trackings": [tracking.to_dict() for tracking in self.trackings],
+        }
+
+
+def gain_study(
+    arx: Arx, method: Gradient, data: Dataset, gains: Sequence[float] | None = None, *, experiment: int = 0
+) -> GainStudy:
+    """Run a gradient method with several gains over a record.
+
+    Parameters
+    ----------
+    arx : Arx
+        Structure of the model.
+    method : NormalisedGradient or UnnormalisedGradient
+        Its own gain is replaced.
+    data : Dataset
+        With one input and one output.
+    gains : sequence of float, optional
+        By default shares of the largest stable one, from 0.005 to 1.05.
+    experiment : int
+        Which run of the data.
+
+    Returns
+    -------
+    GainStudy
+
+    Raises
+    ------
+    ModelError
+        If a gain is no positive number.
+    DataError
+        If the record does not fit.
+
+    Examples
+    --------
+    >>> data = Dataset.from_arrays(input=[1.0] * 40, output=[2.0] * 40, sampling_time=1)
+    >>> study = gain_study(Arx(na=0, delay=0), NormalisedGradient(), data, gains=[0.5, 1.0, 2.5])
+    >>> study.best, study.trackings[2].one_step.largest > 1e4
+    (1.0, True)
+
+    References
+    ----------
+    Clutch thesis, section 3.3.3, figure 3.12.
+    """
+    regressors = arx.matrix(data.values(data.input, experiment), data.values(data.output, experiment))
+    largest = method.largest_gain(regressors)
+    chosen = tuple(share * largest for share in _SHARES) if gains is None else tuple(gains)
+    methods = [replace(method, gain=gain) for gain in chosen]  # refuses a wrong one before the first run
+    trackings = tuple(track(arx, changed, data, experiment=experiment) for changed in methods)
+    return GainStudy(largest, chosen, trackings)

@@ -1,0 +1,47 @@
+"""What the two gradient methods share: a gain that makes sense, and poles that are held."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from smid.models import ModelError
+from smid.recursive.arx import Array
+
+__all__ = ["check_gain", "retake"]
+
+
+def check_gain(gain: float) -> None:
+    """Refuse an adaptation gain that is none, with a `ModelError`."""
+    if not (gain > 0 and math.isfinite(gain)):
+        raise ModelError(f"gain = {gain} is no adaptation gain: give a positive number")
+
+
+def retake(gain: Callable[[Array], Array], phi: Array, error: float, held: Array) -> Array:
+    """Take the sample again with the first parameters given: the others take what error these leave, by their own gain.
+
+    Parameters
+    ----------
+    gain : callable
+        From regressors to gain.
+    phi : ndarray, shape (n,)
+    error : float
+        Before the sample.
+    held : ndarray, shape (m,)
+        Change of the first m parameters.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Change of all parameters.
+
+    Examples
+    --------
+    >>> retake(lambda phi: phi / (phi @ phi), np.array([1.0, 2.0]), 5.0, np.array([1.0]))
+    array([1., 2.])
+    """
+    m = held.size
+    rest = np.concatenate([np.zeros(m), phi[m:]])
+    return np.concatenate([held, (gain(rest) * (error - phi[:m] @ held))[m:]])

@@ -1,0 +1,122 @@
+"""The Kalman filter for parameters that walk at random.
+
+    theta[t] = theta[t-1] + w[t],   cov w = R1;      y[t] = phi[t]' theta[t] + e[t],   var e = R2
+    K[t] = P[t-1] phi[t] / (R2 + phi[t]' P[t-1] phi[t])                                              (3.29), (3.32)
+    P[t] = P[t-1] + R1 - P[t-1] phi[t] phi[t]' P[t-1] / (R2 + phi[t]' P[t-1] phi[t])                 (3.33)
+
+Without drift the parameters are the mean of the Bayes posterior, that is, regularised least squares.
+
+The thesis scales R1 and P[0] "such that R2 is equal to zero".  With R2 = 0 the updated model meets every sample
+exactly, ``phi[t]' K[t] = 1``, whatever the data: the a posteriori error says nothing then.  Scaling makes R2 one, not
+zero, so here all three are standard deviations in the units of the parameters and of the output, and the noise is
+positive.
+
+Wind-up: where the data say nothing about a direction, the drift makes P grow there for ever, and the first sample that
+does say something throws the parameters far off.  So the walk is drawn back to the present estimate, just as much as
+keeps it within the spread of the start: ``P <- A P A + R1`` with ``A^2 = 1 - R1 / P[0]``, which maps P[0] onto itself.
+Hence ``P <= P[0]`` for ever, in every direction by itself, and with a wide spread (3.33) is what is left.
+
+Safeguard: P is kept by its triangular root U, ``P = U'U``, and is positive definite by construction.  One QR
+factorisation takes the sample and the drift,
+
+    | r      0   |         | s   s K' A |        s^2   = R2 + phi' P phi,   r^2 = R2
+    | U phi  U A |  =  Q   | 0   U+     |        K     = P phi / s^2
+    | 0      D   |         | 0   0      |        U+'U+ = A (P - P phi phi' P / s^2) A + R1,   D^2 = R1
+
+since both sides have the same product with their own transpose; A and D are diagonal.
+
+Reference: clutch thesis, section 3.3.2; Ljung, System Identification, 2nd ed., section 11.2; Kailath, Sayed, Hassibi,
+Linear Estimation, 2000, chapter 12 (array form).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from smid.models import ModelError
+from smid.recursive.arx import Array
+from smid.recursive.deviations import Deviation, check_deviation, deviations
+from smid.recursive.method import Method
+from smid.recursive.roots import triangular
+
+__all__ = ["KalmanFilter"]
+
+
+@dataclass(frozen=True)
+class KalmanFilter(Method):
+    """The Kalman filter for parameters that walk at random, (3.32)-(3.33).
+
+    Parameters
+    ----------
+    drift : float or tuple of float
+        Standard deviation of a parameter's change from sample to sample, ``R1 = drift^2``; one for all or one for each.
+        Zero where it does not change.
+    noise : float
+        Standard deviation of the noise, ``R2 = noise^2``, in the output's unit.
+    spread : float or tuple of float
+        Standard deviation of the parameters at the start, ``P[0] = spread^2``; one for all or one for each.  P never
+        exceeds it.
+
+    Raises
+    ------
+    ModelError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> print(KalmanFilter(drift=0.01))
+    Kalman filter, drift 0.01, noise 1
+    """
+
+    drift: Deviation
+    noise: float = 1.0
+    spread: Deviation = 100.0
+
+    def __post_init__(self) -> None:
+        if not (self.noise > 0 and math.isfinite(self.noise)):
+            raise ModelError(
+                f"noise = {self.noise} is refused: give a positive standard deviation; "
+                "without noise the updated model meets every sample, whatever it is"
+            )
+        object.__setattr__(self, "drift", check_deviation("drift", self.drift, zero=True))
+        object.__setattr__(self, "spread", check_deviation("spread", self.spread))
+
+    def start(self, n: int) -> Array:
+        """Give the root of P[0], shape (n, n)."""
+        drift, spread = deviations("drift", self.drift, n), deviations("spread", self.spread, n)
+        if not (drift < spread).all():
+            raise ModelError("a drift is not below its spread: give the spread that the parameter covers in time")
+        return np.diag(spread)
+
+    def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
+        """Give K[t] and the root of P[t]."""
+        n = phi.size
+        stacked = np.zeros((2 * n + 1, n + 1), order="F")
+        stacked[0, 0] = self.noise
+        stacked[1 : n + 1, 0] = memory.dot(phi)
+        drift, drawn_back = _drift(self.drift, self.spread, n)
+        stacked[1 : n + 1, 1:] = memory * drawn_back
+        stacked[n + 1 :, 1:] = drift
+        root = triangular(stacked)
+        return root[0, 1:] / (root[0, 0] * drawn_back), root[1:, 1:]
+
+    def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
+        """Let the other parameters follow by their covariance."""
+        m = held.size
+        slope = np.linalg.lstsq(memory[:, :m], memory[:, m:], rcond=None)[0]
+        return np.concatenate([held, change[m:] + (held - change[:m]) @ slope])
+
+    def __str__(self) -> str:
+        drift = f", drift {self.drift:.3g}" if isinstance(self.drift, float) else ""
+        return f"Kalman filter{drift}, noise {self.noise:.3g}"
+
+
+@lru_cache(maxsize=64)
+def _drift(drift: Deviation, spread: Deviation, n: int) -> tuple[Array, Array]:
+    """Give D and the diagonal of A; the same at every sample."""
+    steps = deviations("drift", drift, n)
+    return np.diag(steps), np.asarray(np.sqrt(1 - np.square(steps / deviations("spread", spread, n))))

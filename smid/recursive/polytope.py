@@ -1,0 +1,306 @@
+"""A polytope of bounded complexity, certified ends along given directions: dual simplex, warm from cut to cut.
+
+The set is ``{theta : a_j' theta <= b_j}`` for at most so many rows j.  Its upper end along a direction c (each axis,
+both ways, and others that are asked for) is a linear program.  Kept is its dual solution: a basis B of n rows with
+multipliers ``lambda_B >= 0`` and ``c = A_B' lambda_B``, which alone prove ``c' theta <= lambda_B' b_B``.  A new row
+that cuts off the vertex of no end changes no end.  One that does enters the basis, and the row leaves that keeps the
+multipliers nonnegative.  Every basis on the way is dual feasible: to stop early costs width and never validity.
+
+The proof does not trust the arithmetic of the simplex.  With the multipliers as floats, ``r = c - A_B' lambda_B`` and
+``|theta| <= m`` from the box before,
+
+    c' theta <= lambda_B' b_B + |r|' m,
+
+and the right-hand side is evaluated with a bound on its own rounding.  In the same way multipliers with ``A_B' mu = 0``
+and ``mu' b_B < 0`` prove that the set is empty.
+
+Rows are never combined into new ones, so that no error adds up over time.  Where there is no room left, whole rows are
+forgotten: of those in no basis, the ones that lie farthest outside.
+
+References: Milanese and Vicino, "Optimal estimation theory for dynamic systems with set membership uncertainty: an
+overview", Automatica 27 (1991); Mo and Norton, "Fast and robust algorithm to compute exact polytope parameter bounds",
+Mathematics and Computers in Simulation 32 (1990); Neumaier and Shcherbina, "Safe bounds in linear and mixed-integer
+linear programming", Mathematical Programming 99 (2004).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relaxations.balls import EPSILON, TINY, Array, Index
+from smid.models import ModelError
+
+__all__ = ["Polytope"]
+
+Mask = NDArray[np.bool_]
+
+OUTSIDE = 1e-9
+"""A vertex violates a row by at least this share of the row's range over the box."""
+PIVOTS = 6
+"""At most so many for each end and cut, for the sake of time; the next cut goes on."""
+SMALLEST_PIVOT = 1e-9
+"""Relative to the largest: a smaller one would make the basis singular."""
+FEIGNED = 1e-4
+"""Times OUTSIDE, and relative to the parameters: what is less outside may be the rounding of the vertex."""
+NOTHING = 1e-200
+"""In place of a range that is zero."""
+SPOILT = 1e-3
+"""An inverse that is wrong by more is given up, and its end begins again at a corner of the box."""
+
+
+@dataclass(frozen=True, eq=False)
+class Polytope:
+    """An outer set of n parameters, and certified ends along each axis and along other directions.
+
+    Parameters
+    ----------
+    normals : ndarray, shape (m, n)
+        Rows; the first 2n are those of the box, places that are free are zero.
+    offsets : ndarray, shape (m,)
+        Right-hand sides; infinite where a place is free.
+    directions : ndarray, shape (q, n)
+        The axes, their negatives, other directions, their negatives.
+    ends : ndarray, shape (q,)
+        Certified: every point of the set lies below each end along its direction.
+    bases : ndarray of int, shape (q, n)
+        Per end the rows of its basis.
+    inverses : ndarray, shape (q, n, n)
+        Of the bases.
+    units : ndarray, shape (n,)
+        Of each parameter: its largest magnitude in the first box.
+    empty : bool
+        Whether the set is certified to be empty; then the ends say nothing.
+
+    Examples
+    --------
+    >>> square = Polytope.box(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))
+    >>> cut = square.cut(np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([0.5, 0.5]))
+    >>> cut.upper.round(12)
+    array([1. , 0.5])
+    >>> cut.cut(np.array([[0.0, -1.0]]), np.array([-0.75])).empty
+    True
+    """
+
+    normals: Array
+    offsets: Array
+    directions: Array
+    ends: Array
+    bases: Index
+    inverses: Array
+    units: Array
+    empty: bool = False
+
+    @staticmethod
+    def box(lower: Array, upper: Array, capacity: int = 100) -> Polytope:
+        """Return a box as a polytope.
+
+        Parameters
+        ----------
+        lower, upper : ndarray, shape (n,)
+        capacity : int
+            Rows beside those of the box that are kept.
+
+        Raises
+        ------
+        ModelError
+            If the box is empty or not finite, or the capacity leaves no room for a cut.
+        """
+        n = len(lower)
+        if not (np.isfinite(lower).all() and np.isfinite(upper).all() and (lower <= upper).all()):
+            raise ModelError(f"the box from {lower} to {upper} is empty or not finite: give finite ends, in order")
+        if capacity <= 2 * n * n:
+            raise ModelError(
+                f"capacity = {capacity} leaves no room: the ends of {n} parameters rest on {2 * n * n} rows"
+            )
+        axes = np.concatenate([np.eye(n), -np.eye(n)])
+        ends = np.concatenate([upper, -lower])
+        normals = np.concatenate([axes, np.zeros((capacity, n))])
+        bases = _box_bases(axes)
+        units = np.maximum(np.abs(lower), np.abs(upper)) + NOTHING
+        return Polytope(normals, np.append(ends, np.full(capacity, np.inf)), axes, ends, bases, normals[bases], units)
+
+    @property
+    def n(self) -> int:
+        """Return the number of parameters."""
+        return len(self.normals[0])
+
+    @property
+    def lower(self) -> Array:
+        """Return the certified lower ends of the parameters."""
+        return -self.ends[self.n : 2 * self.n]
+
+    @property
+    def upper(self) -> Array:
+        """Return the certified upper ends of the parameters."""
+        return self.ends[: self.n]
+
+    @property
+    def widths(self) -> Array:
+        """Return the certified widths along the axes and the other directions."""
+        n, others = self.n, self.ends[2 * self.n :]
+        half = len(others) // 2
+        return np.concatenate([self.ends[:n] + self.ends[n : 2 * n], others[:half] + others[half:]])
+
+    @property
+    def vertices(self) -> Array:
+        """Return the point at which each end is attained, shape (q, n); not certified."""
+        return np.asarray((self.inverses @ self.offsets[self.bases][:, :, None])[:, :, 0])
+
+    def along(self, others: Array) -> Polytope:
+        """Return the same set with certified ends along other directions, and their negatives.
+
+        Parameters
+        ----------
+        others : ndarray, shape (p, n)
+
+        Raises
+        ------
+        ModelError
+            If the capacity leaves no room for their bases.
+        """
+        n, fresh = self.n, np.concatenate([others, -others])
+        if (2 * n + len(fresh)) * n + 2 * n >= len(self.normals):
+            raise ModelError(
+                f"{len(others)} directions leave no room among {len(self.normals)} rows: raise the capacity"
+            )
+        bases, inverses = self._begun(fresh)
+        kept = slice(0, 2 * n)
+        turned = replace(
+            self,
+            directions=np.concatenate([self.directions[kept], fresh]),
+            ends=np.append(self.ends[kept], np.full(len(fresh), np.inf)),
+            bases=np.concatenate([self.bases[kept], bases]),
+            inverses=np.concatenate([self.inverses[kept], inverses]),
+        )
+        return _optimised(turned, self.normals, self.offsets, np.arange(len(turned.ends)) >= 2 * n)
+
+    def _begun(self, directions: Array) -> tuple[Index, Array]:
+        """Return for each direction the best of the present bases that are dual feasible for it, or a corner's."""
+        weights = directions @ self.inverses  # (q, k, n)
+        reach = np.where(weights.min(axis=2) >= 0, (weights * self.offsets[self.bases][:, None, :]).sum(axis=2), np.inf)
+        best = reach.argmin(axis=0)
+        corners = _box_bases(directions)
+        found = np.isfinite(reach.min(axis=0))
+        bases = np.where(found[:, None], self.bases[best], corners)
+        return bases, np.where(found[:, None, None], self.inverses[best], self.normals[corners])
+
+    def cut(self, normals: Array, offsets: Array) -> Polytope:
+        """Return an outer set of what also satisfies ``normals @ theta <= offsets``.
+
+        Parameters
+        ----------
+        normals : ndarray, shape (k, n)
+        offsets : ndarray, shape (k,)
+
+        Returns
+        -------
+        Polytope
+            The set itself where its box already satisfies all rows, or where it is empty.
+        """
+        reach = np.maximum(normals, 0.0) @ self.upper + np.minimum(normals, 0.0) @ self.lower
+        cutting = (reach > offsets).nonzero()[0]
+        if self.empty or not len(cutting):
+            return self
+        room = len(self.normals) - 2 * self.n - self.bases.size
+        rows, right = self._stored(normals[cutting[:room]], offsets[cutting[:room]])
+        cut = _optimised(self, rows, right, np.zeros(len(self.ends), dtype=bool))
+        rest = cutting[room:]
+        return cut.cut(normals[rest], offsets[rest]) if len(rest) and not cut.empty else cut
+
+    def _ranges(self, rows: Array) -> Array:
+        """Return how far each row ranges over the box, and at least what the rounding of a vertex can feign."""
+        size = np.maximum(np.abs(self.lower), np.abs(self.upper))
+        return np.abs(rows) @ (self.upper - self.lower + FEIGNED * size) + NOTHING
+
+    def _stored(self, normals: Array, offsets: Array) -> tuple[Array, Array]:
+        """Put rows into the places that are free or matter least."""
+        n, rows, right = self.n, self.normals.copy(), self.offsets.copy()
+        away = (right - (self.vertices @ rows.T).max(axis=0)) / self._ranges(rows)
+        away[: 2 * n] = -np.inf
+        away[self.bases.ravel()] = -np.inf
+        places = np.argpartition(away, -len(offsets))[-len(offsets) :]
+        rows[places], right[places] = normals, offsets
+        right[: 2 * n] = self.ends[: 2 * n]
+        return rows, right
+
+
+def _box_bases(directions: Array) -> Index:
+    """Return for each direction the corner of the box that lies farthest along it."""
+    n = directions.shape[1]
+    return np.where(directions >= 0, np.arange(n), np.arange(n) + n)
+
+
+def _optimised(polytope: Polytope, rows: Array, right: Array, moved: Mask) -> Polytope:
+    """Run the dual simplex for all ends at once, and certify what has moved."""
+    n, bases, inverses = polytope.n, polytope.bases.copy(), polytope.inverses.copy()
+    width = polytope._ranges(rows)
+    amount = np.abs(rows) @ polytope.units
+    # An end that rests on the box has moved with it.
+    moved, ends = moved | (right != polytope.offsets)[bases].any(axis=1), np.arange(len(bases))
+    for _ in range(PIVOTS):
+        vertices = (inverses[ends] @ right[bases[ends]][:, :, None])[:, :, 0]
+        depth = (right - vertices @ rows.T) / width
+        entering = depth.argmin(axis=1)
+        outside = (depth[np.arange(len(ends)), entering] < -OUTSIDE).nonzero()[0]
+        if not len(outside):
+            break
+        ends, entering = ends[outside], entering[outside]
+        inverse = inverses[ends]
+        alpha = (rows[entering][:, None, :] @ inverse)[:, 0, :]
+        weights = np.maximum((polytope.directions[ends][:, None, :] @ inverse)[:, 0, :], 0.0)
+        # Rows may differ in scale by many powers of ten; what they amount to over the first box does not.
+        share = alpha * amount[bases[ends]]
+        able = share > SMALLEST_PIVOT * np.abs(share).max(axis=1, keepdims=True)
+        go = able.any(axis=1)
+        for k in (~go).nonzero()[0]:
+            # No multiplier gives way: the entering row contradicts the basis.
+            chosen = np.append(bases[ends[k]], entering[k])
+            if _contradict(polytope, rows[chosen], right[chosen], np.append(np.maximum(-alpha[k], 0.0), 1.0)):
+                return replace(polytope, empty=True)
+        ends, entering, inverse, alpha = ends[go], entering[go], inverse[go], alpha[go]
+        weights, share, able, each = weights[go], share[go], able[go], np.arange(len(ends))
+        ratio = np.where(able, weights / np.where(able, alpha, 1.0), np.inf)
+        tied = ratio <= ratio.min(axis=1, keepdims=True) * (1 + 1e-9)
+        leaving = np.where(tied, share, 0.0).argmax(axis=1)  # the largest pivot of those that are as good
+        column = inverse[each, :, leaving] / alpha[each, leaving][:, None]
+        inverse = inverse - column[:, :, None] * alpha[:, None, :]
+        inverse[each, :, leaving] = column
+        bases[ends, leaving] = entering
+        # One Newton step keeps the rounding of the exchanges from adding up.
+        defect = np.eye(n) - rows[bases[ends]] @ inverse
+        inverses[ends] = inverse + inverse @ defect
+        size = amount[bases[ends]]
+        lost = ends[~((np.abs(defect) @ size[:, :, None])[:, :, 0] < SPOILT * size).all(axis=1)]  # also where it is NaN
+        bases[lost] = _box_bases(polytope.directions[lost])
+        inverses[lost] = rows[bases[lost]]
+        moved[ends] = True
+    ends = moved.nonzero()[0]
+    directions = polytope.directions[ends]
+    weights = np.maximum(directions[:, None, :] @ inverses[ends], 0.0)
+    proven = polytope.ends.copy()
+    proven[ends] = np.fmin(proven[ends], _bound(polytope, weights, rows[bases[ends]], right[bases[ends]], directions))
+    empty = bool((proven[:n] < -proven[n : 2 * n]).any())
+    return Polytope(rows, right, polytope.directions, proven, bases, inverses, polytope.units, empty)
+
+
+def _bound(polytope: Polytope, weights: Array, rows: Array, right: Array, target: Array) -> Array:
+    """Bound ``target' theta`` from above by nonnegative weights of rows.
+
+    A sum of k products is wrong by at most k u times the sum of the absolute values. EPSILON = 2 u and some terms more
+    pay for the rounding of the bound itself, TINY for what underflows.
+    """
+    slip = (rows.shape[1] + 4) * EPSILON
+    size = np.maximum(np.abs(polytope.lower), np.abs(polytope.upper))
+    rest = np.abs(target - (weights @ rows)[:, 0]) + slip * (np.abs(target) + (weights @ np.abs(rows))[:, 0])
+    value = (weights[:, 0] * right).sum(axis=1)
+    error = rest @ size + slip * (weights[:, 0] * np.abs(right)).sum(axis=1) + rows.shape[1] * TINY * (1 + size.sum())
+    return np.asarray(np.nextafter(value + (error * (1 + slip) + EPSILON * np.abs(value)), np.inf))
+
+
+def _contradict(polytope: Polytope, rows: Array, right: Array, weights: Array) -> bool:
+    """Return whether nonnegative weights of rows prove that no point of the box satisfies them all."""
+    bound = _bound(polytope, weights[None, None, :], rows[None], right[None], np.zeros((1, polytope.n)))
+    return bool(bound[0] < 0)

@@ -1,0 +1,82 @@
+"""The figure of a recursive set: intervals in time, the truth where it is known, and the certified changes."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from relaxations.balls import Array
+from smid.data import DataError
+from smid.recursive.set_history import SetHistory
+from smid.reports.style import BLUE, GRID, INK, RED, SKY, WIDTH, style
+
+__all__ = ["set_figure"]
+
+_WIDE = 10.0
+"""Intervals that many times wider than the median one are cut off: those before the data said much."""
+
+
+def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: float | None) -> Figure:
+    """Draw certified intervals in time.
+
+    Parameters
+    ----------
+    history : SetHistory
+    truth : array_like, shape (n,) or (N, n), optional
+    sampling_time : float, optional
+        In seconds.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    DataError
+        If the truth has another shape.
+    """
+    samples, n = history.lower.shape
+    known = None if truth is None else np.asarray(truth, dtype=np.float64)
+    if known is not None and known.shape not in ((n,), (samples, n)):
+        raise DataError(f"the truth has shape {known.shape}: give ({n},) for constant parameters, or ({samples}, {n})")
+    step = 1.0 if sampling_time is None else sampling_time
+    time = step * np.arange(samples)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.5 + 1.25 * n), layout="constrained")
+        panels = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
+        for k, panel in enumerate(panels):
+            lower, upper = history.lower[:, k], history.upper[:, k]
+            panel.fill_between(time, lower, upper, color=SKY, alpha=0.45, linewidth=0, step="post", label="certified")
+            for end in (lower, upper):
+                panel.step(time, end, where="post", color=BLUE, linewidth=0.7)
+            if known is not None:
+                values = np.broadcast_to(known, (samples, n))[:, k]
+                panel.step(time, values, where="post", color=INK, linewidth=0.9, linestyle="--", label="truth")
+            for change in history.changes:
+                panel.axvline(step * change.sample, color=RED, linewidth=1.0, label="certified change")
+            _limit(panel, lower, upper, None if known is None else np.atleast_2d(known)[:, k])
+            panel.set_ylabel(history.names[k])
+            panel.grid(True, linewidth=0.4, color=GRID)
+            panel.margins(x=0.01)
+        panels[-1].set_xlabel("sample" if sampling_time is None else "time [s]")
+        figure.align_ylabels()
+        handles, labels = panels[0].get_legend_handles_labels()
+        once = dict(zip(labels, handles, strict=True))
+        figure.legend(once.values(), once.keys(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def _limit(panel: Axes, lower: Array, upper: Array, truth: Array | None) -> None:
+    """Show the intervals that say something."""
+    finite = np.isfinite(upper - lower)
+    if not finite.any():
+        return
+    width = (upper - lower)[finite]
+    narrow = width <= _WIDE * np.median(width)
+    low, high = float(lower[finite][narrow].min()), float(upper[finite][narrow].max())
+    if truth is not None:
+        low, high = min(low, float(truth.min())), max(high, float(truth.max()))
+    margin = 0.15 * (high - low) or 1.0
+    panel.set_ylim(low - margin, high + margin)
