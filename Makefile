@@ -7,20 +7,22 @@ WORKERS ?= 2
 # The stamps say when the environment was last brought in line with pyproject.toml.
 READY := .venv/ready.stamp
 BENCH_READY := .venv/bench.stamp
+NOTEBOOKS_READY := .venv/notebooks.stamp
 
 # One thread per process: two workers on two cores do not fight, and timings can be compared.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_NUM_THREADS=1
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench clean
+.PHONY: help demo test check bench notebooks clean
 
 help:
-	@echo "make demo    identify the bundled clutch record, diagnose where it fails, write a report"
-	@echo "make test    run the tests"
-	@echo "make check   lint, format, types and import layers"
-	@echo "make bench   run the benchmarks"
-	@echo "make clean   remove the environment and every cache"
+	@echo "make demo       identify the bundled clutch record, diagnose where it fails, write a report"
+	@echo "make test       run the tests"
+	@echo "make check      lint, format, types and import layers"
+	@echo "make bench      run the benchmarks"
+	@echo "make notebooks  run the notebooks and keep their outputs"
+	@echo "make clean      remove the environment and every cache"
 
 demo: $(READY)
 	.venv/bin/smid demo
@@ -37,6 +39,10 @@ check: $(READY)
 bench: $(BENCH_READY)
 	$(ONE_THREAD) .venv/bin/python -m benchmarks
 
+notebooks: $(NOTEBOOKS_READY)
+	for script in notebooks/*.py; do \
+		$(ONE_THREAD) .venv/bin/jupytext --quiet --to ipynb --execute "$$script" || exit 1; done
+
 clean:
 	rm -rf .venv build dist .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -50,6 +56,10 @@ $(READY): pyproject.toml
 		echo "Name a newer one: make $(MAKECMDGOALS) PYTHON=/path/to/python3.11" >&2; exit 1; }
 	"$(PYTHON)" -m venv .venv
 	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev]"
+	@touch $@
+
+$(NOTEBOOKS_READY): $(READY)
+	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev,notebooks]"
 	@touch $@
 
 $(BENCH_READY): $(READY)

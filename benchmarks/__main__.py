@@ -6,7 +6,7 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import diagnosis, hammerstein, stamping
+from benchmarks import diagnosis, hammerstein, recursive, stamping
 
 
 def main() -> None:
@@ -18,7 +18,7 @@ def main() -> None:
         f"{libraries}; one thread per process.",
     ]
     print("\n\n".join(parts), flush=True)
-    for module in (stamping, hammerstein, diagnosis):
+    for module in (stamping, hammerstein, diagnosis, recursive):
         part = module.run()
         print(f"\n{part}", flush=True)
         parts.append(part)

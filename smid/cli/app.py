@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from smid.cli.clutch import clutch
 from smid.cli.demo import demo
 from smid.cli.diagnose import diagnose
 from smid.cli.error_bound import error_bound
@@ -24,5 +25,5 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (demo, identify, error_bound, validate, diagnose):
+for command in (demo, identify, error_bound, validate, diagnose, clutch):
     main.add_command(command)

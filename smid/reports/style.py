@@ -46,6 +46,7 @@ _SETTINGS: dict[Any, Any] = {
     "legend.fontsize": 8,
     "legend.frameon": False,
     "lines.linewidth": 0.9,
+    "path.simplify_threshold": 1 / 3,  # points: finer noise is thinner than a line, and costs megabytes
     "svg.fonttype": "none",  # text stays text: it can be read aloud, searched and copied
     "text.color": INK,
     "xtick.color": INK,

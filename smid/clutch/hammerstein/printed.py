@@ -273,7 +273,13 @@ def compare_with_printed(
 
     Examples
     --------
-    >>> compare_with_printed(study.part, study.widths).findings  # doctest: +SKIP
+    >>> from smid.clutch import load_clutch_records
+    >>> from smid.clutch.hammerstein.intervals import width_study
+    >>> from smid.error_bound import error_bound
+    >>> part = replace(load_clutch_records("20C_ramp_a").crop(2790, 2850), outputs=("pressure",))
+    >>> widths = width_study(clutch_hammerstein(), part, error_bound(clutch_hammerstein(), part), factors=(1.05,))
+    >>> compare_with_printed(part, widths).known["alpha"].width > 50 * PRINTED[0].width
+    True
 
     References
     ----------

@@ -1,0 +1,104 @@
+"""Every sensor of chapter 5 on every record: where it holds, and where temperature or hysteresis defeat it.
+
+Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from smid.clutch.records import load_clutch_records
+from smid.clutch.virtual_sensors import VirtualSensor
+from smid.data import Dataset
+from smid.models import ModelError
+from smid.networks import Array
+from smid.table import Table
+
+__all__ = ["ErrorTable", "cross_errors"]
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorTable:
+    """Errors of sensors on records.
+
+    Parameters
+    ----------
+    caption : str
+        What is compared.
+    sensors : tuple of str
+        Columns.
+    records : tuple of str
+        Rows.
+    rmse : ndarray, shape (records, sensors)
+        Root mean squared errors, in mm.
+    """
+
+    caption: str
+    sensors: tuple[str, ...]
+    records: tuple[str, ...]
+    rmse: Array
+
+    @property
+    def table(self) -> Table:
+        """Return the errors as text."""
+        rows = tuple(
+            (name, *(f"{error:.3f}" for error in errors)) for name, errors in zip(self.records, self.rmse, strict=True)
+        )
+        return Table(self.caption, ("record", *self.sensors), rows, "l" + "r" * len(self.sensors))
+
+    def __str__(self) -> str:
+        return str(self.table)
+
+    def plot(self) -> Figure:
+        """Draw the errors as a chart of shades."""
+        from smid.clutch.sensor_study.figures import error_figure
+
+        return error_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {"sensors": list(self.sensors), "records": list(self.records), "rmse": self.rmse.tolist()}
+
+
+def cross_errors(
+    sensors: Mapping[str, VirtualSensor],
+    data: Dataset | None = None,
+    caption: str = "RMSE of each sensor on each record, in mm.",
+) -> ErrorTable:
+    """Compare sensors on records.
+
+    Parameters
+    ----------
+    sensors : mapping of str to VirtualSensor
+        Trained.
+    data : Dataset, optional
+        With the position; all bundled records by default.
+    caption : str
+        Of the table.
+
+    Returns
+    -------
+    ErrorTable
+
+    Raises
+    ------
+    ModelError
+        If there is no sensor, or one is not trained.
+
+    Examples
+    --------
+    >>> from smid.clutch.virtual_sensors import CFPX
+    >>> sensor = CFPX(5).fit(load_clutch_records("20C_step_a"), seed=1)
+    >>> cross_errors({"CFPX": sensor}).rmse.shape
+    (11, 1)
+    """
+    if not sensors:
+        raise ModelError("no sensor is given: give one or more, trained")
+    data = load_clutch_records() if data is None else data
+    columns = [list(sensor.predict(data).rmse(data).values()) for sensor in sensors.values()]
+    return ErrorTable(caption, tuple(sensors), tuple(run.name for run in data.experiments), np.array(columns).T)

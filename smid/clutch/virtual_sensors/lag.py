@@ -1,0 +1,79 @@
+"""A first-order lag whose pole may change from sample to sample.
+
+    y_t = g_t + a_t (y_{t-1} - g_t),    a_t = exp(-T_s / tau_t)
+
+It is stable and has the gain one however tau changes.  Derivatives obey the same recursion,
+
+    d_t = a_t d_{t-1} + source_t,    source_t = (1 - a_t) g_t' + (y_{t-1} - g_t) a_t',    d = y'
+
+which is solved for all samples at once by recursive doubling: after k passes, d holds what the last 2^k sources gave.
+Poles fade, so a few passes suffice.
+
+Reference: Kogge, Stone, "A parallel algorithm for the efficient solution of a general class of recurrence equations",
+IEEE Trans. Computers C-22 (1973).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.networks import Array
+
+__all__ = ["lag", "lag_derivatives"]
+
+_FADED = 1e-17
+
+
+def lag(signal: Array, decay: Array, before: float) -> Array:
+    """Let a lag follow a signal.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        What is followed, g.
+    decay : ndarray, shape (n,)
+        The pole a at each sample, from 0 to 1.
+    before : float
+        Where the lag was before the first sample.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> lag(np.array([1.0, 1.0, 1.0]), np.array([0.5, 0.5, 0.5]), 0.0)
+    array([0.5  , 0.75 , 0.875])
+    """
+    y, result = before, []
+    for g, a in zip(signal.tolist(), decay.tolist(), strict=True):
+        y = g + a * (y - g)
+        result.append(y)
+    return np.array(result)
+
+
+def lag_derivatives(sources: Array, decay: Array) -> Array:
+    """Solve ``d_t = a_t d_{t-1} + source_t`` from zero.
+
+    Parameters
+    ----------
+    sources : ndarray, shape (p, n)
+        One row per parameter.
+    decay : ndarray, shape (n,)
+        The pole a at each sample.
+
+    Returns
+    -------
+    ndarray, shape (p, n)
+
+    Examples
+    --------
+    >>> lag_derivatives(np.array([[1.0, 0.0, 0.0]]), np.array([0.5, 0.5, 0.5]))
+    array([[1.  , 0.5 , 0.25]])
+    """
+    result, reach, shift = sources.copy(), decay, 1
+    while shift < decay.size and reach.max() > _FADED:
+        result[:, shift:] += reach[shift:] * result[:, :-shift]
+        reach = np.concatenate([np.zeros(shift), reach[shift:] * reach[:-shift]])
+        shift *= 2
+    return result

@@ -1,0 +1,145 @@
+"""The running median: a window of samples kept in order, into which one comes and out of which one goes.
+
+The centred filter of order n replaces sample t by the median of samples ``t - floor(n/2)`` to ``t + ceil(n/2) - 1``,
+and needs samples that are still to come.  The causal one takes the last n samples: what it gives of a rise or fall is
+``(n - 1) / 2`` samples late.  At the ends of a record both take the samples there are.
+
+Reference: clutch thesis, 5.2.4 (orders 50 and 250).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, insort
+from collections import deque
+
+import numpy as np
+
+from smid.data import DataError
+from smid.models import ModelError
+from smid.networks import Array
+
+__all__ = ["RunningMedian", "causal_median", "centred_median", "check_record"]
+
+
+class RunningMedian:
+    """The median of the last samples.
+
+    Parameters
+    ----------
+    order : int
+        How many samples.
+
+    Examples
+    --------
+    >>> median = RunningMedian(3)
+    >>> [median.update(x) for x in (5.0, 1.0, 2.0, 9.0)]
+    [5.0, 3.0, 2.0, 2.0]
+    """
+
+    def __init__(self, order: int) -> None:
+        self._order = order
+        self._window: deque[float] = deque()
+        self._sorted: list[float] = []
+
+    def update(self, sample: float) -> float:
+        """Take the next sample and return the median."""
+        if len(self._window) == self._order:
+            self.drop()
+        self._window.append(sample)
+        insort(self._sorted, sample)
+        return self.value
+
+    def drop(self) -> None:
+        """Forget the oldest sample."""
+        del self._sorted[bisect_left(self._sorted, self._window.popleft())]
+
+    @property
+    def value(self) -> float:
+        """The median; of an even number of samples the mean of the middle two."""
+        half = len(self._sorted) // 2
+        return self._sorted[half] if len(self._sorted) % 2 else 0.5 * (self._sorted[half - 1] + self._sorted[half])
+
+
+def check_record(n: int, order: int) -> None:
+    """Refuse a median of no samples, or one that is longer than the record.
+
+    Raises
+    ------
+    DataError
+        If the order exceeds the number of samples.
+    ModelError
+        If it is less than one.
+    """
+    if order < 1:
+        raise ModelError(f"order = {order} of the median: give a number of samples, such as 50")
+    if order > n:
+        raise DataError(
+            f"a median of order {order} is longer than the record of {n} samples: "
+            "give a lower order, or a longer record"
+        )
+
+
+def centred_median(signal: Array, order: int) -> Array:
+    """Filter a whole record with the centred median.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Samples.
+    order : int
+        Samples in the window.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    DataError
+        If the order exceeds the number of samples.
+
+    Examples
+    --------
+    >>> centred_median(np.array([1.0, 9.0, 2.0, 3.0]), 3)
+    array([5. , 2. , 3. , 2.5])
+    """
+    check_record(signal.size, order)
+    ahead = order - order // 2 - 1
+    median, result = RunningMedian(order), []
+    for k, sample in enumerate(signal.tolist()):
+        value = median.update(sample)
+        if k >= ahead:
+            result.append(value)
+    for _ in range(ahead):
+        median.drop()
+        result.append(median.value)
+    return np.array(result)
+
+
+def causal_median(signal: Array, order: int) -> Array:
+    """Filter a whole record with the median of the last samples.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Samples.
+    order : int
+        Samples in the window.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    DataError
+        If the order exceeds the number of samples.
+
+    Examples
+    --------
+    >>> causal_median(np.array([1.0, 9.0, 2.0, 3.0]), 3)
+    array([1., 5., 2., 3.])
+    """
+    check_record(signal.size, order)
+    median = RunningMedian(order)
+    return np.array([median.update(sample) for sample in signal.tolist()])

@@ -1,0 +1,60 @@
+"""Delay lines: the past samples of signals, as the columns that a network reads.
+
+Reference: clutch thesis, (5.1); hybrid thesis, figures 3.5 and 6.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from smid.data import DataError
+from smid.networks.network import Array
+
+__all__ = ["delayed"]
+
+
+def delayed(signals: Sequence[ArrayLike], delays: Sequence[Sequence[int]]) -> Array:
+    """Put delayed samples of signals side by side.
+
+    Parameters
+    ----------
+    signals : sequence of array_like, shape (n,)
+        Over the same instants.
+    delays : sequence of sequence of int
+        For each signal, by how many samples its columns are delayed.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Row t holds ``signal[t - delay]``; before the first sample a signal stood at it.
+
+    Raises
+    ------
+    DataError
+        If the signals are of different lengths or empty, or a delay is negative.
+
+    Examples
+    --------
+    >>> delayed([[1, 2, 3], [7, 8, 9]], [(1, 2), (0,)])
+    array([[1., 1., 7.],
+           [1., 1., 8.],
+           [2., 1., 9.]])
+    """
+    columns = [np.asarray(signal, dtype=np.float64) for signal in signals]
+    shapes = {column.shape for column in columns}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 1 or not columns[0].size:
+        raise DataError(f"signals of shapes {sorted(shapes)}: give vectors of samples over the same instants")
+    if any(delay < 0 for group in delays for delay in group):
+        raise DataError(f"delays = {delays}: a network cannot read samples that are still to come")
+    instants = np.arange(columns[0].size)
+    return np.stack(
+        [
+            column[np.maximum(instants - delay, 0)]
+            for column, group in zip(columns, delays, strict=True)
+            for delay in group
+        ],
+        axis=1,
+    )

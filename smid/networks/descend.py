@@ -1,0 +1,149 @@
+"""One descent of any method, watched: it stops early when the validation error rises, and keeps the best when stopped.
+
+Reference: Prechelt, "Early stopping - but when?", in "Neural Networks: Tricks of the Trade" (1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from smid.models import ModelError
+from smid.networks.least_squares import LeastSquares, Method
+from smid.networks.network import Array
+
+__all__ = ["Descent", "Progress", "ProgressCallback", "Stop", "descend"]
+
+SLOW, WINDOW = 1e-4, 20
+
+
+class Stop(Enum):
+    """Why a descent ended."""
+
+    CONVERGED = "the error falls no more"
+    VALIDATION = "the validation error no longer fell"
+    ITERATIONS = "the limit of iterations was reached"
+    INTERRUPTED = "interrupted: this is the best so far"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a descent has come.
+
+    Parameters
+    ----------
+    start : int
+        Which of several starts, from 0.
+    iteration : int
+        Accepted steps so far.
+    training, validation : float
+        Mean squared errors; without a validation part both are the same.
+    """
+
+    start: int
+    iteration: int
+    training: float
+    validation: float
+
+
+ProgressCallback = Callable[[Progress], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """The best point of one descent, and how it was reached.
+
+    Parameters
+    ----------
+    theta : ndarray, shape (p,)
+        Of the least validation error.
+    training, validation : ndarray, shape (n_iterations + 1,)
+        Mean squared errors at the start and after each accepted step.
+    stop : Stop
+        Why it ended.
+    """
+
+    theta: Array
+    training: Array
+    validation: Array
+    stop: Stop
+
+    @property
+    def best(self) -> float:
+        """The least validation error."""
+        return float(self.validation.min())
+
+
+def descend(
+    method: Method,
+    problem: LeastSquares,
+    start: Array,
+    *,
+    validation: Callable[[Array], float] | None = None,
+    iterations: int = 1000,
+    patience: int = 6,
+    progress: ProgressCallback | None = None,
+    number: int = 0,
+) -> Descent:
+    """Run a method until it, the validation error, the limit or the user says stop.
+
+    Parameters
+    ----------
+    method : callable
+        Such as `levenberg_marquardt`.
+    problem : LeastSquares
+        What is minimised.
+    start : ndarray, shape (p,)
+        Where to begin.
+    validation : callable, optional
+        Mean squared error on samples apart; by default the error that is minimised.
+    iterations : int
+        Most accepted steps.
+    patience : int
+        Accepted steps in a row without a new least validation error, after which it stops.
+    progress : callable, optional
+        Called at the start and after each accepted step.
+    number : int
+        Of the start, for the progress.
+
+    Returns
+    -------
+    Descent
+
+    Raises
+    ------
+    ModelError
+        If the error at the start is not finite.
+    KeyboardInterrupt
+        Only if the error at the start is not known yet; later, the best so far is returned.
+    """
+    training: list[float] = []
+    validated: list[float] = []
+    best, stop = start, Stop.CONVERGED
+    try:
+        for iterate in method(problem, start):
+            error = iterate.error if validation is None else validation(iterate.theta)
+            if not training and not np.isfinite(iterate.error):
+                raise ModelError("the error at the start is not finite: start from other values")
+            if not validated or error < min(validated):
+                best = iterate.theta
+            training.append(iterate.error)
+            validated.append(error)
+            if progress is not None:
+                progress(Progress(number, len(training) - 1, iterate.error, error))
+            if len(validated) - 1 - int(np.argmin(validated)) >= patience:
+                stop = Stop.VALIDATION
+                break
+            if len(training) > WINDOW and training[-1] > (1.0 - SLOW) * training[-1 - WINDOW]:
+                break
+            if len(training) > iterations:
+                stop = Stop.ITERATIONS
+                break
+    except KeyboardInterrupt:
+        if not training:
+            raise
+        stop = Stop.INTERRUPTED
+    return Descent(best, np.array(training), np.array(validated), stop)

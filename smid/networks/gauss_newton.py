@@ -1,0 +1,60 @@
+"""Gauss and Newton's method: the step that is best for the linearised residuals, halved until the error falls.
+
+    d = argmin |J d + r|,   theta <- theta + d / 2^k,   k the least that lowers the error
+
+Where the residuals do not tell some combination of weights, the shortest of the best steps is taken.
+
+Reference: hybrid thesis, (4.3) and appendix G; Nocedal, Wright, "Numerical Optimization", section 10.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from smid.networks.least_squares import Iterate, LeastSquares
+from smid.networks.network import Array
+
+__all__ = ["gauss_newton"]
+
+HALVINGS = 30
+
+
+def gauss_newton(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
+    """Descend by Gauss-Newton steps with halving.
+
+    Parameters
+    ----------
+    problem : LeastSquares
+    start : ndarray, shape (p,)
+        Where to begin.
+
+    Yields
+    ------
+    Iterate
+        The start, then each accepted point.
+
+    Examples
+    --------
+    >>> from smid.networks.least_squares import NormalEquations
+    >>> class Line:
+    ...     def error(self, theta):
+    ...         return float(theta @ theta)
+    ...     def normal_equations(self, theta):
+    ...         return NormalEquations(self.error(theta), theta, np.eye(theta.size))
+    >>> [i.error for i in gauss_newton(Line(), np.array([1.0, -2.0]))]
+    [5.0, 0.0]
+    """
+    theta = start
+    system = problem.normal_equations(theta)
+    yield Iterate(theta, system.error)
+    for _ in iter(int, 1):
+        step = -np.linalg.lstsq(system.gram, system.gradient, rcond=None)[0]
+        lengths = (theta + step / 2**k for k in range(HALVINGS))
+        lower = next((trial for trial in lengths if problem.error(trial) < system.error), None)
+        if lower is None:
+            return
+        theta = lower
+        system = problem.normal_equations(theta)
+        yield Iterate(theta, system.error)

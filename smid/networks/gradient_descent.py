@@ -1,0 +1,58 @@
+"""Gradient descent, with a learning rate that adapts: the back propagation of the textbooks.
+
+    theta <- theta - rate J'r / n;    the error fell:  accept,  rate <- 2 rate;    else  rate <- rate / 2,  try again
+
+Reference: hybrid thesis, appendix H (h.5), with the rate adapted as in Vogl et al., "Accelerating the convergence of
+the back-propagation method", Biological Cybernetics 59 (1988), but never accepting a rise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from smid.networks.least_squares import Iterate, LeastSquares
+from smid.networks.network import Array
+
+__all__ = ["gradient_descent"]
+
+START, FACTOR, SMALLEST = 0.1, 2.0, 1e-12
+
+
+def gradient_descent(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
+    """Descend along the gradient.
+
+    Parameters
+    ----------
+    problem : LeastSquares
+    start : ndarray, shape (p,)
+        Where to begin.
+
+    Yields
+    ------
+    Iterate
+        The start, then each accepted point.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from smid.networks.least_squares import NormalEquations
+    >>> class Line:
+    ...     def error(self, theta):
+    ...         return float(theta @ theta)
+    ...     def normal_equations(self, theta):
+    ...         return NormalEquations(self.error(theta), theta, np.eye(theta.size))
+    >>> errors = [i.error for i in gradient_descent(Line(), np.array([1.0, -2.0]))]
+    >>> sorted(errors, reverse=True) == errors, errors[-1] < 1e-20
+    (True, True)
+    """
+    theta, rate = start, START
+    system = problem.normal_equations(theta)
+    yield Iterate(theta, system.error)
+    while rate >= SMALLEST:
+        trial = theta - rate * system.gradient
+        if problem.error(trial) < system.error:
+            theta, rate = trial, FACTOR * rate
+            system = problem.normal_equations(theta)
+            yield Iterate(theta, system.error)
+        else:
+            rate /= FACTOR

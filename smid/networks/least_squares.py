@@ -1,0 +1,104 @@
+"""A least-squares problem as its methods see it: the error at a point, and its normal equations.
+
+    E(theta) = r'r / n,    E(theta + d) ~ E + 2 d'(J'r / n) + d'(J'J / n) d,    J = d r / d theta
+
+The normal equations are summed over blocks of samples: a Jacobian of millions of rows is never held, and a block stays
+in the cache between its making and its product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from smid.models import ModelError
+from smid.networks.network import Array
+
+__all__ = ["Iterate", "LeastSquares", "Method", "NormalEquations", "sum_normal_equations"]
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """The quadratic model of the error around a point.
+
+    Parameters
+    ----------
+    error : float
+        Mean of the squared residuals.
+    gradient : ndarray, shape (p,)
+        ``J'r / n``, half the gradient of the error.
+    gram : ndarray, shape (p, p)
+        ``J'J / n``.
+    """
+
+    error: float
+    gradient: Array
+    gram: Array
+
+
+class LeastSquares(Protocol):
+    """What a method asks of a problem."""
+
+    def error(self, theta: Array) -> float:
+        """Return the mean of the squared residuals; infinite or NaN where there is none."""
+        ...
+
+    def normal_equations(self, theta: Array) -> NormalEquations:
+        """Return the normal equations."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """A point that a method came to.
+
+    Parameters
+    ----------
+    theta : ndarray, shape (p,)
+        The point.
+    error : float
+        Mean of the squared residuals there.
+    """
+
+    theta: Array
+    error: float
+
+
+Method = Callable[[LeastSquares, Array], Iterator[Iterate]]
+"""Yields the start, then points of falling error; ends when no step lowers the error any more."""
+
+
+def sum_normal_equations(blocks: Iterable[tuple[Array, Array]]) -> NormalEquations:
+    """Sum normal equations over blocks of samples.
+
+    Parameters
+    ----------
+    blocks : iterable of (ndarray, shape (n_i,), ndarray, shape (n_i, p))
+        Residuals and their Jacobian.
+
+    Returns
+    -------
+    NormalEquations
+
+    Raises
+    ------
+    ModelError
+        If there is no sample.
+
+    Examples
+    --------
+    >>> sum_normal_equations([(np.array([1.0, 3.0]), np.array([[1.0], [2.0]]))]).gradient
+    array([3.5])
+    """
+    square, gradient, gram, count = 0.0, np.zeros(1), np.zeros((1, 1)), 0
+    for residual, jacobian in blocks:
+        square += float(residual @ residual)
+        gradient = gradient + jacobian.T @ residual
+        gram = gram + jacobian.T @ jacobian
+        count += residual.size
+    if not count:
+        raise ModelError("least squares without samples: give at least one residual")
+    return NormalEquations(square / count, gradient / count, gram / count)

@@ -1,0 +1,101 @@
+"""Descents from several starts, of which the one of the least validation error wins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from smid.models import ModelError
+from smid.networks.descend import Descent, ProgressCallback, Stop, descend
+from smid.networks.least_squares import LeastSquares, Method
+from smid.networks.network import Array
+
+__all__ = ["MultiStart", "multistart"]
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStart:
+    """What came of each start.
+
+    Parameters
+    ----------
+    descents : tuple of Descent
+        In the order of the starts.
+    """
+
+    descents: tuple[Descent, ...]
+
+    @property
+    def winner(self) -> int:
+        """Number of the start of the least validation error."""
+        return int(np.argmin([descent.best for descent in self.descents]))
+
+    @property
+    def theta(self) -> Array:
+        """The point it came to."""
+        return self.descents[self.winner].theta
+
+    def __str__(self) -> str:
+        winner = self.descents[self.winner]
+        return (
+            f"start {self.winner + 1} of {len(self.descents)}, {winner.training.size - 1} iterations: "
+            f"{winner.stop.value}"
+        )
+
+
+def multistart(
+    method: Method,
+    problem: LeastSquares,
+    starts: Iterable[Array],
+    *,
+    validation: Callable[[Array], float] | None = None,
+    iterations: int = 1000,
+    patience: int = 6,
+    progress: ProgressCallback | None = None,
+) -> MultiStart:
+    """Descend from several starts.
+
+    Parameters
+    ----------
+    method, problem, validation, iterations, patience, progress
+        As for `descend`.
+    starts : iterable of ndarray, shape (p,)
+        Where to begin.
+
+    Returns
+    -------
+    MultiStart
+        When interrupted from the keyboard, of the starts until then.
+
+    Raises
+    ------
+    ModelError
+        If there is no start, or the error at one is not finite.
+    KeyboardInterrupt
+        Only if nothing is known yet.
+    """
+    descents: list[Descent] = []
+    try:
+        for number, start in enumerate(starts):
+            descents.append(
+                descend(
+                    method,
+                    problem,
+                    start,
+                    validation=validation,
+                    iterations=iterations,
+                    patience=patience,
+                    progress=progress,
+                    number=number,
+                )
+            )
+            if descents[-1].stop is Stop.INTERRUPTED:
+                break
+    except KeyboardInterrupt:
+        if not descents:
+            raise
+    if not descents:
+        raise ModelError("no start is given: give one or more")
+    return MultiStart(tuple(descents))

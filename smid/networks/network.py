@@ -1,0 +1,205 @@
+"""A feedforward network: hidden layers of tanh neurons and one linear output, with its derivatives.
+
+    a_0 = x,    a_l = tanh(W_l a_{l-1} + b_l)   for l = 1..L,    y = w a_L + b
+
+Backwards, with ``delta_L = w (1 - a_L^2)`` and ``delta_{l-1} = (delta_l W_l) (1 - a_{l-1}^2)``:
+
+    dy/dW_l = delta_l a_{l-1}',    dy/db_l = delta_l,    dy/dw = a_L,    dy/db = 1,    dy/dx = delta_1 W_1
+
+All weights stand in one vector, layer by layer: ``W_1`` row by row, ``b_1``, ..., ``w``, ``b``.  Weights may have
+leading axes, one network for each entry, so that many starts are evaluated at once.
+
+Reference: Hagan, Menhaj, "Training feedforward networks with the Marquardt algorithm", IEEE Trans. Neural Networks 5
+(1994), equations (1)-(9); clutch thesis, (5.2)-(5.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.models import ModelError
+
+__all__ = ["Array", "Linearisation", "TanhNetwork", "weight_count"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """A network's outputs with their derivatives.
+
+    Parameters
+    ----------
+    outputs : ndarray, shape (..., n)
+        One output per sample.
+    by_weights : ndarray, shape (..., n, p)
+        Derivatives with respect to the weights, in the order of `TanhNetwork.weights`.
+    by_inputs : ndarray, shape (..., n, k)
+        Derivatives with respect to the inputs.
+    """
+
+    outputs: Array
+    by_weights: Array
+    by_inputs: Array
+
+
+def weight_count(sizes: tuple[int, ...]) -> int:
+    """Count the weights and biases of a network.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Number of inputs, then of neurons in each hidden layer.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> weight_count((4, 10))
+    61
+    """
+    return sum(m * (k + 1) for k, m in zip(sizes, (*sizes[1:], 1), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class TanhNetwork:
+    """Hidden tanh layers and one linear output.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Number of inputs, then of neurons in each hidden layer.
+    weights : ndarray, shape (..., p)
+        All weights and biases, layer by layer; leading axes hold several networks.
+
+    Raises
+    ------
+    ModelError
+        If a size is no positive number, or the weights do not fit the sizes.
+
+    Examples
+    --------
+    >>> network = TanhNetwork((1, 1), np.array([1.0, 0.0, 2.0, 3.0]))
+    >>> network([[0.0], [100.0]])
+    array([3., 5.])
+    """
+
+    sizes: tuple[int, ...]
+    weights: Array
+
+    def __post_init__(self) -> None:
+        if len(self.sizes) < 2 or min(self.sizes) < 1:
+            raise ModelError(f"sizes = {self.sizes}: give the number of inputs, then the neurons of each hidden layer")
+        weights = np.array(self.weights, dtype=np.float64)
+        if not weights.ndim or weights.shape[-1] != weight_count(self.sizes):
+            raise ModelError(
+                f"weights of shape {weights.shape} do not fit the sizes {self.sizes}: "
+                f"give {weight_count(self.sizes)} along the last axis"
+            )
+        weights.setflags(write=False)
+        object.__setattr__(self, "weights", weights)
+
+    def layers(self) -> list[tuple[Array, Array]]:
+        """Return the matrix, shape (..., m, k), and the biases, shape (..., m), of each layer; the output is last."""
+        result, position, lead = [], 0, self.weights.shape[:-1]
+        for k, m in zip(self.sizes, (*self.sizes[1:], 1), strict=True):
+            matrix = self.weights[..., position : position + m * k].reshape(*lead, m, k)
+            result.append((matrix, self.weights[..., position + m * k : position + m * (k + 1)]))
+            position += m * (k + 1)
+        return result
+
+    def __call__(self, inputs: ArrayLike) -> Array:
+        """Evaluate the network.
+
+        Parameters
+        ----------
+        inputs : array_like, shape (..., n, k)
+            One row per sample.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            A sample's output is the same to the last bit whatever other samples stand beside it.
+
+        Raises
+        ------
+        ModelError
+            If the samples do not have k inputs.
+        """
+        layers = self.layers()
+        signal = np.swapaxes(self._checked(inputs), -1, -2)
+        for matrix, bias in layers[:-1]:
+            signal = np.tanh(_ordered_sum(matrix, bias, signal))
+        return _ordered_sum(*layers[-1], signal)[..., 0, :]
+
+    def linearise(self, inputs: ArrayLike) -> Linearisation:
+        """Evaluate the network and its derivatives.
+
+        Parameters
+        ----------
+        inputs : array_like, shape (..., n, k)
+            One row per sample.
+
+        Returns
+        -------
+        Linearisation
+            Its outputs agree with the network's up to rounding.
+
+        Raises
+        ------
+        ModelError
+            If the samples do not have k inputs.
+        """
+        # Samples run along the last axis, so that every operation runs along memory; the results are transposed views.
+        layers = self.layers()
+        signals = [np.swapaxes(self._checked(inputs), -1, -2)]
+        for matrix, bias in layers[:-1]:
+            signals.append(np.tanh(matrix @ signals[-1] + bias[..., :, None]))
+        matrix, bias = layers[-1]
+        outputs = (matrix @ signals[-1])[..., 0, :] + bias
+        by_weights = np.empty((*outputs.shape[:-1], self.weights.shape[-1], outputs.shape[-1]))
+        delta = np.ones((*outputs.shape[:-1], 1, outputs.shape[-1]))
+        end = by_weights.shape[-2]
+        for (matrix, _), signal in zip(reversed(layers), reversed(signals), strict=True):
+            m, k = matrix.shape[-2:]
+            by_weights[..., end - m : end, :] = delta
+            end -= m * (k + 1)
+            block = by_weights[..., end : end + m * k, :].reshape(*outputs.shape[:-1], m, k, outputs.shape[-1])
+            np.multiply(delta[..., :, None, :], signal[..., None, :, :], out=block)
+            delta = np.swapaxes(matrix, -1, -2) @ delta
+            if end:
+                delta *= 1.0 - signal**2
+        return Linearisation(outputs, np.swapaxes(by_weights, -1, -2), np.swapaxes(delta, -1, -2))
+
+    def _checked(self, inputs: ArrayLike) -> Array:
+        x = np.asarray(inputs, dtype=np.float64)
+        if x.ndim < 2 or x.shape[-1] != self.sizes[0]:
+            raise ModelError(f"inputs of shape {x.shape}: give one row per sample with {self.sizes[0]} columns")
+        return x
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers; `from_dict` makes the network again, bit for bit."""
+        return {"sizes": list(self.sizes), "weights": self.weights.tolist()}
+
+    @classmethod
+    def from_dict(cls, record: dict[str, Any]) -> TanhNetwork:
+        """Make the network that `to_dict` described."""
+        return cls(tuple(record["sizes"]), np.array(record["weights"]))
+
+
+def _ordered_sum(matrix: Array, bias: Array, signal: Array) -> Array:
+    """Return ``matrix signal + bias``, shape (..., m, n), summed term by term.
+
+    A matrix product sums in an order that depends on the number of samples; this does not, so that a sensor that is fed
+    sample by sample gives what it gives for a record.
+    """
+    total = bias[..., :, None]
+    for k in range(matrix.shape[-1]):
+        total = total + matrix[..., :, k, None] * signal[..., k, None, :]
+    return total

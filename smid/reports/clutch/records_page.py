@@ -1,0 +1,50 @@
+"""The page of the bundled records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+from smid.clutch.overview import RecordOverview
+from smid.reports.chapter import Picture, Section, chapter_report
+
+__all__ = ["records_page"]
+
+_NOT_COMPARED = (
+    "The thesis's records are confidential and its figures normalised. These bear the names of its data sets; their "
+    "profiles of the current, and every size between pressure and position, are our assumptions.",
+)
+
+
+def records_page(
+    overview: RecordOverview, path: str | PathLike[str], settings: Mapping[str, str] | None = None
+) -> Path:
+    """Write the page of the bundled records.
+
+    Parameters
+    ----------
+    overview : RecordOverview
+    path : str or path
+    settings : mapping str -> str, optional
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    OSError
+        Where the path cannot be written.
+    """
+    picture = Picture(overview.plot(), "Current, pressure and position of each record, in percent of the largest.")
+    count = len(overview.data.experiments)
+    return chapter_report(
+        path,
+        "Clutch: the simulated records",
+        f"{count} records of current, pressure, position and temperature, all simulated.",
+        (Section("Records", (), (overview.table,), (picture,)),),
+        overview.data,
+        not_compared=_NOT_COMPARED,
+        settings=settings,
+    )
