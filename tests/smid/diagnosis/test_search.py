@@ -249,7 +249,8 @@ def test_two_frictions_are_named_not_the_drag_that_resembles_both():
         speed[k] = v
     gain, w, u = Parameter("gain", 0.1, 10.0), signal("w"), signal("u")
     mass = Model("mass", (gain,), (Line(w[t], gain.symbol * u[t], rate=True),), (Measurement("y", "w", "eta"),))
-    data = Dataset.from_arrays(input={"u": force}, output={"y": speed + rng.uniform(-0.02, 0.02, n)}, sampling_time=0.02)
+    speed += rng.uniform(-0.02, 0.02, n)
+    data = Dataset.from_arrays(input={"u": force}, output={"y": speed}, sampling_time=0.02)
     diagnosis = look(data, ["quadratic_drag", "viscous_friction", "coulomb_friction", "sensor_bias"], mass, 0.02)
     assert set(names(diagnosis)) == {"viscous_friction", "coulomb_friction"}
     values = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
