@@ -50,7 +50,7 @@ print(table_5_3())
 # ## One sensor for all temperatures, with hysteresis
 #
 # The thesis's second wish. PTX takes pressure and temperature; play operators remember on which branch of the loop the
-# clutch is. It has 42 parameters, a CPX has 61 for each temperature, and it needs no median filter and no delay.
+# clutch is. It has 28 parameters, a CPX has 61 for each temperature, and it needs no median filter and no delay.
 
 # %%
 single = train_single_sensor()

@@ -10,6 +10,10 @@ every set with hysteresis.  Each CPX has its own temperature only, and is traine
 Each is shown as it is, behind the centred median of order 50, which sees 50 ms ahead, with the dead zone enforced, and
 behind the causal median, which real time needs.  PTX has no filter and no delay.
 
+The records are simulated, and PTX has the same order of things as their plant: friction, a curve that the temperature
+scales, a lag.  The plant's friction is Dahl's, not plays, its gain no exponential, and none of its numbers is given to
+PTX; yet a real clutch may fit that order less well.
+
 Reference: clutch thesis, section 6.2.
 """
 

@@ -70,9 +70,14 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _dynamics(record: dict[str, Any]) -> Dynamics:
+    parts: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in record.items()}
+    return Dynamics(**parts)
+
+
 READERS: dict[str, Callable[[Any], Any]] = {
     "coefficients": np.array,
-    "dynamics": lambda record: Dynamics(**{**record, "thresholds": tuple(record["thresholds"])}),
+    "dynamics": _dynamics,
     "hidden": tuple,
     "knots": np.array,
     "network": TanhNetwork.from_dict,

@@ -1,10 +1,12 @@
-"""What PTX remembers: a smoothed pressure, play operators, and a lag that depends on the temperature.
+"""What PTX knows of time, friction and temperature: a smoothed pressure, play operators, and what schedules them.
 
-    s_t = lag of P with the time constant tau_s                        less noise
-    g_k = where s is within the slack of play k, in [-1, 1]            hysteresis
-    tau(T) = tau_20 exp(-c (T - 20))                                   oil is slower when cold
+    s = lag of P, with the time constant tau_s                          less noise
+    g_k = where s is within the slack of play k, in [-1, 1]             hysteresis
+    q = exp(c_1 (T - 20)) (s - sum_k w_k g_k) + c_2 (T - 20)            what acts, as if it were 20 degC
+    tau(T) = tau_20 exp(-c_3 (T - 20))                                  oil is slower when cold
 
-The state of a record's start is rest: the first pressure and position have stood for long, s is amid every slack.
+Pressure less a sum of plays of positive forces is the operator of Prandtl and Ishlinskii.  At the start of a record
+there is rest: the first pressure and position have stood for long, and s is amid every slack.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from smid.clutch.virtual_sensors.lag import lag
 from smid.clutch.virtual_sensors.play import Play, play
 from smid.networks import Array
 
-__all__ = ["Dynamics", "Memory"]
+__all__ = ["REFERENCE", "Dynamics", "Memory"]
 
 REFERENCE = 20.0  # degC
 
@@ -40,7 +42,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The time constants and thresholds of a PTX.
+    """The numbers of a PTX outside its network.
 
     Parameters
     ----------
@@ -48,16 +50,25 @@ class Dynamics:
         Time constant of the pressure, in seconds.
     lag : float
         Time constant of the position at 20 degC, in seconds.
-    slope : float
+    lag_slope : float
         By which share the lag falls per degC, in 1/degC.
+    gain_slope : float
+        By which share the pressure counts more per degC, in 1/degC.
+    shift_slope : float
+        What is added to the pressure per degC, in bar/degC.
     thresholds : tuple of float
         Of the plays, in bar.
+    forces : tuple of float
+        By what each play lowers the pressure that acts where it is pushed up, in bar.
     """
 
     smoothing: float
     lag: float
-    slope: float
+    lag_slope: float
+    gain_slope: float
+    shift_slope: float
     thresholds: tuple[float, ...]
+    forces: tuple[float, ...]
 
     def rest(self, pressure: float) -> Memory:
         """Return the memory of a plant that has stood at a pressure."""
@@ -72,10 +83,18 @@ class Dynamics:
         """Return what each play does with the smoothed pressure."""
         return [play(smoothed, r, before) for r, before in zip(self.thresholds, memory.pushed, strict=True)]
 
-    def inputs(self, smoothed: Array, plays: list[Play], temperature: Array) -> Array:
-        """Return what the network reads: smoothed pressure in bar, states in [-1, 1], temperature in degC."""
-        states = [(smoothed - p.position) / r for p, r in zip(plays, self.thresholds, strict=True)]
-        return np.stack([smoothed, *states, temperature], axis=1)
+    def acting(self, smoothed: Array, states: list[Array], temperature: Array) -> Array:
+        """Return the pressure that would do the same at 20 degC and without friction, shape (n,) in bar."""
+        friction = sum((w * g for w, g in zip(self.forces, states, strict=True)), np.zeros(smoothed.size))
+        return self.gain(temperature) * (smoothed - friction) + self.shift_slope * (temperature - REFERENCE)
+
+    def states(self, smoothed: Array, plays: list[Play]) -> list[Array]:
+        """Return where the pressure is within the slack of each play, from -1 to 1."""
+        return [(smoothed - p.position) / r for p, r in zip(plays, self.thresholds, strict=True)]
+
+    def gain(self, temperature: Array) -> Array:
+        """Return by what the pressure is multiplied at each temperature."""
+        return np.asarray(np.exp(self.gain_slope * (temperature - REFERENCE)))
 
     def smoothing_decay(self, sampling_time: float) -> float:
         """Return the pole of the smoothing."""
@@ -83,5 +102,5 @@ class Dynamics:
 
     def lag_decay(self, temperature: Array, sampling_time: float) -> Array:
         """Return the pole of the lag at each temperature."""
-        tau = self.lag * np.exp(-self.slope * (temperature - REFERENCE))
+        tau = self.lag * np.exp(-self.lag_slope * (temperature - REFERENCE))
         return np.asarray(np.exp(-sampling_time / tau))

@@ -1,11 +1,12 @@
-"""Training of PTX: smoothing, thresholds, lag and weights at once, by least squares with analytic sensitivities.
+"""Training of PTX: all its numbers at once, by least squares with analytic sensitivities.
 
-    theta = (log tau_s, log tau_20, c R, log r_1, ..., log r_m, weights),    R half the range of the temperature
+    theta = (log tau_s, log tau_20, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
 
-Logarithms keep time constants and thresholds positive.  With s' the derivative of the smoothed pressure, the plays have
-``h' = s'(last contact) + side r'`` and ``g' = (s' - h' - g r') / r`` (`play`), the network adds
-``df/ds s' + sum_k df/dg_k g_k'``, and the lag filters the whole Jacobian (`lag`).  The play is not differentiable where
-a contact begins; these are single samples.
+R and S are half the ranges of temperature and pressure.  Logarithms keep time constants, thresholds and forces
+positive: friction opposes motion, and two plays cannot cancel each other.  With s' the derivative of the smoothed
+pressure, the plays have ``h' = s'(last contact) + side r'`` and ``g' = (s' - h' - g r') / r`` (`play`), the network adds
+``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
+The play is not differentiable where a contact begins; these are single samples.
 
 70 % of the samples are fitted, 15 % stop the training; the state runs over all of them.
 """
@@ -39,6 +40,7 @@ from smid.networks import (
 __all__ = ["PTXError", "Record", "train_ptx"]
 
 ITERATIONS, PATIENCE = 400, 30
+SCHEDULED = 5  # parameters before those of the plays
 SMALLEST_PLAY, LARGEST_PLAY = 0.02, 0.06  # of the range of the pressure, where thresholds start
 
 
@@ -72,33 +74,36 @@ class PTXError:
     ----------
     sizes : tuple of int
         Of the network.
+    plays : int
+        How many.
     records : tuple of Record
     scaling : Scaling
-        Of the network's inputs.
+        Of the network's inputs, the pressure first.
+    warmth : float
+        Half the range of the temperature, in degC.
     sampling_time : float
         In seconds.
     """
 
     sizes: tuple[int, ...]
+    plays: int
     records: tuple[Record, ...]
     scaling: Scaling
+    warmth: float
     sampling_time: float
-
-    @property
-    def plays(self) -> int:
-        """How many."""
-        return self.sizes[0] - 2
 
     def dynamics(self, theta: Array) -> Dynamics:
         """Return the time constants and thresholds that a vector stands for."""
-        smoothing, lag_20, slope = theta[:3]
-        thresholds = np.exp(theta[3 : 3 + self.plays]).tolist()
-        warmth = float(self.scaling.half_range[-1])
-        return Dynamics(float(np.exp(smoothing)), float(np.exp(lag_20)), float(slope) / warmth, tuple(thresholds))
+        m, unit = self.plays, float(self.scaling.half_range[0])
+        smoothing, lag_20 = np.exp(theta[:2]).tolist()
+        lag_slope, gain_slope, shift_slope = (theta[2:SCHEDULED] / self.warmth).tolist()
+        thresholds = np.exp(theta[SCHEDULED : SCHEDULED + m]).tolist()
+        forces = np.exp(theta[SCHEDULED + m : SCHEDULED + 2 * m]).tolist()
+        return Dynamics(smoothing, lag_20, lag_slope, gain_slope, unit * shift_slope, tuple(thresholds), tuple(forces))
 
     def network(self, theta: Array) -> TanhNetwork:
         """Return the network of scaled inputs that a vector stands for."""
-        return TanhNetwork(self.sizes, theta[3 + self.plays :])
+        return TanhNetwork(self.sizes, theta[SCHEDULED + 2 * self.plays :])
 
     def error(self, theta: Array) -> float:
         """Return the mean squared error of the samples that count."""
@@ -113,8 +118,9 @@ class PTXError:
         dynamics = self.dynamics(theta)
         memory = dynamics.rest(float(record.pressure[0]))
         smoothed = dynamics.smooth(record.pressure, memory, self.sampling_time)
-        inputs = dynamics.inputs(smoothed, dynamics.push(smoothed, memory), record.temperature)
-        target = self.network(theta)(self.scaling.apply(inputs))
+        states = dynamics.states(smoothed, dynamics.push(smoothed, memory))
+        acting = dynamics.acting(smoothed, states, record.temperature)
+        target = self.network(theta)(self.scaling.apply(acting[:, None]))
         return lag(target, dynamics.lag_decay(record.temperature, self.sampling_time), float(target[0]))
 
     def normal_equations(self, theta: Array) -> NormalEquations:
@@ -139,27 +145,31 @@ class PTXError:
         by_smoothing = lag_derivatives((gain * (before - pressure))[None, :], np.full(n, decay))[0]
 
         plays = dynamics.push(smoothed, memory)
-        inputs = dynamics.inputs(smoothed, plays, record.temperature)
-        part = self.network(theta).linearise(self.scaling.apply(inputs))
-        by_inputs = part.by_inputs / self.scaling.half_range
+        states, unit = dynamics.states(smoothed, plays), self.scaling.half_range[0]
+        acting = dynamics.acting(smoothed, states, record.temperature)
+        part = self.network(theta).linearise(self.scaling.apply(acting[:, None]))
+        by_acting, warmth = part.by_inputs[:, 0] / unit, record.temperature - REFERENCE
+        by_pressure = by_acting * dynamics.gain(record.temperature)
         sources = np.zeros((theta.size, n))
-        sources[0] = by_inputs[:, 0] * by_smoothing
-        for k, (moved, r) in enumerate(zip(plays, dynamics.thresholds, strict=True)):
+        sources[0] = by_pressure * by_smoothing
+        sources[3] = by_acting * (acting - dynamics.shift_slope * warmth) * warmth / self.warmth
+        sources[4] = by_acting * unit * warmth / self.warmth
+        for k, (moved, r, w) in enumerate(zip(plays, dynamics.thresholds, dynamics.forces, strict=True)):
             pushed = np.where(moved.side != 0.0, by_smoothing[moved.contact], 0.0)
-            sources[0] += by_inputs[:, 1 + k] * (by_smoothing - pushed) / r
-            sources[3 + k] = by_inputs[:, 1 + k] * (-moved.side - inputs[:, 1 + k])
-        sources[3 + m :] = part.by_weights.T
+            sources[0] -= by_pressure * w * (by_smoothing - pushed) / r
+            sources[SCHEDULED + k] = by_pressure * w * (moved.side + states[k])
+            sources[SCHEDULED + m + k] = -by_pressure * w * states[k]
+        sources[SCHEDULED + 2 * m :] = part.by_weights.T
 
         decays = dynamics.lag_decay(record.temperature, interval)
         position = lag(part.outputs, decays, float(part.outputs[0]))
         behind = np.concatenate([part.outputs[:1], position[:-1]]) - part.outputs
-        warmth = (record.temperature - REFERENCE) / self.scaling.half_range[-1]
-        tau = dynamics.lag * np.exp(-dynamics.slope * (record.temperature - REFERENCE))
+        tau = dynamics.lag * np.exp(-dynamics.lag_slope * warmth)
         first = sources[:, 0].copy()
         sources *= 1.0 - decays
         sources[:, 0] = first
         sources[1] = behind * decays * interval / tau
-        sources[2] = -sources[1] * warmth
+        sources[2] = -sources[1] * warmth / self.warmth
         return position, lag_derivatives(sources, decays).T
 
 
@@ -193,7 +203,7 @@ def train_ptx(
     -------
     Dynamics
     TanhNetwork
-        From bar, states and degC to mm.
+        From bar to mm.
 
     Raises
     ------
@@ -201,22 +211,20 @@ def train_ptx(
         If there are more parameters than training samples.
     """
     generator = np.random.default_rng(seed)
-    sizes = (plays + 2, *hidden)
+    sizes = (1, *hidden)
     pressure, temperature, position = (data.stacked(name) for name in ("pressure", "temperature", "position"))
     ranges = scaling_of(np.stack([pressure, temperature], axis=1), ["pressure", "temperature"])
     output = scaling_of(position[:, None], ["position"])
-    inputs = Scaling(
-        np.concatenate([ranges.centre[:1], np.zeros(plays), ranges.centre[1:]]),
-        np.concatenate([ranges.half_range[:1], np.ones(plays), ranges.half_range[1:]]),
-    )
+    inputs, warmth = Scaling(ranges.centre[:1], ranges.half_range[:1]), float(ranges.half_range[1])
     split = random_split(position.size, generator)
     learning, checking = (
-        PTXError(sizes, _records(data, output, rows), inputs, data.sampling_time)
+        PTXError(sizes, plays, _records(data, output, rows), inputs, warmth, data.sampling_time)
         for rows in (split.training, split.validation)
     )
     slack = np.log(2.0 * float(ranges.half_range[0]) * np.geomspace(SMALLEST_PLAY, LARGEST_PLAY, plays))
     times = np.log([data.sampling_time, 2.0 * data.sampling_time])
-    first = [np.concatenate([times, [0.0], slack, nguyen_widrow(sizes, generator).weights]) for _ in range(starts)]
+    known = np.concatenate([times, np.zeros(SCHEDULED - times.size), slack, slack])
+    first = [np.concatenate([known, nguyen_widrow(sizes, generator).weights]) for _ in range(starts)]
     if first[0].size > split.training.size:
         raise DataError(
             f"{first[0].size} parameters but {split.training.size} training samples of {position.size}: "

@@ -97,7 +97,7 @@ def test_one_sensor_beside_its_rivals(monkeypatch):
         data = load_clutch_records(name)
         assert row[-1] == pytest.approx(sensor.predict(data).rmse(data)[name])
         assert study.advantage[name] == pytest.approx(row[:-1].min() / row[-1])
-    assert "15 parameters" in study.conclusion
+    assert "14 parameters" in study.conclusion
     assert study.plot().axes
 
 
