@@ -8,6 +8,7 @@ its defaults but for the limit of iterations; smid and scipy take 300 Jacobians 
 
 from __future__ import annotations
 
+import sys
 import time
 import warnings
 from collections.abc import Callable
@@ -108,6 +109,7 @@ def run() -> str:
                 seconds.append(time.perf_counter() - begun)
             median = float(np.median(seconds))
             first = first or median
+            print(f"{name}: {sum(seconds):.1f} s", file=sys.stderr, flush=True)
             lines.append(
                 f"| {name} | {median:.2f} | {np.median(errors):.5f} | {min(errors):.5f} | {median / first:.1f} |"
             )

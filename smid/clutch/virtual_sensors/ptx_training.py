@@ -3,9 +3,10 @@
     theta = (log tau_s, log tau_20, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
 
 R and S are half the ranges of temperature and pressure.  Logarithms keep time constants, thresholds and forces
-positive: friction opposes motion, and two plays cannot cancel each other.  With s' the derivative of the smoothed
-pressure, the plays have ``h' = s'(last contact) + side r'`` and ``g' = (s' - h' - g r') / r`` (`play`), the network adds
-``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
+positive: friction opposes motion, and two plays cannot cancel each other.
+
+With s' the derivative of the smoothed pressure, the plays have ``h' = s'(last contact) + side r'`` and
+``g' = (s' - h' - g r') / r`` (`play`), the network adds ``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
 The play is not differentiable where a contact begins; these are single samples.
 
 70 % of the samples are fitted, 15 % stop the training; the state runs over all of them.

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from smid.clutch import load_clutch_records
+from smid.clutch import load_clutch_records, simulate_clutch, simulate_position
 from smid.clutch.sensor_study import HELD_OUT, interval_study
 from smid.clutch.virtual_sensors import CPX, PTX, MedianFiltered
 from smid.clutch.virtual_sensors.lag import lag, lag_derivatives
@@ -155,6 +155,23 @@ def test_a_temperature_outside_the_range_is_answered_with_a_warning(small):
     one = small.stream().update(0.0, pressure=1.0, temperature=-30.0)
     assert np.isfinite(one.position)
     assert "temperature -30 degC" in one.warnings[0]
+
+
+@pytest.mark.parametrize("temperature", [0.0, 40.0])
+def test_it_holds_between_the_temperatures_that_trained_it(small, temperature):
+    # Advanced in steps of 0.1 ms, as the plant of the bundled records; that of 20 degC is the measure.
+    generator = np.random.default_rng(5)
+    levels = np.where(generator.random(12) < 0.2, 0.0, generator.uniform(300, 950, 12))
+    current, errors = np.repeat(levels, 1500), []
+    for degrees in (20.0, temperature):
+        pressure = simulate_clutch(current, degrees, sampling_time=1e-4)
+        position = simulate_position(pressure, degrees, sampling_time=1e-4)[::20]
+        samples = {
+            "pressure": pressure[::20] + generator.uniform(-0.3, 0.3, position.size),
+            "temperature": np.full(position.size, degrees),
+        }
+        errors.append(np.sqrt(np.mean((small.evaluate(samples) - position) ** 2)))
+    assert errors[1] < 1.3 * errors[0] < 0.15
 
 
 def test_one_temperature_cannot_train_it():
