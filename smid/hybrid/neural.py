@@ -1,0 +1,171 @@
+"""A network inside a model: an expression over the model's signals, with the weights as the model's parameters.
+
+    NN = w a_L + b,    a_l = tanh(W_l a_{l-1} + b_l),    a_0 = the inputs
+
+Written symbolically, the network is a part of the model's lines like any other.  What a model can do (free run,
+analytic sensitivities, fit, prediction, diagnosis) it can therefore do with a network in it, and whether the network
+stands after, beside or inside the first principles, and which of its inputs are fed back, is said by the lines alone.
+
+Without hidden layers the term is the affine function ``w a_0 + b``, the "linear neuron" of the thesis.
+
+The thesis's (4.10)-(4.13) and (h.19)-(h.23) print some biases outside their tanh; here each stands inside, as in (3.4).
+
+Reference: hybrid thesis, (3.4)-(3.6), sections 4.3.1 to 4.3.4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import sympy
+
+from smid.models import Model, ModelError, Parameter
+from smid.models.symbols import canonical
+from smid.networks import TanhNetwork
+
+__all__ = ["NeuralTerm", "network_of", "with_network"]
+
+
+@dataclass(frozen=True)
+class NeuralTerm:
+    """A tanh network of some signals, as an expression with its parameters.
+
+    Parameters
+    ----------
+    name : str
+        Prefix of the weights' names: ``w{layer}_{neuron}_{input}`` and ``b{layer}_{neuron}``, counted from 1.
+    inputs : tuple of sympy.Expr
+        What the network reads, over the model's signals at t, t - 1, ...
+    hidden : tuple of int
+        Neurons of each hidden layer; none makes the term affine.
+    limit : float
+        The weights' boxes are [-limit, limit], in the units of the inputs and of the output.
+
+    Raises
+    ------
+    ModelError
+        If there is no input, a layer without neurons, or the limit is no positive number.
+
+    Examples
+    --------
+    >>> from smid.models import signal, t
+    >>> term = NeuralTerm("N", (signal("speed")[t],), (1,))
+    >>> term.expression
+    N_b2_1 + N_w2_1_1*tanh(N_b1_1 + N_w1_1_1*speed[t])
+    >>> [parameter.name for parameter in term.parameters]
+    ['N_w1_1_1', 'N_b1_1', 'N_w2_1_1', 'N_b2_1']
+    """
+
+    name: str
+    inputs: tuple[sympy.Expr, ...]
+    hidden: tuple[int, ...]
+    limit: float = 100.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", tuple(canonical(item) for item in self.inputs))
+        object.__setattr__(self, "hidden", tuple(self.hidden))
+        if not self.inputs or min(self.hidden, default=1) < 1:
+            raise ModelError(
+                f"the network {self.name!r} has {len(self.inputs)} inputs and hidden layers {self.hidden}: "
+                "give at least one input, and at least one neuron in each layer"
+            )
+        if not (math.isfinite(self.limit) and self.limit > 0):
+            raise ModelError(f"limit = {self.limit} is refused: give a positive number as the largest weight")
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of inputs, then of neurons in each hidden layer."""
+        return (len(self.inputs), *self.hidden)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Weights and biases, in the order of `TanhNetwork.weights`."""
+        names = []
+        for layer, (k, m) in enumerate(zip(self.sizes, (*self.hidden, 1), strict=True), start=1):
+            names += [f"{self.name}_w{layer}_{i}_{j}" for i in range(1, m + 1) for j in range(1, k + 1)]
+            names += [f"{self.name}_b{layer}_{i}" for i in range(1, m + 1)]
+        return tuple(Parameter(name, -self.limit, self.limit) for name in names)
+
+    @cached_property
+    def expression(self) -> sympy.Expr:
+        """The network's output."""
+        symbols = iter([parameter.symbol for parameter in self.parameters])
+        signals = list(self.inputs)
+        for layer, m in enumerate((*self.hidden, 1), start=1):
+            rows = [[next(symbols) for _ in signals] for _ in range(m)]
+            sums = [sympy.Add(next(symbols), *(w * a for w, a in zip(row, signals, strict=True))) for row in rows]
+            signals = sums if layer > len(self.hidden) else [sympy.tanh(item) for item in sums]
+        return signals[0]
+
+
+def network_of(model: Model, term: NeuralTerm) -> TanhNetwork:
+    """Read a network's weights from the model that it stands in.
+
+    Parameters
+    ----------
+    model : Model
+        With the term's parameters.
+    term : NeuralTerm
+        With at least one hidden layer.
+
+    Returns
+    -------
+    TanhNetwork
+        From the term's inputs to its output.
+
+    Raises
+    ------
+    ModelError
+        If a weight has no value in the model, or the term has no hidden layer.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError, signal, t
+    >>> term = NeuralTerm("N", (signal("u")[t],), (1,))
+    >>> model = OutputError().with_parameter(*term.parameters).add_term("w", term.expression)
+    >>> network = TanhNetwork((1, 1), np.array([1.0, 0.0, 2.0, 3.0]))
+    >>> network_of(with_network(model, term, network), term)([[0.0], [100.0]])
+    array([3., 5.])
+    """
+    values = {p.name: p.lower for p in model.parameters if p.lower == p.upper} | dict(model.values)
+    missing = [parameter.name for parameter in term.parameters if parameter.name not in values]
+    if missing:
+        raise ModelError(f"the model has no value for {missing[0]}: fit it, or set it by with_network")
+    return TanhNetwork(term.sizes, np.array([values[parameter.name] for parameter in term.parameters]))
+
+
+def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
+    """Give a model the weights of a network.
+
+    Parameters
+    ----------
+    model : Model
+        With the term's parameters.
+    term : NeuralTerm
+        Where the network stands.
+    network : TanhNetwork
+        Of the term's sizes; one network, without leading axes.
+
+    Returns
+    -------
+    Model
+        With these values; see `network_of` for an example.
+
+    Raises
+    ------
+    ModelError
+        If the sizes differ, there are several networks, or a weight lies beyond the term's limit.
+    """
+    if network.sizes != term.sizes or network.weights.ndim != 1:
+        raise ModelError(
+            f"the network of sizes {network.sizes} with weights of shape {network.weights.shape} does not fit "
+            f"{term.name!r} of sizes {term.sizes}: give one network of these sizes"
+        )
+    largest = float(np.abs(network.weights).max())
+    if not largest <= term.limit:
+        raise ModelError(f"a weight of {largest:g} lies beyond the limit {term.limit:g} of {term.name!r}: widen the limit")
+    names = (parameter.name for parameter in term.parameters)
+    return model.with_values(dict(zip(names, network.weights.tolist(), strict=True)))
