@@ -1,10 +1,10 @@
-"""A table for the eye: a caption, a header and cells of text."""
+"""A table for the eye: a caption, a header, cells of text, and how a number is written there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Table"]
+__all__ = ["Table", "figure"]
 
 
 @dataclass(frozen=True)
@@ -54,3 +54,22 @@ class Table:
             for row in (self.header, *self.rows)
         ]
         return "\n".join([self.caption, *lines] if self.caption else lines)
+
+
+def figure(value: float) -> str:
+    """Write a number to three figures; a dash for none.
+
+    Parameters
+    ----------
+    value : float
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> figure(0.12345), figure(3e-15), figure(float("nan"))
+    ('0.123', '3e-15', '-')
+    """
+    return f"{value:.3g}" if value == value else "-"

@@ -42,7 +42,7 @@ from smid.recursive import (
     gain_study,
     track,
 )
-from smid.recursive.table import figure, text_table
+from smid.table import Table, figure
 
 __all__ = ["RecursiveStudy", "recursive_study"]
 
@@ -89,13 +89,13 @@ class RecursiveStudy:
         )
 
     @property
-    def summary(self) -> str:
-        """Return a table: for each model and method the median over the records."""
+    def summary(self) -> Table:
+        """Return for each model and method the median over the records."""
         groups: dict[tuple[str, str], list[Tracking]] = {}
         for tracking in self.comparison.trackings:
             groups.setdefault((str(tracking.arx), str(tracking.method)), []).append(tracking)
         header = ("model", "method", "a posteriori", "one step", "free run", "held", "runs without end")
-        rows = [
+        rows = tuple(
             (
                 *names,
                 _median(t.a_posteriori.rmse for t in group),
@@ -105,8 +105,8 @@ class RecursiveStudy:
                 f"{sum(not np.isfinite(t.free_run.rmse) for t in group)} of {len(group)}",
             )
             for names, group in groups.items()
-        ]
-        return f"Median over the records of the RMSE [{self.on_noise.unit}]\n{text_table(header, rows, 'llrrrrr')}"
+        )
+        return Table(f"Median over the records of the RMSE [{self.on_noise.unit}]", header, rows, "llrrrrr")
 
     def __str__(self) -> str:
         return f"{self.meaning}\n\n{self.summary}\n\n{self.gains}\n\n{self.comparison}"

@@ -12,8 +12,8 @@ from smid.data import Dataset
 from smid.models import ModelError
 from smid.recursive.arx import Arx
 from smid.recursive.method import Method
-from smid.recursive.table import figure, text_table
 from smid.recursive.tracking import Tracking, track
+from smid.table import Table, figure
 
 __all__ = ["Comparison", "compare"]
 
@@ -30,10 +30,12 @@ class Comparison:
 
     trackings: tuple[Tracking, ...]
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """Return a row for each run."""
         unit = f", RMSE [{self.trackings[0].unit}]" if self.trackings[0].unit else ", RMSE"
         header = ("record", "model", "method", "a posteriori", "one step", "free run", "held", "remarks")
-        rows = [
+        rows = tuple(
             (
                 t.record,
                 str(t.arx),
@@ -42,8 +44,11 @@ class Comparison:
                 "; ".join(t.remarks),
             )
             for t in self.trackings
-        ]
-        return f"{len(rows)} runs{unit}\n{text_table(header, rows, 'lllrrrrl')}"
+        )
+        return Table(f"{len(rows)} runs{unit}", header, rows, "lllrrrrl")
+
+    def __str__(self) -> str:
+        return str(self.table)
 
     def plot(self) -> Figure:
         """Draw the three errors of every method on every record, on one logarithmic scale."""

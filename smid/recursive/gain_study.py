@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from smid.data import Dataset
 from smid.recursive.arx import Arx
 from smid.recursive.normalised_gradient import NormalisedGradient
-from smid.recursive.table import figure, text_table
 from smid.recursive.tracking import Tracking, track
 from smid.recursive.unnormalised_gradient import UnnormalisedGradient
+from smid.table import Table, figure
 
 __all__ = ["GainStudy", "gain_study"]
 
@@ -50,11 +50,13 @@ class GainStudy:
         errors = [tracking.one_step.rmse for tracking in self.trackings]
         return self.gains[int(np.argmin(np.where(np.isnan(errors), np.inf, errors)))]
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """Return a row for each gain."""
         first = self.trackings[0]
         unit = f" [{first.unit}]" if first.unit else ""
         header = ("gain", "stability rule", "a posteriori", "one step", "free run", "poles left alone", "remarks")
-        rows = [
+        rows = tuple(
             (
                 figure(gain),
                 "kept" if gain < self.largest_gain else "broken",
@@ -63,17 +65,19 @@ class GainStudy:
                 "; ".join(t.remarks),
             )
             for gain, t in zip(self.gains, self.trackings, strict=True)
-        ]
+        )
         name = str(first.method).split(",")[0]
-        return "\n".join(
-            [
-                f"{name} on {first.record}; {first.arx}; RMSE{unit}; "
-                f"stability rule: gain < {figure(self.largest_gain)}",
-                text_table(header, rows, "rlrrrrl"),
-                "Poles left alone: the largest a posteriori error where the stability rule moved none.",
-                f"One step ahead the error is least at gain {figure(self.best)}; "
-                f"holding the last output gives {figure(first.held.rmse)}.",
-            ]
+        caption = (
+            f"{name} on {first.record}; {first.arx}; RMSE{unit}; stability rule: gain < {figure(self.largest_gain)}"
+        )
+        return Table(caption, header, rows, "rlrrrrl")
+
+    def __str__(self) -> str:
+        return (
+            f"{self.table}\n"
+            "Poles left alone: the largest a posteriori error where the stability rule moved none.\n"
+            f"One step ahead the error is least at gain {figure(self.best)}; "
+            f"holding the last output gives {figure(self.trackings[0].held.rmse)}."
         )
 
     def plot(self) -> Figure:

@@ -24,7 +24,7 @@ from smid.recursive.arx import Array, Arx
 from smid.recursive.estimator import History, RecursiveEstimator
 from smid.recursive.free_run import FreeRun, free_run
 from smid.recursive.method import DivergenceError, Method
-from smid.recursive.table import figure, text_table
+from smid.table import Table, figure
 
 __all__ = ["Residual", "Tracking", "track"]
 
@@ -189,11 +189,11 @@ class Tracking:
     def __str__(self) -> str:
         unit = f" [{self.unit}]" if self.unit else ""
         kinds = {**self.residuals, "last output held": self.held}
-        rows = [(name, figure(residual.rmse), figure(residual.largest)) for name, residual in kinds.items()]
+        rows = tuple((name, figure(residual.rmse), figure(residual.largest)) for name, residual in kinds.items())
         head = f"{self.method} on {self.record}, {self.measured.size} samples; {self.arx}"
         remarks = [f"Note: {'; '.join(self.remarks)}."] if self.remarks else []
-        table = text_table(("error", f"RMSE{unit}", f"largest{unit}"), rows, "lrr")
-        return "\n".join([head, table, *remarks, self.meaning])
+        table = Table(head, ("error", f"RMSE{unit}", f"largest{unit}"), rows, "lrr")
+        return "\n".join([str(table), *remarks, self.meaning])
 
     def plot(self) -> Figure:
         """Draw the output with the free run, the three errors on one logarithmic scale, and the parameters."""

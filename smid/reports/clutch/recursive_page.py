@@ -9,9 +9,8 @@ from pathlib import Path
 from smid.clutch.recursive_study import THESIS, RecursiveStudy
 from smid.clutch.set_study import SetStudy
 from smid.recursive import Tracking
-from smid.recursive.table import figure
 from smid.reports.chapter import Picture, Section, chapter_report
-from smid.table import Table
+from smid.table import Table, figure
 
 __all__ = ["recursive_page"]
 
@@ -74,7 +73,7 @@ def recursive_page(
                 f"One step ahead the error is least at gain {figure(study.gains.best)}. Holding the last pressure errs "
                 f"by {figure(study.gains.trackings[0].held.rmse)} {unit} RMS.",
             ),
-            (_gains(study),),
+            (study.gains.table,),
             (Picture(study.gains.plot(), "RMSE of the three errors over the adaptation gain."),),
         ),
         Section(
@@ -143,22 +142,6 @@ def _beside_thesis(study: RecursiveStudy) -> Table:
         ("best adaptation gain", "1, by the a posteriori error", f"{figure(study.gains.best)}, one step ahead"),
     )
     return Table(f"{noise.method}, {noise.arx}, on all records.", ("", "thesis", "our records"), rows, "lll")
-
-
-def _gains(study: RecursiveStudy) -> Table:
-    gains = study.gains
-    rows = tuple(
-        (
-            figure(gain),
-            "kept" if gain < gains.largest_gain else "broken",
-            *(figure(residual.rmse) for residual in t.residuals.values()),
-            "; ".join(t.remarks),
-        )
-        for gain, t in zip(gains.gains, gains.trackings, strict=True)
-    )
-    first = gains.trackings[0]
-    header = ("gain", f"gain < {figure(gains.largest_gain)}", *first.residuals, "remarks")
-    return Table(f"{first.record}, {first.arx}: RMSE [{first.unit}].", header, rows, "rlrrrl")
 
 
 def _by_record(study: RecursiveStudy, model: str, kind: str, unit: str) -> Table:

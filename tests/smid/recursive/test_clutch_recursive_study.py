@@ -38,7 +38,7 @@ def test_the_figure_of_the_thesis_comes_out_on_noise_too(study):
 def test_the_table_holds_every_run(study):
     lines = str(study).splitlines()
     assert lines[2] == "Median over the records of the RMSE [bar]"
-    assert len(study.summary.splitlines()) == 2 + 8
+    assert len(str(study.summary).splitlines()) == 2 + 8
     assert sum(line.startswith(CLUTCH_RECORDS) for line in lines) == 88
     assert len(json.loads(json.dumps(study.to_dict()))["trackings"]) == 88
     assert len(study.plot().axes) == 2
