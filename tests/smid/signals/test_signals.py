@@ -13,8 +13,8 @@ RANDOM = [name for name, function in SIGNALS.items() if "seed" in inspect.signat
 
 
 def test_every_signal_is_registered():
-    assert len(SIGNALS) == 10
-    assert RANDOM == ["multisine", "noise", "noisy_staircase", "prbs", "qprts"]
+    assert len(SIGNALS) == 13
+    assert RANDOM == ["multisine", "noise", "noisy_staircase", "prbs", "qprs", "qprts"]
 
 
 @pytest.mark.parametrize("name", SIGNALS)

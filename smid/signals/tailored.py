@@ -1,0 +1,80 @@
+r"""A tailored signal: a sine, then a constant, then a switching part, each for the parameters that it excites.
+
+For the rotating arm: the sine's varying acceleration tells the inertia, the constant speed under a constant voltage the
+drag, and switching around zero speed the friction.  That the last part shows *sticking* takes physical insight: the
+arm must not break away, so the torque of the switching level must stay below the friction, and each half must last
+until the creeping arm has moved visibly.
+
+Reference: hybrid thesis, section 7.4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.data import DataError
+from smid.signals.generators import Array, check_samples, clock_samples
+
+__all__ = ["tailored"]
+
+
+def tailored(
+    n: int,
+    *,
+    sampling_time: float = 1.0,
+    frequency: float = 0.1 / np.pi,
+    amplitude: float = 1.0,
+    level: float = 0.5,
+    switching: float = 0.2,
+    half_period: float = 5.0,
+    shares: tuple[float, float] = (1 / 3, 1 / 3),
+    offset: float = 0.0,
+) -> Array:
+    """Give a sine, then a constant, then a square wave.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples.
+    sampling_time : float
+        In seconds.
+    frequency : float
+        Of the sine, in Hz.
+    amplitude : float
+        Of the sine, in the input's unit.
+    level : float
+        Of the constant part.
+    switching : float
+        Half the distance of the levels of the switching part.
+    half_period : float
+        Seconds between switches, a multiple of the sampling time.
+    shares : (float, float)
+        Shares of the record that the sine and the constant take; the switching part has what is left.
+    offset : float
+        Added throughout.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the input's unit.
+
+    Raises
+    ------
+    DataError
+        If the shares leave no room, or the half period is no multiple of the sampling time.
+
+    Examples
+    --------
+    >>> tailored(9, frequency=0.25, level=0.5, switching=0.1, half_period=1.0).round(9)
+    array([ 0. ,  1. ,  0. ,  0.5,  0.5,  0.5,  0.1, -0.1,  0.1])
+    """
+    check_samples(n, sampling_time)
+    first, second = shares
+    if not (first >= 0 and second >= 0 and first + second <= 1):
+        raise DataError(f"shares = {shares} do not fit a record: give two numbers from 0, with a sum of at most 1")
+    held = clock_samples(half_period, sampling_time, "half_period")
+    begin, end = round(first * n), round((first + second) * n)
+    k = np.arange(n)
+    wave = np.where((k - end) // held % 2 == 0, switching, -switching)
+    sine = amplitude * np.sin(2 * np.pi * frequency * sampling_time * k)
+    return np.asarray(offset + np.where(k < begin, sine, np.where(k < end, level, wave)))
