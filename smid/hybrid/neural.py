@@ -166,6 +166,8 @@ def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
         )
     largest = float(np.abs(network.weights).max())
     if not largest <= term.limit:
-        raise ModelError(f"a weight of {largest:g} lies beyond the limit {term.limit:g} of {term.name!r}: widen the limit")
+        raise ModelError(
+            f"a weight of {largest:g} lies beyond the limit {term.limit:g} of {term.name!r}: widen the limit"
+        )
     names = (parameter.name for parameter in term.parameters)
     return model.with_values(dict(zip(names, network.weights.tolist(), strict=True)))

@@ -1,0 +1,71 @@
+"""Embedded: the network is a component of the first principles that is hard to model.
+
+    d/dt w = f(w, u) + s(...) NN(...)
+
+It fits a static function inside the balance, with a factor s in the balance's own parameters, and needs no back
+couplings: the dynamics stay the balance's.
+
+Reference: hybrid thesis, section 4.3.4, figure 4.10; (5.13), (5.15), listing K.11.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy
+
+from smid.hybrid.back_couplings import STATIC
+from smid.hybrid.hybrid_model import HybridModel
+from smid.hybrid.neural import NeuralTerm
+from smid.models import Model
+
+__all__ = ["embedded"]
+
+
+def embedded(
+    white: Model,
+    factors: Mapping[str, sympy.Expr],
+    inputs: Sequence[sympy.Expr],
+    hidden: tuple[int, ...] = (1,),
+    *,
+    name: str = "N",
+) -> HybridModel:
+    """Put a network into the balances of a first-principles model.
+
+    Parameters
+    ----------
+    white : Model
+        First principles; what of its parameters is to be estimated with the weights has a box.
+    factors : mapping of str to sympy.Expr
+        For each signal, what multiplies the network in its line.
+    inputs : sequence of sympy.Expr
+        What the network reads: signals at time t.
+    hidden : tuple of int
+        Neurons of each hidden layer.
+    name : str
+        Prefix of the weights' names.
+
+    Returns
+    -------
+    HybridModel
+
+    Raises
+    ------
+    ModelError
+        If no line defines one of the signals, or a name is taken.
+
+    Examples
+    --------
+    The balance (5.13), in which the network is to learn the missing y:
+
+    >>> from smid.models import Reactor, signal, t
+    >>> white = Reactor(reaction_rate=0.125)
+    >>> joined = embedded(white, {"w": -1 / white.parameter("tau").symbol}, [signal("w")[t]], ())
+    >>> joined.model.lines[0].expression.expand().coeff(joined.term.parameters[1].symbol)
+    -1/tau
+    """
+    term = NeuralTerm(name, tuple(inputs), hidden)
+    model = white.with_parameter(*term.parameters)
+    for line, factor in factors.items():
+        model = model.add_term(line, factor * term.expression)
+    return HybridModel(model, term, white, "embedded", STATIC)

@@ -1,0 +1,319 @@
+"""Estimation of a hybrid model: which error, which method, how many starts.
+
+The error is that of the output, either one step ahead ("prediction": what is read of the past output is measured) or
+in a free run ("simulation": it is the model's own).  Both come from the same lines and their analytic sensitivities;
+the method is one of `smid.networks`.
+
+The methods see the problem scaled: the network's inputs brought to [-1, 1], where the weights begin after Nguyen and
+Widrow, and all else in units that move the output by its standard deviation.  The last layer begins at zero, which is
+the first principles alone.  A free run begins where the prediction error led to, for a network that starts without
+dynamics finds them slowly.
+
+A point outside the parameters' boxes, or from which the run leaves the finite range, has no error and is not stepped
+to.
+
+Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data import Channel, DataError, Dataset
+from smid.fit import Fit, Fitting
+from smid.hybrid.hybrid_model import HybridModel, bound_to
+from smid.hybrid.neural import NeuralTerm
+from smid.models import Line, Model, ModelError, signal, t
+from smid.models.errors import refuse_unknown
+from smid.models.predictor import past_name, predictor
+from smid.networks import (
+    Array,
+    Method,
+    MultiStart,
+    NormalEquations,
+    ProgressCallback,
+    Scaling,
+    descend,
+    fold,
+    levenberg_marquardt,
+    multistart,
+    nguyen_widrow,
+)
+
+__all__ = ["ERRORS", "HybridEstimate", "estimate", "one_step_ahead"]
+
+ERRORS = ("prediction", "simulation")
+_INSENSITIVE = 1e-8  # what moves the output less than this, in standard deviations for a unit, keeps its unit
+
+
+@dataclass(frozen=True, eq=False)
+class HybridEstimate:
+    """An estimated hybrid model.
+
+    Parameters
+    ----------
+    hybrid : HybridModel
+        Its model carries the estimated values, bound to the data.
+    fit : Fit
+        The free run over all experiments.
+    search : MultiStart
+        The descents, in scaled parameters and errors.
+    """
+
+    hybrid: HybridModel
+    fit: Fit
+    search: MultiStart
+
+    @property
+    def model(self) -> Model:
+        """The estimated model."""
+        return self.hybrid.model
+
+    def __str__(self) -> str:
+        free = [p for p in self.hybrid.white.parameters if p.lower < p.upper]
+        told = "".join(f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free)
+        weights = len(self.hybrid.term.parameters)
+        return f"{self.hybrid.topology}, {self.hybrid.couplings}, {weights} weights{told}; {self.search}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Scaled:
+    """Output error as a least-squares problem in ``theta``, with the fitted numbers ``units theta``."""
+
+    fitting: Fitting
+    units: Array
+
+    def vector(self, theta: Array) -> Array:
+        return np.asarray(self.units @ theta)
+
+    def theta(self, values: Mapping[str, float]) -> Array:
+        return np.asarray(np.linalg.solve(self.units, self.fitting.start(values)), dtype=np.float64)
+
+    def values(self, theta: Array) -> dict[str, float]:
+        return dict(zip(self.fitting.run.parameters, self.vector(theta).tolist(), strict=False))
+
+    def error(self, theta: Array) -> float:
+        vector = self.vector(theta)
+        count = self.fitting.lower.size
+        if np.any(vector[:count] < self.fitting.lower) or np.any(vector[:count] > self.fitting.upper):
+            return np.inf
+        return float(np.mean(self.fitting.residual(vector) ** 2))
+
+    def normal_equations(self, theta: Array) -> NormalEquations:
+        vector = self.vector(theta)
+        residual = self.fitting.residual(vector)
+        jacobian = self.fitting.jacobian(vector) @ self.units
+        n = residual.size
+        return NormalEquations(float(np.mean(residual**2)), jacobian.T @ residual / n, jacobian.T @ jacobian / n)
+
+
+def estimate(
+    hybrid: HybridModel,
+    data: Dataset,
+    used: Sequence[NDArray[np.bool_]] | None = None,
+    *,
+    error: str = "simulation",
+    method: Method = levenberg_marquardt,
+    starts: int = 5,
+    iterations: int = 300,
+    seed: int | np.random.Generator,
+    progress: ProgressCallback | None = None,
+) -> HybridEstimate:
+    """Estimate a hybrid model: all free parameters of its first principles, and the weights.
+
+    Parameters
+    ----------
+    hybrid : HybridModel
+        Values that its model carries are where its first principles start.
+    data : Dataset
+    used : sequence of ndarray of bool, shape (n,), optional
+        Per experiment, the samples that count; by default all after the warm-up.
+    error : {"simulation", "prediction"}
+        Of the free run, or one step ahead.
+    method : callable
+        `levenberg_marquardt`, `gauss_newton` or `gradient_descent` of `smid.networks`.
+    starts : int
+        How many random starts; the least error wins.
+    iterations : int
+        Most steps from each start.
+    seed : int or numpy.random.Generator
+        Of the starts.
+    progress : callable, optional
+        Called after each step with a `Progress`.
+
+    Returns
+    -------
+    HybridEstimate
+
+    Raises
+    ------
+    DataError
+        If there are more numbers to estimate than samples, or a channel is missing.
+    ModelError
+        If the error is none of these, or the first principles alone cannot be simulated on the data.
+
+    Examples
+    --------
+    >>> from smid.hybrid import EXTRA, parallel
+    >>> from smid.models import Reactor
+    >>> u = np.sin(np.arange(60.0)) + 2.0
+    >>> y = Reactor(1.0, sampling_time=1.0).simulate(Dataset.from_arrays(
+    ...     input={"u": u}, output={"y": u}, sampling_time=1.0)).outputs[0]["y"]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> found = estimate(parallel(Reactor(2.0), EXTRA), data, starts=1, seed=1)
+    >>> bool(np.std(found.fit.residual(data, "y")[0]) < 0.1 * np.std(y))
+    True
+    """
+    refuse_unknown("error", [error], ERRORS)
+    if starts < 1 or iterations < 1:
+        raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
+    hybrid = bound_to(hybrid, data)
+    masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
+    free_run, ahead = Fitting(hybrid.model, data, masks), one_step_ahead(hybrid.model, data, masks)
+    _check_count(free_run, masks)
+    generator = np.random.default_rng(seed)
+    alone = _first_principles(hybrid)
+    ranges = _input_ranges(hybrid, data, masks, alone)
+    points = [{**alone, **_hidden_weights(hybrid.term, ranges, generator)} for _ in range(starts)]
+    if error == "prediction":
+        problem = _scaled(ahead, hybrid, ranges, alone)
+        thetas = [problem.theta(values) for values in points]
+    else:
+        problem, first = (_scaled(fitting, hybrid, ranges, alone) for fitting in (free_run, ahead))
+        thetas = [_after_prediction(problem, first, values, method, iterations) for values in points]
+    search = multistart(method, problem, thetas, iterations=iterations, patience=iterations, progress=progress)
+    values = problem.values(search.theta)
+    vector = free_run.start(values) if error == "prediction" else problem.vector(search.theta)
+    found = free_run.result(vector, float(np.sum(free_run.residual(vector) ** 2)))
+    return HybridEstimate(replace(hybrid, model=found.model), found, search)
+
+
+def one_step_ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
+    """Make ready the fit of a model's predictions one step ahead.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data.
+    data : Dataset
+    used : sequence of ndarray of bool, shape (n,)
+        Per experiment, the samples that count.
+
+    Returns
+    -------
+    Fitting
+        Of a model whose past outputs are inputs.
+
+    Raises
+    ------
+    ModelError
+        If an output is seen through a sensor's curve.
+    """
+    shown = [item for item in model.measurements if item.channel in model.output_channels]
+    if any(item.inverse is not None for item in shown):
+        raise ModelError(f"{model.name!r} is seen through a sensor's curve: put the curve into its lines")
+    past = {past_name(item.signal): item.channel for item in shown}
+    lines = predictor(model.discretised().lines, frozenset(item.signal for item in shown))
+    runs = tuple(
+        replace(run, values={**run.values, **{new: run.values[old] for new, old in past.items()}})
+        for run in data.experiments
+    )
+    channels = (*data.channels, *(Channel(name) for name in past))
+    ahead = Model(f"{model.name}, one step ahead", model.parameters, lines, model.measurements)
+    return Fitting(ahead, replace(data, experiments=runs, channels=channels), used)
+
+
+def _check_count(fitting: Fitting, used: Sequence[NDArray[np.bool_]]) -> None:
+    samples = sum(int(np.sum(mask)) for mask in used) * len(fitting.outputs)
+    if fitting.n_free > samples:
+        raise DataError(
+            f"{fitting.n_free} parameters, weights and initial states but {samples} samples to estimate them from: "
+            "give more samples, or fewer neurons"
+        )
+
+
+def _first_principles(hybrid: HybridModel) -> dict[str, float]:
+    """Return where the search begins: the first principles' values, or the middle of a box, and no network."""
+    values = {parameter.name: 0.0 for parameter in hybrid.term.parameters}
+    for parameter in hybrid.white.parameters:
+        if parameter.lower < parameter.upper:
+            middle = (parameter.lower + parameter.upper) / 2
+            values[parameter.name] = hybrid.model.values.get(parameter.name, middle if np.isfinite(middle) else 0.0)
+    return values
+
+
+def _input_ranges(
+    hybrid: HybridModel, data: Dataset, used: Sequence[NDArray[np.bool_]], alone: Mapping[str, float]
+) -> Scaling:
+    """Find the range of what the network reads, with the past outputs as measured."""
+    names = [f"{hybrid.term.name}_input{k}" for k in range(len(hybrid.term.inputs))]
+    lines = tuple(Line(signal(name)[t], item) for name, item in zip(names, hybrid.term.inputs, strict=True))
+    model = replace(hybrid.model, lines=(*hybrid.model.lines, *lines))
+    fitting = one_step_ahead(model, data, used)
+    initial = fitting.initial(fitting.start(alone))
+    values = {name: alone[name] for name in fitting.run.parameters}
+    columns = []
+    for inputs, before, mask in zip(fitting.inputs, initial, used, strict=True):
+        found, _ = fitting.run.run(inputs, values, before, jacobian=False)
+        columns.append(np.stack([found[name][mask] for name in names], axis=1))
+    samples = np.concatenate(columns)
+    if not np.isfinite(samples).all():
+        raise ModelError(
+            f"{hybrid.white.name!r} alone leaves the finite range on these data: "
+            "begin at other values of its parameters"
+        )
+    low, high = samples.min(axis=0), samples.max(axis=0)
+    # What does not vary has no range; its weight then acts as a bias.
+    return Scaling((high + low) / 2.0, np.where(high > low, (high - low) / 2.0, 1.0))
+
+
+def _hidden_weights(term: NeuralTerm, ranges: Scaling, generator: np.random.Generator) -> dict[str, float]:
+    """Draw the hidden layers, in the inputs' units; the last layer is zero."""
+    if not term.hidden:
+        return {}
+    network = fold(nguyen_widrow(term.sizes, generator), ranges, Scaling(np.zeros(1), np.ones(1)))
+    weights = network.weights.copy()
+    weights[-term.sizes[-1] - 1 :] = 0.0
+    names = (parameter.name for parameter in term.parameters)
+    return dict(zip(names, np.clip(weights, -term.limit, term.limit).tolist(), strict=True))
+
+
+def _scaled(fitting: Fitting, hybrid: HybridModel, ranges: Scaling, alone: Mapping[str, float]) -> _Scaled:
+    start = fitting.start(alone)
+    slopes = np.sqrt(np.mean(fitting.jacobian(start) ** 2, axis=0))
+    if not np.isfinite(slopes).all():
+        raise ModelError(
+            f"{hybrid.white.name!r} alone leaves the finite range on these data: "
+            "begin at other values of its parameters"
+        )
+    weights = [fitting.run.parameters.index(parameter.name) for parameter in hybrid.term.parameters]
+    unit = np.where(slopes > _INSENSITIVE, 1.0 / np.maximum(slopes, _INSENSITIVE), np.maximum(np.abs(start), 1.0))
+    units = np.diag(unit)
+    units[np.ix_(weights, weights)] = _weight_units(hybrid.term, ranges, float(unit[weights[-1]]))
+    return _Scaled(fitting, units)
+
+
+def _weight_units(term: NeuralTerm, ranges: Scaling, output: float) -> Array:
+    """Return what takes the weights of a network of scaled inputs and output to those in their units."""
+    k = term.sizes[0]
+    m = (*term.hidden, 1)[0]
+    units = np.eye(len(term.parameters))
+    for row in range(m):
+        block = slice(row * k, (row + 1) * k)
+        units[block, block] = np.diag(1.0 / ranges.half_range)
+        units[m * k + row, block] = -ranges.centre / ranges.half_range
+    units[-term.sizes[-1] - 1 :] *= output
+    return units
+
+
+def _after_prediction(
+    problem: _Scaled, first: _Scaled, values: Mapping[str, float], method: Method, iterations: int
+) -> Array:
+    """Return where a free run begins: at the end of a descent on the prediction error, unless it is no better there."""
+    found = first.values(descend(method, first, first.theta(values), iterations=iterations, patience=iterations).theta)
+    points = [problem.theta(point) for point in (found, values)]
+    return min(points, key=lambda theta: float(np.nan_to_num(problem.error(theta), nan=np.inf)))

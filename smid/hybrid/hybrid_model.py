@@ -1,0 +1,85 @@
+"""A hybrid model: first principles and a network, joined in one model.
+
+The ways to join them are functions from a first-principles model to a hybrid one: `series`, `parallel`,
+`simultaneous`, `embedded`.  How the error is taken and by which method it is lowered is said to `estimate`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from smid.binding import bind
+from smid.data import Dataset
+from smid.hybrid.back_couplings import BackCouplings
+from smid.hybrid.neural import NeuralTerm
+from smid.models import Measurement, Model, ModelError
+from smid.models.symbols import rename_signals
+
+__all__ = ["HYBRID", "HybridModel", "bound_to", "measure_instead", "output_measurement"]
+
+HYBRID = "hybrid"
+"""Name of the signal that first principles and network give together."""
+
+
+@dataclass(frozen=True)
+class HybridModel:
+    """First principles and a network in one model.
+
+    Parameters
+    ----------
+    model : Model
+        Its parameters: those of the first principles, then the weights.
+    term : NeuralTerm
+        The network.
+    white : Model
+        The first principles alone.
+    topology : str
+        How the two are joined, for display.
+    couplings : BackCouplings
+        Of the network.
+    """
+
+    model: Model
+    term: NeuralTerm
+    white: Model
+    topology: str
+    couplings: BackCouplings
+
+
+def output_measurement(white: Model, output: str | None) -> Measurement:
+    """Find the measurement that a network is to complete.
+
+    Parameters
+    ----------
+    white : Model
+    output : str or None
+        Its channel; None where there is one only.
+
+    Returns
+    -------
+    Measurement
+
+    Raises
+    ------
+    ModelError
+        If there is no such output, or it has to be named.
+    """
+    channels = white.output_channels
+    chosen = channels[0] if output is None and len(channels) == 1 else output
+    if chosen not in channels:
+        raise ModelError(f"output = {output!r} is no output of {white.name!r}: name one of {', '.join(channels)}")
+    return next(item for item in white.measurements if item.channel == chosen)
+
+
+def measure_instead(model: Model, old: Measurement, name: str) -> Model:
+    """Let a channel show another signal."""
+    changed = tuple(replace(item, signal=name) if item is old else item for item in model.measurements)
+    return replace(model, measurements=changed)
+
+
+def bound_to(hybrid: HybridModel, data: Dataset) -> HybridModel:
+    """Fit a hybrid model's channel names and sampling time to the data's, as `smid.binding.bind` does a model's."""
+    model, white = bind(hybrid.model, data), bind(hybrid.white, data)
+    names = dict(zip(hybrid.model.inputs, model.inputs, strict=True))
+    term = replace(hybrid.term, inputs=tuple(rename_signals(item, names) for item in hybrid.term.inputs))
+    return replace(hybrid, model=model, term=term, white=white)
