@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from smid.data import Channel, DataError, Dataset
 from smid.fit import Fit, Fitting
+from smid.hybrid.analysis import required
+from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
 from smid.hybrid.neural import NeuralTerm
 from smid.models import Line, Model, ModelError, signal, t
@@ -116,6 +118,7 @@ def estimate(
     data: Dataset,
     used: Sequence[NDArray[np.bool_]] | None = None,
     *,
+    plant: Model | None = None,
     error: str = "simulation",
     method: Method = levenberg_marquardt,
     starts: int = 5,
@@ -132,6 +135,9 @@ def estimate(
     data : Dataset
     used : sequence of ndarray of bool, shape (n,), optional
         Per experiment, the samples that count; by default all after the warm-up.
+    plant : Model, optional
+        A linear plant that one reckons with: a network in series or in parallel is checked against it, see
+        `smid.hybrid.required`.
     error : {"simulation", "prediction"}
         Of the free run, or one step ahead.
     method : callable
@@ -148,6 +154,11 @@ def estimate(
     Returns
     -------
     HybridEstimate
+
+    Warns
+    -----
+    BackCouplingWarning
+        If the network has fewer back couplings than the plant asks for.
 
     Raises
     ------
@@ -171,6 +182,9 @@ def estimate(
     refuse_unknown("error", [error], ERRORS)
     if starts < 1 or iterations < 1:
         raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
+    if plant is not None:
+        needed = required(plant, hybrid.white, hybrid.topology, data.sampling_time)
+        warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     free_run, ahead = Fitting(hybrid.model, data, masks), one_step_ahead(hybrid.model, data, masks)

@@ -17,24 +17,23 @@ Reference: hybrid thesis, sections 5.2 to 5.4, table 2, listings K.1 to K.3.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 
 from smid.data import DataError
-from smid.models import Model, Reactor, RotatingArm
+from smid.models import VALUE, Model, Reactor, RotatingArm, signal, t
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import REACTION_RATE
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 
-__all__ = ["MISMATCHES", "Mismatch", "arm_base", "reactor_base", "simulate_arm", "simulate_reactor"]
+__all__ = ["MISMATCHES", "Mismatch", "arm_base", "reactor_base", "reactor_plant", "simulate_arm", "simulate_reactor"]
 
 Array = NDArray[np.float64]
-Curve = Callable[[Array], Array]
 
 ARM_STEP = 1e-4  # s; sticking decays at 870 1/s
 
@@ -51,8 +50,8 @@ class Mismatch:
         Time constant that the base model believes in, in seconds.
     second_tau : float or None
         Time constant of a second tank that the first one feeds, in seconds.
-    curve : callable or None
-        What is measured of the last concentration.
+    curve : sympy.Expr or None
+        What is measured of the last concentration, an expression in ``smid.models.VALUE``.
     """
 
     tau: float = 2.0
@@ -60,11 +59,7 @@ class Mismatch:
     x: float = 1.0
     base_tau: float = 2.0
     second_tau: float | None = None
-    curve: Curve | None = None
-
-
-def _sine(y: Array) -> Array:
-    return np.asarray(0.4 * np.sin(10 * y) + 0.5)
+    curve: sympy.Expr | None = None
 
 
 MISMATCHES: dict[str, Mismatch] = {
@@ -72,8 +67,8 @@ MISMATCHES: dict[str, Mismatch] = {
     "factor": Mismatch(a=2.0),
     "power": Mismatch(x=3.0),
     "two_in_succession": Mismatch(second_tau=4.0),
-    "sine": Mismatch(curve=_sine),
-    "square_root": Mismatch(curve=np.sqrt),
+    "sine": Mismatch(curve=sympy.Rational(2, 5) * sympy.sin(10 * VALUE) + sympy.Rational(1, 2)),
+    "square_root": Mismatch(curve=sympy.sqrt(VALUE)),
     "time_constant_and_factor": Mismatch(a=2.0, base_tau=4.0),
 }
 """Table 2, row by row, and the plant of (5.12)."""
@@ -104,6 +99,43 @@ def reactor_base(mismatch: str) -> Model:
     """
     refuse_unknown("mismatch", [mismatch], MISMATCHES)
     return Reactor(MISMATCHES[mismatch].base_tau)
+
+
+def reactor_plant(mismatch: str | Mismatch) -> Model:
+    """Give a reactor that differs from first principles as a model: what the base is to become.
+
+    Parameters
+    ----------
+    mismatch : str or Mismatch
+        One of `MISMATCHES`, or one's own.
+
+    Returns
+    -------
+    Model
+        A `Reactor`; a second tank is the signal ``second``, a measured curve ``seen``.
+
+    Raises
+    ------
+    ModelError
+        If there is no such mismatch.
+
+    Examples
+    --------
+    >>> print(reactor_plant("two_in_succession").lines[1].expression)
+    -second[t]/4 + 13*w[t]/100
+    """
+    if isinstance(mismatch, str):
+        refuse_unknown("mismatch", [mismatch], MISMATCHES)
+        mismatch = MISMATCHES[mismatch]
+    model, last = Reactor(mismatch.tau, mismatch.a, mismatch.x), "w"
+    if mismatch.second_tau is not None:
+        inverse = 1 / sympy.Rational(repr(mismatch.second_tau))
+        feed = inverse - sympy.Rational(repr(REACTION_RATE))
+        model = model.with_line("second", feed * signal("w")[t] - inverse * signal("second")[t], rate=True)
+        last = "second"
+    if mismatch.curve is not None:
+        model, last = model.with_line("seen", mismatch.curve.xreplace({VALUE: signal(last)[t]})), "seen"
+    return replace(model, measurements=(replace(model.measurements[0], signal=last),))
 
 
 def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: float, start: float | None = None) -> Array:
@@ -143,7 +175,7 @@ def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: floa
     inputs = _series(u, sampling_time)
     first = float(inputs[0]) if start is None else float(start)
     y = _tank(inputs, sampling_time, mismatch.tau, mismatch.a, mismatch.x, mismatch.second_tau, first)
-    return y if mismatch.curve is None else mismatch.curve(y)
+    return y if mismatch.curve is None else np.asarray(sympy.lambdify(VALUE, mismatch.curve, "numpy")(y))
 
 
 def _series(u: ArrayLike, sampling_time: float) -> Array:
