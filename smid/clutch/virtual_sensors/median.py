@@ -18,7 +18,7 @@ from smid.data import DataError
 from smid.models import ModelError
 from smid.networks import Array
 
-__all__ = ["RunningMedian", "causal_median", "centred_median", "check_record"]
+__all__ = ["RunningMedian", "causal_median", "centred_median", "check_order", "check_record"]
 
 
 class RunningMedian:
@@ -60,6 +60,18 @@ class RunningMedian:
         return self._sorted[half] if len(self._sorted) % 2 else 0.5 * (self._sorted[half - 1] + self._sorted[half])
 
 
+def check_order(order: int) -> None:
+    """Refuse a median of no samples.
+
+    Raises
+    ------
+    ModelError
+        If the order is no whole number, or less than one.
+    """
+    if not isinstance(order, int | np.integer) or order < 1:
+        raise ModelError(f"order = {order} of the median: give a number of samples, such as 50")
+
+
 def check_record(n: int, order: int) -> None:
     """Refuse a median of no samples, or one that is longer than the record.
 
@@ -68,10 +80,9 @@ def check_record(n: int, order: int) -> None:
     DataError
         If the order exceeds the number of samples.
     ModelError
-        If it is less than one.
+        If it is no whole number, or less than one.
     """
-    if order < 1:
-        raise ModelError(f"order = {order} of the median: give a number of samples, such as 50")
+    check_order(order)
     if order > n:
         raise DataError(
             f"a median of order {order} is longer than the record of {n} samples: "

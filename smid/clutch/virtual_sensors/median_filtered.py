@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from smid.clutch.virtual_sensors.median import RunningMedian, centred_median, check_record
+from smid.clutch.virtual_sensors.median import RunningMedian, centred_median, check_order, check_record
 from smid.clutch.virtual_sensors.sensor import Run, Samples, VirtualSensor, trained
 from smid.data import Dataset
 from smid.models import ModelError
@@ -35,7 +35,7 @@ class MedianFiltered(VirtualSensor):
     Raises
     ------
     ModelError
-        If the order is less than one.
+        If the order is no whole number, or less than one.
 
     Examples
     --------
@@ -49,8 +49,7 @@ class MedianFiltered(VirtualSensor):
     causal: bool = False
 
     def __post_init__(self) -> None:
-        if self.order < 1:
-            raise ModelError(f"order = {self.order} of the median: give a number of samples, such as 50")
+        check_order(self.order)
 
     @property
     def delay(self) -> float:

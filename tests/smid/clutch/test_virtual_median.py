@@ -74,8 +74,9 @@ def test_a_centred_median_cannot_stream():
         sensor.stream()
 
 
-def test_no_order():
-    with pytest.raises(ModelError, match="order = 0 of the median"):
-        MedianFiltered(CFPX(3), 0)
-    with pytest.raises(ModelError, match="order = 0 of the median"):
-        causal_median(np.zeros(3), 0)
+@pytest.mark.parametrize("order", [0, 2.5])
+def test_no_order(order):
+    with pytest.raises(ModelError, match=f"order = {order} of the median"):
+        MedianFiltered(CFPX(3), order)
+    with pytest.raises(ModelError, match=f"order = {order} of the median"):
+        causal_median(np.zeros(3), order)
