@@ -83,6 +83,16 @@ def test_figures_are_drawn(sensors, number):
     assert axes[0].get_ylabel() == "position [mm]"
 
 
+def test_a_drawn_line_has_few_points_and_every_peak(sensors):
+    traces = sensor_traces("5.9", sensors)
+    (line,) = traces.plot().axes[1].lines
+    error = traces.measured - traces.simulated["CPX20"]
+    time, drawn = line.get_data()
+    assert drawn.size < 600 < error.size
+    assert (drawn.min(), drawn.max()) == (error.min(), error.max())
+    np.testing.assert_array_equal(drawn, error[np.searchsorted(traces.time, time)])
+
+
 def test_one_sensor_beside_its_rivals(monkeypatch):
     # Small rivals suffice to see that the table is made as it says; its numbers are for the benchmark.
     from smid.clutch.sensor_study import single_sensor
