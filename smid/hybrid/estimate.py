@@ -103,7 +103,8 @@ class _Scaled:
         count = self.fitting.lower.size
         if np.any(vector[:count] < self.fitting.lower) or np.any(vector[:count] > self.fitting.upper):
             return np.inf
-        return float(np.mean(self.fitting.residual(vector) ** 2))
+        with np.errstate(all="ignore"):  # a run that leaves the finite range
+            return float(np.mean(self.fitting.residual(vector) ** 2))
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         vector = self.vector(theta)
@@ -165,7 +166,8 @@ def estimate(
     DataError
         If there are more numbers to estimate than samples, or a channel is missing.
     ModelError
-        If the error is none of these, or the first principles alone cannot be simulated on the data.
+        If the error is none of these, the first principles alone cannot be simulated on the data, or an input is so
+        far from zero for its range that the weights leave their limit.
 
     Examples
     --------
@@ -292,8 +294,14 @@ def _hidden_weights(term: NeuralTerm, ranges: Scaling, generator: np.random.Gene
     network = fold(nguyen_widrow(term.sizes, generator), ranges, Scaling(np.zeros(1), np.ones(1)))
     weights = network.weights.copy()
     weights[-term.sizes[-1] - 1 :] = 0.0
+    largest = float(np.abs(weights).max())
+    if largest > term.limit:
+        raise ModelError(
+            f"for the range of its inputs the network {term.name!r} needs weights of {largest:.3g}, beyond its limit "
+            f"{term.limit:g}: let it read scaled inputs, as in (T[t] - 440) / 10"
+        )
     names = (parameter.name for parameter in term.parameters)
-    return dict(zip(names, np.clip(weights, -term.limit, term.limit).tolist(), strict=True))
+    return dict(zip(names, weights.tolist(), strict=True))
 
 
 def _scaled(fitting: Fitting, hybrid: HybridModel, ranges: Scaling, alone: Mapping[str, float]) -> _Scaled:

@@ -4,9 +4,10 @@ The topology is `parallel`'s; what is new is that some of the first principles' 
 network the data cannot tell whose dynamics are the plant's, and the estimate of a time constant means nothing: the
 thesis's first attempts failed so.  With a static one it can.
 
-The thesis draws the network beside the model (figure 4.9) but its listing K.11 puts it into the balance, reading the
+The thesis draws the network beside the model (figure 4.9), but its listing K.11 puts it into the balance, reading the
 concentration: ``tau y' + y + N(y) = K(tau) u``.  That is `embedded`, and only that has tau = 2 as its solution for the
-plant of (5.12): beside the model, a static network of u leaves ``tau = tau_P / a = 1`` to the balance.
+plant of (5.12).  Beside the model a static network of u acts at once, as the plant does not, and tau has to make up
+for it.
 
 Reference: hybrid thesis, section 4.3.3, figure 4.9, (5.12)-(5.13), section 6.2.4, listings K.9 to K.11.
 """

@@ -1,0 +1,18 @@
+"""The studies of the first-order process: which mismatches a network takes away, and what it learns of them."""
+
+from smid.hybrid.reactor.output_errors import OutputErrors, output_errors
+from smid.hybrid.reactor.records import PLANTS, reactor_record, white_reactor
+from smid.hybrid.reactor.requirements import RequirementStudy, requirement_study
+from smid.hybrid.reactor.time_constant import TimeConstants, time_constant_study
+
+__all__ = [
+    "PLANTS",
+    "OutputErrors",
+    "RequirementStudy",
+    "TimeConstants",
+    "output_errors",
+    "reactor_record",
+    "requirement_study",
+    "time_constant_study",
+    "white_reactor",
+]
