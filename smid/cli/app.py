@@ -9,6 +9,7 @@ from smid.cli.demo import demo
 from smid.cli.diagnose import diagnose
 from smid.cli.error_bound import error_bound
 from smid.cli.face import Face
+from smid.cli.hybrid import hybrid
 from smid.cli.identify import identify
 from smid.cli.validate import validate
 
@@ -25,5 +26,5 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (demo, identify, error_bound, validate, diagnose, clutch):
+for command in (demo, identify, error_bound, validate, diagnose, clutch, hybrid):
     main.add_command(command)

@@ -1,6 +1,7 @@
 """The studies of the first-order process: which mismatches a network takes away, and what it learns of them."""
 
 from smid.hybrid.reactor.output_errors import OutputErrors, output_errors
+from smid.hybrid.reactor.reactor_study import ReactorStudy, reactor_study
 from smid.hybrid.reactor.records import PLANTS, reactor_record, white_reactor
 from smid.hybrid.reactor.requirements import RequirementStudy, requirement_study
 from smid.hybrid.reactor.time_constant import TimeConstants, time_constant_study
@@ -8,10 +9,12 @@ from smid.hybrid.reactor.time_constant import TimeConstants, time_constant_study
 __all__ = [
     "PLANTS",
     "OutputErrors",
+    "ReactorStudy",
     "RequirementStudy",
     "TimeConstants",
     "output_errors",
     "reactor_record",
+    "reactor_study",
     "requirement_study",
     "time_constant_study",
     "white_reactor",

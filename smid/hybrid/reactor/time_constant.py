@@ -69,8 +69,16 @@ class TimeConstants:
             "lrrr",
         )
 
+    @property
+    def conclusion(self) -> str:
+        """Return in a sentence what became of the time constant."""
+        true, told = MISMATCHES[PLANT].tau, []
+        for way, values in self.tau.items():
+            told.append(f"{_range(values)} s with a network that is {way}")
+        return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(told)}."
+
     def __str__(self) -> str:
-        return str(self.table)
+        return f"{self.table}\n\n{self.conclusion}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
