@@ -71,8 +71,8 @@ def sum_of_sines(
 
     Examples
     --------
-    >>> sum_of_sines(3, frequencies=(0.5, 1.5), amplitudes=(1, -1), sampling_time=np.pi / 2).round(4)
-    array([ 0. , -0. ,  1. ])
+    >>> sum_of_sines(3, frequencies=(0.5, 1.5), amplitudes=(1, -1), sampling_time=1.0).round(4)
+    array([ 0.    , -0.5181,  0.7004])
     """
     check_samples(n, sampling_time)
     speeds = np.asarray(frequencies, dtype=np.float64)

@@ -1,0 +1,222 @@
+r"""Where the arm's speed can be at every sample, proven from the angles and the box of its constants.
+
+Between samples the input is held, so the speed obeys a scalar law that does not depend on time, v' = f(v): it moves in
+one direction only, and stays between its values at both ends.  Hence an enclosure of the speeds at the samples gives
+one of the accelerations a between them, and that one in turn confines the speeds.  Over m intervals of h, T = m h,
+
+    angle(k+m) - angle(k) = v(k) T + \int a(s) (t(k+m) - s) ds,                                    (windows)
+    v(k+1) - v(k) = \int a(s) ds,                                                                  (steps)
+
+backwards likewise.  Three facts help where a is not known yet:
+
+- friction and drag only brake: |v| grows by at most theta c |u| per second (*growth*);
+- sticking is not left while the torque stays below Ws, theta c |u| <= sigma (*sticking*);
+- an arm that glides while the torque exceeds Wd and drag runs away, which the angles would show (*escape*).
+
+Everything is done for the upper ends; the lower ones are those of the mirrored record.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from smid.hybrid.certified.enclosure import Array, Enclosure
+
+__all__ = ["ArmRecord", "accelerations", "between", "enclose_speeds"]
+
+LONGEST = 1.0  # s, of a window: beyond it what is not known of the accelerations outweighs the noise
+PASSES = 3
+
+
+@dataclass(frozen=True)
+class ArmRecord:
+    """What was measured, and what is known for certain.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        In rad, wrong by at most `noise_bound`.
+    torque : Enclosure, shape (n - 1,)
+        Torque of the motor over each interval, c u, in Nm.
+    noise_bound : float
+        In rad.
+    sampling_time : float
+        In s.
+    eps : float
+        Below this speed the arm sticks, in rad/s.
+    """
+
+    angle: Array
+    torque: Enclosure
+    noise_bound: float
+    sampling_time: float
+    eps: float
+
+    def mirrored(self) -> ArmRecord:
+        """Return the record of the arm seen from below."""
+        return ArmRecord(-self.angle, -self.torque, self.noise_bound, self.sampling_time, self.eps)
+
+    @property
+    def n_samples(self) -> int:
+        """Return the number of samples."""
+        return len(self.angle)
+
+    @cached_property
+    def turned(self) -> list[Enclosure]:
+        """Return by how much the arm turned over windows of 1, 2, ... intervals, in rad, beginning at each sample."""
+        longest = max(1, min(round(LONGEST / self.sampling_time), self.n_samples - 1))
+        noise = Enclosure.within(2 * self.noise_bound)
+        return [Enclosure.of(self.angle[m:]) - self.angle[:-m] + noise for m in range(1, longest + 1)]
+
+
+def between(speeds: Enclosure) -> Enclosure:
+    """Return where the speed is on each interval, from where it is at the samples; shape (n - 1,)."""
+    return speeds[:-1].hull(speeds[1:])
+
+
+def accelerations(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:
+    """Return where the acceleration is, in rad/s2, while the speed is in `speeds`.
+
+    Parameters
+    ----------
+    record : ArmRecord
+    products : Enclosure, shape (4,)
+        theta, kappa, omega, sigma.
+    speeds : Enclosure, shape (n - 1,)
+        Between samples.
+    """
+    friction = Enclosure(
+        -_largest_friction(record.eps, products, -speeds), _largest_friction(record.eps, products, speeds)
+    )
+    return record.torque * products[:1] - friction - speeds.signed_square() * products[1:2]
+
+
+def _largest_friction(eps: float, products: Enclosure, speeds: Enclosure) -> Array:
+    """Return the largest friction times theta over intervals of speeds; at +-eps both kinds count."""
+    low, high = speeds.lower, speeds.upper
+    (omega_low, omega_high), (sigma_low, sigma_high) = zip(products.lower[2:], products.upper[2:], strict=True)
+    largest = np.full(low.shape, -np.inf)
+    creeping = sigma_high * (np.minimum(high, eps) / eps) * (1 + 1e-15)
+    largest = np.where((high > 0) & (low <= eps), creeping, largest)
+    largest = np.where(high >= eps, np.maximum(largest, omega_high), largest)
+    receding = sigma_low * (np.clip(high, -eps, 0.0) / eps) * (1 - 1e-15)
+    largest = np.where((high <= 0) & (high >= -eps), np.maximum(largest, receding), largest)
+    return np.where(low <= -eps, np.maximum(largest, -omega_low), largest)
+
+
+def enclose_speeds(record: ArmRecord, products: Enclosure, known: Enclosure) -> Enclosure:
+    """Return where the speed is at every sample; empty where no constants in the box explain the angles.
+
+    Parameters
+    ----------
+    record : ArmRecord
+    products : Enclosure, shape (4,)
+        theta, kappa, omega, sigma.
+    known : Enclosure, shape (n,)
+        What is known already, in rad/s.
+    """
+    mirror = record.mirrored()
+    speeds = known
+    for _ in range(PASSES):
+        a = accelerations(record, products, between(speeds))
+        upper = _upper_ends(record, products, speeds, a)
+        lower = -_upper_ends(mirror, products, -speeds, -a)
+        speeds = speeds.meet(Enclosure(lower, upper))
+        if speeds.empty:
+            break
+        speeds = _stepped(record, products, speeds)
+    return speeds
+
+
+def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: Enclosure) -> Array:
+    """Return upper ends from windows, growth and escape."""
+    h, eps = record.sampling_time, record.eps
+    upper = speeds.upper.copy()
+    growth = Enclosure.of((record.torque * products[:1]).magnitude)
+    drag = Enclosure.of(0.0, np.maximum(between(speeds).signed_square().upper, 0.0)) * products[1:2]
+    escaping = (record.torque * products[:1] - products[2:3] - drag).lower
+    unknown = Enclosure.within(np.inf)
+    runaway = Enclosure.of(escaping).where(escaping >= 0, unknown)
+    rates = _Windows(a, h), _Windows(growth, h), _Windows(runaway, h)
+    for m, turned in enumerate(record.turned, start=1):
+        span = Enclosure.of(h) * m
+        ahead, grown, run = (w.widen() for w in rates)
+        # v(k) T = turned - what later accelerations add
+        upper[:-m] = np.minimum(upper[:-m], _quotient((turned - ahead.later).upper, span))
+        # v(k+m) T = turned + what earlier accelerations lack
+        upper[m:] = np.minimum(upper[m:], _quotient((turned + ahead.earlier).upper, span))
+        # Braked as hard as you like: v(k+m) is either below all its growth or was nearly as large before.
+        before = _quotient((turned + grown.earlier).upper, span)
+        upper[m:] = np.minimum(upper[m:], np.maximum(grown.total.upper, before))
+        falling = _quotient((turned + grown.later).upper, span)
+        upper[:-m] = np.where(falling < 0, np.minimum(upper[:-m], falling), upper[:-m])
+        would_turn = (run.later + span * eps).lower
+        upper[:-m] = np.where(turned.upper < would_turn, np.minimum(upper[:-m], eps), upper[:-m])
+    return upper
+
+
+def _quotient(values: Array, span: Enclosure) -> Array:
+    """Return an upper end of values over a positive span."""
+    return np.nextafter(values / np.where(values >= 0, span.lower, span.upper), np.inf)
+
+
+@dataclass(frozen=True)
+class _Window:
+    """Integrals of rates over all windows of one length: whole, weighted by the time left, and by the time past."""
+
+    total: Enclosure
+    later: Enclosure
+    earlier: Enclosure
+
+
+class _Windows:
+    """Windows that widen by one interval at a time."""
+
+    def __init__(self, rates: Enclosure, h: float) -> None:
+        self.step, self.half = rates * h, rates * h * h * 0.5
+        self.h = h
+        self.m = 0
+        nothing = Enclosure.of(np.zeros(len(rates.lower) + 1))
+        self.now = _Window(nothing, nothing, nothing)
+
+    def widen(self) -> _Window:
+        """Add the next interval."""
+        old, m = self.now, self.m
+        step, half = self.step[m:], self.half[m:]
+        total, later, earlier = old.total[:-1], old.later[:-1], old.earlier[:-1]
+        self.now = _Window(total + step, later + total * self.h + half, earlier + step * self.h * m + half)
+        self.m += 1
+        return self.now
+
+
+def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:
+    """Follow the speeds forwards from sample to sample, with sticking, then backwards."""
+    h, eps = record.sampling_time, record.eps
+    rates = accelerations(record, products, between(speeds))
+    rise = (rates * h).upper.tolist()
+    fall = (rates * h).lower.tolist()
+    drive = record.torque * products[:1]
+    brake = float(products.lower[2])
+    up_step = ((drive - brake) * h).upper.tolist()
+    down_step = ((drive + brake) * h).lower.tolist()
+    holds_up = (drive.upper <= products.lower[3]).tolist()
+    holds_down = (drive.lower >= -products.lower[3]).tolist()
+    low, high = speeds.lower.tolist(), speeds.upper.tolist()
+    for k in range(len(rise)):
+        top = math.nextafter(high[k] + rise[k], math.inf)
+        if holds_up[k]:
+            slowed = eps if high[k] <= eps else max(eps, math.nextafter(high[k] + up_step[k], math.inf))
+            top = min(top, slowed)
+        bottom = math.nextafter(low[k] + fall[k], -math.inf)
+        if holds_down[k]:
+            slowed = -eps if low[k] >= -eps else min(-eps, math.nextafter(low[k] + down_step[k], -math.inf))
+            bottom = max(bottom, slowed)
+        high[k + 1], low[k + 1] = min(high[k + 1], top), max(low[k + 1], bottom)
+    for k in range(len(rise) - 1, -1, -1):
+        high[k] = min(high[k], math.nextafter(high[k + 1] - fall[k], math.inf))
+        low[k] = max(low[k], math.nextafter(low[k + 1] - rise[k], -math.inf))
+    return Enclosure.of(low, high)
