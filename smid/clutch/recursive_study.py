@@ -79,9 +79,10 @@ class RecursiveStudy:
         chosen = [t for t in self.comparison.trackings if (t.arx, t.method) == same]
         unit, seen = self.on_noise.unit, max(t.largest_left_alone for t in chosen)
         one_step, held = [t.one_step.rmse for t in chosen], [t.held.rmse for t in chosen]
+        method = str(self.on_noise.method)
         return (
-            f"{self.on_noise.method}, {self.on_noise.arx}: the a posteriori error is at most {figure(seen)} {unit} on "
-            f"these records where the stability rule leaves the poles alone (the thesis: {THESIS:g}), and "
+            f"{method[0].upper()}{method[1:]}, {self.on_noise.arx}: the a posteriori error is at most {figure(seen)} "
+            f"{unit} on these records where the stability rule leaves the poles alone (the thesis: {THESIS:g}), and "
             f"{figure(self.on_noise.largest_left_alone)} {unit} when the pressure is replaced by noise that no model "
             f"can follow. So it measures rounding, not a model. One step ahead the same estimator errs by "
             f"{figure(min(one_step))} to {figure(max(one_step))} {unit} RMS, holding the last pressure by "

@@ -109,7 +109,7 @@ def recursive_page(
     return chapter_report(
         path,
         "Clutch, section 3.3: recursive estimation, and recursive set-membership",
-        f"{study.meaning[0].upper()}{study.meaning[1:]} {sets.conclusion}",
+        f"{study.meaning} {sets.conclusion}",
         sections,
         study.comparison.trackings[0].data,
         not_compared=_NOT_COMPARED,
