@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 from numpy.typing import ArrayLike
+from sympy.solvers.solveset import NonlinearError
 
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
@@ -283,7 +284,7 @@ def _solved(model: Model) -> sympy.Expr:
     unknown = [symbols[line.signal] for line in model.lines]
     try:
         matrix, _ = sympy.linear_eq_to_matrix(equations, [*unknown, symbols[model.inputs[0]]])
-    except sympy.solvers.solveset.NonlinearError:
+    except NonlinearError:
         raise ModelError(f"{model.name!r} is not linear: it has no transfer function") from None
     response = matrix[:, :-1].LUsolve(-matrix[:, -1])
     return sympy.cancel(response[unknown.index(symbols[outputs[0]])])

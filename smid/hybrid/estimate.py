@@ -89,6 +89,11 @@ class _Scaled:
     fitting: Fitting
     units: Array
 
+    @property
+    def count(self) -> int:
+        """Number of residuals."""
+        return sum(int(mask.sum()) for mask in self.fitting.used) * len(self.fitting.outputs)
+
     def vector(self, theta: Array) -> Array:
         return np.asarray(self.units @ theta)
 
@@ -190,7 +195,7 @@ def estimate(
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     free_run, ahead = Fitting(hybrid.model, data, masks), one_step_ahead(hybrid.model, data, masks)
-    _check_count(free_run, masks)
+    _check_count(free_run)
     generator = np.random.default_rng(seed)
     alone = _first_principles(hybrid)
     ranges = _input_ranges(hybrid, data, masks, alone)
@@ -203,8 +208,11 @@ def estimate(
         thetas = [_after_prediction(problem, first, values, method, iterations) for values in points]
     search = multistart(method, problem, thetas, iterations=iterations, patience=iterations, progress=progress)
     values = problem.values(search.theta)
-    vector = free_run.start(values) if error == "prediction" else problem.vector(search.theta)
-    found = free_run.result(vector, float(np.sum(free_run.residual(vector) ** 2)))
+    if error == "prediction":
+        vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
+    else:
+        vector, cost = problem.vector(search.theta), search.descents[search.winner].best * problem.count
+    found = free_run.result(vector, cost)
     return HybridEstimate(replace(hybrid, model=found.model), found, search)
 
 
@@ -240,11 +248,13 @@ def one_step_ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]
     )
     channels = (*data.channels, *(Channel(name) for name in past))
     ahead = Model(f"{model.name}, one step ahead", model.parameters, lines, model.measurements)
-    return Fitting(ahead, replace(data, experiments=runs, channels=channels), used)
+    # What was measured before the record is not known, so its first samples cannot be predicted.
+    masks = [mask & (np.arange(mask.size) >= model.max_lag) for mask in used]
+    return Fitting(ahead, replace(data, experiments=runs, channels=channels), masks)
 
 
-def _check_count(fitting: Fitting, used: Sequence[NDArray[np.bool_]]) -> None:
-    samples = sum(int(np.sum(mask)) for mask in used) * len(fitting.outputs)
+def _check_count(fitting: Fitting) -> None:
+    samples = sum(int(mask.sum()) for mask in fitting.used) * len(fitting.outputs)
     if fitting.n_free > samples:
         raise DataError(
             f"{fitting.n_free} parameters, weights and initial states but {samples} samples to estimate them from: "

@@ -106,7 +106,17 @@ class RequirementStudy:
                     *printed,
                 )
             )
-        header = ("mismatch", "network", "has", "needs", "trained", "initial", "steady", "thesis: initial", "steady")
+        header = (
+            "mismatch",
+            "network",
+            "has",
+            "needs",
+            "trained",
+            "initial",
+            "steady",
+            "thesis: initial",
+            "thesis: steady",
+        )
         return Table(
             "Deviation of the network's response to a constant from the required one, in the first 2 s and after 7 s; "
             "past inputs and outputs that it has and needs.",
