@@ -11,8 +11,10 @@ Reference: clutch thesis, sections 3.2 and 3.3; Ljung, System Identification, 2n
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +23,7 @@ from smid.data import DataError
 from smid.models import ModelError
 from smid.models.transfer import check_count, names
 
-__all__ = ["LARGEST", "Array", "Arx"]
+__all__ = ["LARGEST", "Array", "Arx", "refusal"]
 
 Array = NDArray[np.float64]
 
@@ -172,3 +174,28 @@ class Arx:
         if self.powers == (1,):
             return f"ARX ({orders})"
         return f"Hammerstein {', '.join(f'v^{power}' for power in self.powers)} ({orders})"
+
+
+def refusal(number: int, u: float, y: float) -> DataError:
+    """Give the error for a sample that no recursive estimator can use.
+
+    Parameters
+    ----------
+    number : int
+        Of the sample.
+    u, y : float
+        Input and output.
+
+    Returns
+    -------
+    DataError
+
+    Examples
+    --------
+    >>> print(refusal(3, float("nan"), 1.0))
+    sample 3: the input is nan: leave the sample out, or fill the gap before
+    """
+    for name, value in (("input", u), ("output", y)):
+        if not (isinstance(value, Real) and math.isfinite(value)):
+            return DataError(f"sample {number}: the {name} is {value}: leave the sample out, or fill the gap before")
+    return DataError(f"sample {number}: input {u:g} or output {y:g} is too large: scale the data before")

@@ -6,17 +6,14 @@ those that the sample has already corrected.  Only the first one says something 
 
 from __future__ import annotations
 
-import math
 from array import array
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from smid.data import DataError
 from smid.models import ModelError
-from smid.recursive.arx import LARGEST, Array, Arx
+from smid.recursive.arx import LARGEST, Array, Arx, refusal
 from smid.recursive.method import DivergenceError, Method
 from smid.recursive.poles import put_inside, stable
 
@@ -136,7 +133,7 @@ class RecursiveEstimator:
         except TypeError:
             usable = False
         if not usable:
-            raise self._refusal(u, y)
+            raise refusal(self._count, u, y)
         k, error, after = self._count, np.nan, np.nan
         inputs = [self.arx.input_scale * u, *self._inputs[: self._reach - 1]]
         if k >= self._first:
@@ -169,11 +166,3 @@ class RecursiveEstimator:
                 theta = self._theta + self.method.hold(self._memory, phi, error, gain * error, held)
                 self._put_inside.append(self._count)
         self._theta = theta
-
-    def _refusal(self, u: float, y: float) -> DataError:
-        for name, value in (("input", u), ("output", y)):
-            if not (isinstance(value, Real) and math.isfinite(value)):
-                return DataError(
-                    f"sample {self._count}: the {name} is {value}: leave the sample out, or fill the gap before"
-                )
-        return DataError(f"sample {self._count}: input {u:g} or output {y:g} is too large: scale the data before")

@@ -32,11 +32,10 @@ import numpy as np
 
 from relaxations.balls import EPSILON, Array
 from relaxations.hierarchy import Proof
-from smid.data import DataError
 from smid.estimate import ParameterInterval
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
-from smid.recursive.arx import LARGEST, Arx
+from smid.recursive.arx import LARGEST, Arx, refusal
 from smid.recursive.polytope import Polytope
 from smid.recursive.set_history import Change, SetHistory
 from smid.recursive.weighted_sums import WeightedSums, principal_axes
@@ -205,7 +204,7 @@ class RecursiveSet:
         arx, change = self.arx, None
         # NaN fails the comparison too.
         if not (abs(u) < arx.largest_input and abs(y) < LARGEST):
-            raise self._refusal(u, y)
+            raise refusal(self._count, u, y)
         inputs = [arx.input_scale * u, *self._inputs[: arx.delay + arx.nb]]
         if self._count >= arx.max_lag:
             self._keep([y, *arx.row(self._outputs, inputs)])
@@ -260,12 +259,6 @@ class RecursiveSet:
             return False
         self._axes, self._set = axes, self._set.along(_widened(axes, self._set.n))
         return True
-
-    def _refusal(self, u: float, y: float) -> DataError:
-        for name, value in (("input", u), ("output", y)):
-            if not np.isfinite(value):
-                return DataError(f"sample {self._count}: the {name} is {value}: fill the gap, or leave it out before")
-        return DataError(f"sample {self._count}: input {u:g} or output {y:g} is too large: scale the data before")
 
 
 def _widened(axes: Array, n: int) -> Array:

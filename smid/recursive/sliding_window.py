@@ -17,11 +17,11 @@ from collections import deque
 import numpy as np
 
 from relaxations.hierarchy import Proof
-from smid.data import DataError, Dataset
+from smid.data import Dataset
 from smid.estimate import ParameterInterval
 from smid.identify import EmptyFeasibleSetError, identify
 from smid.models import Model, ModelError
-from smid.recursive.arx import LARGEST
+from smid.recursive.arx import LARGEST, refusal
 from smid.recursive.set_history import Change, SetHistory
 
 __all__ = ["SlidingWindow"]
@@ -125,9 +125,7 @@ class SlidingWindow:
         """
         k, change = len(self._lower), None
         if not (abs(u) < LARGEST and abs(y) < LARGEST):
-            raise DataError(
-                f"sample {k}: input {u} or output {y} is not finite or too large: fill gaps and scale before"
-            )
+            raise refusal(k, u, y)
         self._samples.append((float(u), float(y)))
         if len(self._samples) == self.window and (k + 1) % self.every == 0:
             change = self._compute(k)

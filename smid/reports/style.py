@@ -97,6 +97,8 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
     text = buffer.getvalue()
     text = text[text.index("<svg") :]  # a page has its own XML head
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    # A hundredth of a point is less than a screen shows; six digits make a page twice as large.
+    text = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), text)
     # Without fixed width and height the picture takes the width of the page.
     text = re.sub(r' (width|height)="[\d.]+pt"', "", text, count=2)
     for colour, name in _VARIABLES.items():

@@ -227,7 +227,7 @@ def test_a_long_record_outgrows_its_first_room():
 @pytest.mark.parametrize(
     ("sample", "says"),
     [
-        ((np.nan, 0.0), "sample 3: the input is nan: fill the gap"),
+        ((np.nan, 0.0), "sample 3: the input is nan: leave the sample out, or fill the gap"),
         ((0.0, np.inf), "sample 3: the output is inf"),
         ((0.0, 1e200), "sample 3: .* too large: scale the data"),
     ],

@@ -70,6 +70,6 @@ def test_bad_input():
     with pytest.raises(ModelError, match="one input and one output"):
         SlidingWindow(Model("two inputs", (c,), (line,), (Measurement("y", "w", "eta"),)), 0.1)
     estimator = SlidingWindow(model, 0.1)
-    with pytest.raises(DataError, match="sample 0: input nan or output 0"):
+    with pytest.raises(DataError, match="sample 0: the input is nan"):
         estimator.update(np.nan, 0.0)
     assert estimator.history.lower.shape == (0, 2)
