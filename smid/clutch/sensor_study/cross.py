@@ -30,10 +30,7 @@ class ErrorTable:
     ----------
     caption : str
         What is compared.
-    sensors : tuple of str
-        Columns.
-    records : tuple of str
-        Rows.
+    sensors, records : tuple of str
     rmse : ndarray, shape (records, sensors)
         Root mean squared errors, in mm.
     """
@@ -45,11 +42,12 @@ class ErrorTable:
 
     @property
     def table(self) -> Table:
-        """Return the errors as text."""
-        rows = tuple(
-            (name, *(f"{error:.3f}" for error in errors)) for name, errors in zip(self.records, self.rmse, strict=True)
-        )
-        return Table(self.caption, ("record", *self.sensors), rows, "l" + "r" * len(self.sensors))
+        """Return the errors as text; what is more, sensors or records, runs down."""
+        first, down, across, errors = "record", self.records, self.sensors, self.rmse
+        if len(across) > len(down):
+            first, down, across, errors = "sensor", across, down, errors.T
+        rows = tuple((name, *(f"{error:.3f}" for error in row)) for name, row in zip(down, errors, strict=True))
+        return Table(self.caption, (first, *across), rows, "l" + "r" * len(across))
 
     def __str__(self) -> str:
         return str(self.table)

@@ -108,7 +108,7 @@ def _curve(traces: SensorTraces) -> Figure:
 
 
 def error_figure(errors: ErrorTable) -> Figure:
-    """Draw errors as shades with their numbers.
+    """Draw errors as shades with their numbers, laid out as their table.
 
     Parameters
     ----------
@@ -118,18 +118,20 @@ def error_figure(errors: ErrorTable) -> Figure:
     -------
     Figure
     """
-    rows, columns = errors.rmse.shape
+    down, across, values = errors.records, errors.sensors, errors.rmse
+    if len(across) > len(down):
+        down, across, values = across, down, values.T
     with style():
-        figure = Figure(figsize=(max(WIDTH, 1.4 + 0.55 * columns), 1.0 + 0.26 * rows), layout="constrained")
+        figure = Figure(figsize=(max(WIDTH, 1.4 + 0.55 * len(across)), 1.0 + 0.26 * len(down)), layout="constrained")
         axes = figure.subplots()
-        shades = np.log10(np.maximum(errors.rmse, 1e-6))
+        shades = np.log10(np.maximum(values, 1e-6))
         axes.imshow(shades, cmap="YlOrBr", aspect="auto")
         middle = 0.5 * (shades.min() + shades.max())
-        for (row, column), error in np.ndenumerate(errors.rmse):
+        for (row, column), error in np.ndenumerate(values):
             ink = "white" if shades[row, column] > middle else INK
             axes.text(column, row, f"{error:.2f}", ha="center", va="center", fontsize=7, color=ink)
-        axes.set_xticks(range(columns), errors.sensors, rotation=40, ha="right", rotation_mode="anchor")
-        axes.set_yticks(range(rows), errors.records)
+        axes.set_xticks(range(len(across)), across, rotation=40, ha="right", rotation_mode="anchor")
+        axes.set_yticks(range(len(down)), down)
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
         axes.set_title("RMSE [mm]", loc="left")

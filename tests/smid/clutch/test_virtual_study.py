@@ -9,6 +9,7 @@ from smid.clutch.sensor_study import (
     THESIS_FIGURES,
     THESIS_SENSORS,
     TRAINING,
+    ErrorTable,
     cross_errors,
     interval_study,
     sensor_traces,
@@ -81,6 +82,12 @@ def test_every_figure_names_known_sensors_and_records(sensors):
 def test_figures_are_drawn(sensors, number):
     axes = sensor_traces(number, sensors).plot().axes
     assert axes[0].get_ylabel() == "position [mm]"
+
+
+def test_what_is_more_runs_down():
+    errors = ErrorTable("Errors.", ("A", "B"), ("first",), np.array([[0.1, 0.2]]))
+    assert str(errors).splitlines() == ["Errors.", "sensor  first", "A       0.100", "B       0.200"]
+    assert [label.get_text() for label in errors.plot().axes[0].get_yticklabels()] == ["A", "B"]
 
 
 def test_a_drawn_line_has_few_points_and_every_peak(sensors):
