@@ -409,7 +409,7 @@ def _starts(model: Model, data: Dataset, used: Sequence[Mask], count: int, seed:
     if all(p.name in model.values for p in free):
         found.append({p.name: model.values[p.name] for p in free})
     generator = np.random.default_rng(seed)
-    ahead = _one_step_ahead(model, data, used, generator)
+    ahead = one_step_ahead(model, data, used, seed)
     for shrink in (1.0, 0.9, 0.5) if ahead else ():
         found.append({name: shrink * value for name, value in ahead.items()})
     while len(found) < count:
@@ -423,9 +423,7 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
     return float(generator.uniform(low, high))
 
 
-def _one_step_ahead(
-    model: Model, data: Dataset, used: Sequence[Mask], generator: np.random.Generator
-) -> dict[str, float]:
+def one_step_ahead(model: Model, data: Dataset, used: Sequence[Mask], seed: int = 0) -> dict[str, float]:
     """Fit the one-step-ahead prediction, which is linear in the parameters of a linear model; {} where it fails."""
     if any(m.inverse is not None for m in model.measurements):
         return {}
@@ -434,6 +432,7 @@ def _one_step_ahead(
     ahead = Model("one step ahead", model.parameters, lines, model.measurements)
     problem = Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), used)
     free = [p for p in model.parameters if p.lower < p.upper]
+    generator = np.random.default_rng(seed)
     best, least = {}, np.inf
     for trial in range(3):
         values = {p.name: _draw(p, generator) if trial else min(max(0.1, p.lower), p.upper) for p in free}

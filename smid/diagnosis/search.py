@@ -21,7 +21,9 @@ Two scores that differ by `TIE` = 6 stand for odds of 20 to 1, `MARGIN` = 20 for
 customary sizes for Schwarz's criterion and not fitted to any record.
 
 While several causes are missing, the best of them may gain less than test 1 asks.  Then a leader that takes a
-fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all is found.
+fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all is found.  Or it
+may pass test 1 and not lower the held-out error until the others are there: then what is found in the end has to halve
+it, or the path is cut before that leader.
 
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
 the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. After
@@ -45,6 +47,7 @@ from smid.diagnosis.standing import (
     TIE,
     Record,
     Stage,
+    carries_over,
     differs,
     drop,
     judge,
@@ -134,7 +137,10 @@ def search(
         tied = tuple(p.stages[0].leader for p in rest if p.stages and p.stages[0].leader is not None)
         if tied and path.stages:
             path = replace(path, stages=(replace(path.stages[0], tied=tied), *path.stages[1:]))
+        if not path.stages:
+            return Found((replace(first, leader=None, tied=()),), base, path.dropped, False)
     except KeyboardInterrupt:
+        path = _settled(record, path)
         return Found(path.stages, path.base, path.dropped, True)
     return Found(path.stages, path.base, path.dropped, False)
 
@@ -169,12 +175,21 @@ def _follow(
             break
         _tell(progress, found)
         path = replace(path, stages=(*path.stages, found), base=path.base.extended(found.leader.trial))
+    path = _settled(record, path)
     # Alone, a cause that passed all tests has been put to them already.
     return (
         path
         if len(path.stages) == 1 and _is_sure(path.stages[0])
         else _reconsider(record, start, path, effects, executor)
     )
+
+
+def _settled(record: Record, path: _Path) -> _Path:
+    """Cut a path before the first cause that did not carry over, unless what followed made it do so."""
+    for k, found in enumerate(path.stages):
+        if not found.carries and not carries_over(record, found.base, path.base):
+            return replace(path, stages=path.stages[:k], base=found.base)
+    return path
 
 
 def _is_sure(found: Stage) -> bool:
@@ -254,9 +269,10 @@ def _stage(
         trials[trial.effect] = trial
     ranked = rank(record, base.fit, [*trials.values()])
     own, rmse = record.score(base.fit), rms(record.held_part(record.residual(base.fit)))
-    leader, close, runners_up = judge(own, rmse, ranked, effects)
-    tied = tuple(r for r in close if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
-    return Stage(base, own, rmse, tuple(ranked), leader, tied, runners_up)
+    judged = judge(Stage(base, own, rmse, tuple(ranked)), effects)
+    leader = judged.leader
+    tied = tuple(r for r in judged.tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
+    return replace(judged, tied=tied)
 
 
 def _reconsider(
@@ -298,7 +314,20 @@ def _reconsider(
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
     # Each stage now says what its cause gains beside all others: the largest first.
-    return replace(path, stages=tuple(sorted(path.stages, key=lambda s: -drop(s))))
+    gains = {name: _gain_of(record, start, path, name, by_name) for name in {t.effect for t in path.trials}}
+    return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-gains[_name(s)], -drop(s)))))
+
+
+def _name(found: Stage) -> str:
+    assert found.leader is not None
+    return found.leader.trial.effect
+
+
+def _gain_of(record: Record, start: Base, path: _Path, name: str, by_name: dict[str, Effect]) -> float:
+    """Return by how much an effect lowers the score beside all others, everywhere it was put."""
+    own = [s for s in path.stages if _name(s) == name]
+    replayed = _replay(start, [t for t in path.trials if t.effect != name], by_name) if len(own) > 1 else None
+    return record.score(replayed[0].fit) - record.score(path.base.fit) if replayed else max(map(drop, own))
 
 
 def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> tuple[Base, tuple[Trial, ...]] | None:

@@ -6,7 +6,7 @@ See `smid.diagnosis.search` for the score and its thresholds.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ TIE = 6.0
 _CHANCE = 0.01
 _LEAST_GAIN = 0.01
 _PROVISIONAL, _PROVISIONAL_CHANCE = 0.8, 0.1
+_HALF = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,15 +129,18 @@ class Stage:
         Effects that explain the data as well as the leader.
     runners_up : tuple of Ranked
         Effects that would be named if it were not for the leader, best first.
+    carries : bool
+        Whether the leader by itself lowers the held-out error.
     """
 
     base: Base
     score: float
     rmse: float
     ranked: tuple[Ranked, ...]
-    leader: Ranked | None
-    tied: tuple[Ranked, ...]
+    leader: Ranked | None = None
+    tied: tuple[Ranked, ...] = ()
     runners_up: tuple[Ranked, ...] = ()
+    carries: bool = True
 
 
 def differs(record: Record, first: Fit, second: Fit) -> bool:
@@ -159,17 +163,17 @@ def rank(record: Record, base: Fit, trials: Sequence[Trial]) -> list[Ranked]:
     return sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score)
 
 
-def judge(
-    own: float, rmse: float, ranked: Sequence[Ranked], effects: Sequence[Effect]
-) -> tuple[Ranked | None, tuple[Ranked, ...], tuple[Ranked, ...]]:
-    """Return the effect that may be named, if any, those that do as well, and those that help less."""
+def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
+    """Return a stage with the effect that may be named, if any, those that do as well, and those that help less."""
+    own, rmse, ranked = found.score, found.rmse, found.ranked
     margin = MARGIN + 2 * np.log(max(len(ranked), 1))
     passing = [
         r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
     ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
     # Where an effect is likelier by far but does not carry over, what carries over is no cause either.
     if not passing or passing[0].score - ranked[0].score > MARGIN:
-        return None, (), ()
+        likely = ranked[0] if ranked and own - ranked[0].score > margin else None
+        return replace(found, leader=likely, carries=False)
     contains = {e.name: e.contains for e in effects}
     leader = passing[0]
     close = [r for r in passing[1:] if r.score - leader.score < TIE]
@@ -178,12 +182,19 @@ def judge(
     if special is not None:
         leader, close = special, [passing[0], *(r for r in close if r is not special)]
     others = tuple(r for r in passing if r is not leader and leader.trial.effect not in contains[r.trial.effect])
-    return leader, tuple(r for r in others if r in close), tuple(r for r in others if r not in close)
+    tied, rest = [r for r in others if r in close], [r for r in others if r not in close]
+    return replace(found, leader=leader, tied=tuple(tied), runners_up=tuple(rest))
 
 
 def drop(found: Stage) -> float:
     """Return by how much the leader lowers the score; 0 without one."""
     return found.score - found.leader.score if found.leader is not None else 0.0
+
+
+def carries_over(record: Record, base: Base, extended: Base) -> bool:
+    """Tell whether causes halve the held-out error, and not by chance: asked where the first did not lower it alone."""
+    before, after = (record.held_part(record.residual(b.fit)) for b in (base, extended))
+    return rms(after) < _HALF * rms(before) and chance(before, after) <= _CHANCE
 
 
 def weigh(

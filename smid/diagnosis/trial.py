@@ -13,7 +13,7 @@ import numpy as np
 
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Mask, Site
-from smid.fit import Fit, Fitting
+from smid.fit import Fit, Fitting, one_step_ahead
 from smid.models import Model
 
 _ADAPTING = 5
@@ -105,6 +105,8 @@ class Effort:
         Evaluations of each such fit.
     finished : int
         How many of the extensions are then fitted to the end.
+    afresh : bool
+        Whether everything is fitted from the one-step-ahead fit of the whole extension, too.
     """
 
     extensions: int
@@ -112,10 +114,11 @@ class Effort:
     starts: int
     short: int
     finished: int
+    afresh: bool
 
 
-QUICK = Effort(3, 3, 1, 8, 0)
-THOROUGH = Effort(5, 12, 2, 12, 2)
+QUICK = Effort(3, 3, 1, 8, 0, afresh=False)
+THOROUGH = Effort(5, 12, 2, 12, 2, afresh=True)
 
 
 def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
@@ -146,7 +149,12 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
             new = _added(extension.model, base.fit.model)
             adapted = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
             adapted.sort(key=lambda pair: pair[1])
-            fitted = [problem.solve(vector, effort.short, 1e-4) for vector, _ in adapted[: effort.starts]]
+            begun = [vector for vector, _ in adapted[: effort.starts]]
+            if effort.afresh:
+                # The base may have bent itself out of shape for want of the effect: begin without it, too.
+                ahead = one_step_ahead(extension.model, base.data, base.used)
+                begun += [problem.start(ahead)] if ahead else []
+            fitted = [problem.solve(vector, effort.short, 1e-4) for vector in begun]
             vector, cost = min(fitted, key=lambda pair: pair[1])
             tried.append((_criterion(cost, problem.n_free, base), cost, vector, extension, problem, scored[0][0]))
         tried.sort(key=lambda item: item[0])
@@ -163,8 +171,7 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
     """Tell whether no parameter sits where the effect would be another one."""
     values = dict(zip(problem.run.parameters, vector.tolist(), strict=False))
-    boxes = {name: extension.model.parameter(name) for name in extension.below}
-    return all(values[name] < box.upper - 0.02 * (box.upper - box.lower) for name, box in boxes.items())
+    return all(low < values[name] < high for name, (low, high) in extension.inside.items())
 
 
 def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:

@@ -86,14 +86,15 @@ class Extension:
         Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.
     label : str
         Which way, in a word or two, where the effect has several.
-    below : tuple of str
-        Parameters that must stay below the upper end of their box: there the effect is no longer what it is called.
+    inside : mapping name -> (float, float)
+        Where parameters have to be: elsewhere the effect is another one, as a dead zone that no sample enters is a
+        bias.
     """
 
     model: Model
     starts: tuple[Mapping[str, float], ...]
     label: str = ""
-    below: tuple[str, ...] = ()
+    inside: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,14 @@
 ``x' = x + k z``, k = 0 without the effect.
 
 *Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
-it.
+it.  It is written with what each play keeps back, the *stop* ``s_i = x - play_i(x)``: where nothing is known of the
+past that begins at zero, in the middle of its range, and a fit can move it both ways.
 
 A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
 and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
 
 References: Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263; Dahl, AIAA Journal 14 (1976) 1675-1682; Brokate and
-Sprekels, Hysteresis and Phase Transitions (1996), section 2.4.
+Sprekels, Hysteresis and Phase Transitions (1996), sections 2.3 and 2.4.
 """
 
 from __future__ import annotations
@@ -87,15 +88,14 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> E
     shares = [fresh(model, f"{stem}_play_share_{'abc'[k]}", (-2, 2), "", 0.0) for k in range(len(_RADII))]
     change: sympy.Expr = sympy.Integer(0)
     lines: list[tuple[str, sympy.Expr]] = []
-    extended = model
     for share, radius in zip(shares, _RADII, strict=True):
-        name = free_name(extended, f"{channel}_{'abc'[len(lines)]}_play")
-        half, p = number(radius * span), signal(name)
-        lines.append((name, sympy.Max(x[t] - half, sympy.Min(x[t] + half, p[t - 1]))))
-        change += share.symbol * (p[t] - x[t])
-    extended = _put(extended, channel, stem, change, shares)
-    for name, play in lines:
-        extended = extended.with_line(name, play)
+        name = free_name(model, f"{channel}_{'abc'[len(lines)]}_stop")
+        half, stop = number(radius * span), signal(name)
+        lines.append((name, sympy.Max(-half, sympy.Min(half, stop[t - 1] + x[t] - x[t - 1]))))
+        change -= share.symbol * stop[t]
+    extended = _put(model, channel, stem, change, shares)
+    for name, stop in lines:
+        extended = extended.with_line(name, stop)
     starts = tuple(dict.fromkeys((share.name for share in shares), value) for value in (0.2, 0.4, -0.2))
     return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
 
@@ -111,8 +111,9 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     width = find(values, "loop_width")
     if width is None:
         low, high = site.span(channel)
-        shares = zip(sorted(values), _RADII, strict=False)
-        width = sum(abs(values[name]) * radius * (high - low) for name, radius in shares)
+        width = abs(sum(values[name] * radius for name, radius in zip(sorted(values), _RADII, strict=False))) * (
+            high - low
+        )
     size = quantity(2 * abs(width), site.unit(channel))
     way = "acts" if at_input else "shows"
     return f"{channel} {way} differently on the way up and down: a loop {size} wide that does not depend on speed."

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
@@ -17,12 +18,15 @@ from smid.models import Model
 __all__ = ["EFFECT"]
 
 _SHARES = (0.1, 0.3, 0.5)
+_VISITED = 0.01
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Put it before the input: on the side, or both sides, that the data visit."""
     low, high = site.span(site.input)
     unit = site.unit(site.input)
+    # A dead zone that no more than single samples enter is a bias.
+    least, most = np.quantile(site.values(site.input), (_VISITED, 1 - _VISITED)).tolist()
     name = free_name(model, f"{site.input}_effective")
     if high > 0:
         upper = fresh(model, "dead_zone_upper", (0, high), unit, 0.0)
@@ -38,6 +42,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             ),
             tuple({upper.name: share * high} for share in _SHARES),
             "above zero",
+            {upper.name: (least, np.inf)},
         )
     if low < 0:
         yield Extension(
@@ -49,6 +54,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             ),
             tuple({lower.name: share * low} for share in _SHARES),
             "below zero",
+            {lower.name: (-np.inf, most)},
         )
     if low < 0 < high:
         half = fresh(model, "dead_zone_half", (0, max(high, -low)), unit, 0.0)

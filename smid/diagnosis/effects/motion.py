@@ -24,6 +24,9 @@ from smid.models import Model, Parameter, signal, t
 __all__ = ["Motion", "dry_motions", "motions", "with_dry_friction"]
 
 
+_REST = 0.05
+
+
 @dataclass(frozen=True)
 class Motion:
     """A state line read as mechanics.
@@ -79,9 +82,14 @@ def motions(model: Model, site: Site) -> Iterator[Motion]:
 def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
     """Give the motions that dry friction can act on, each with the model it is a motion of.
 
-    A rate comes twice: as it is, and as the difference equation that integrates it, where friction can stick.
+    A rate comes twice: as it is, and as the difference equation that integrates it, where friction can stick.  A speed
+    that neither turns nor comes to rest is left out: there dry friction is a constant force.
     """
+    slowest = float(np.abs(site.values(site.output)).min())
     for motion in motions(model, site):
+        is_speed = motion.kind == "speed" and motion.state.own == output_signal(model, site)
+        if is_speed and slowest > _REST * site.scale(site.output):
+            continue
         yield model, motion
         if motion.state.line.rate:
             discrete = model.discretised()

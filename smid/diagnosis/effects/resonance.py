@@ -59,6 +59,11 @@ def _starts(frequencies: tuple[float, ...], shape: tuple[Parameter, Parameter]) 
     ]
 
 
+def _ringing(damping: Parameter) -> dict[str, tuple[float, float]]:
+    """Refuse the upper end of the damping: a pair that does not ring is two lags."""
+    return {damping.name: (0.0, damping.upper - 0.02 * (damping.upper - damping.lower))}
+
+
 def _in_series(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extension:
     shape = _shape(model, site, "pair")
     weight, share = fresh(model, "pair_weight", (0, 2), "", 0.0), fresh(model, "pair_share", (0, 1))
@@ -73,7 +78,7 @@ def _in_series(model: Model, site: Site, frequencies: tuple[float, ...]) -> Exte
         new_name=free_name(model, f"{site.output}_joined"),
     )
     starts = tuple({**s, weight.name: 1.0, share.name: 0.5} for s in _starts(frequencies, shape))
-    return Extension(extended, starts, "in series", (shape[1].name,))
+    return Extension(extended, starts, "in series", _ringing(shape[1]))
 
 
 def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extension:
@@ -92,7 +97,7 @@ def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extensi
     )
     first, second = (weight.name for weight in weights)
     starts = tuple({**s, first: 0.1, second: -0.1} for s in _starts(frequencies, shape))
-    return Extension(extended, starts, "beside the process", (shape[1].name,))
+    return Extension(extended, starts, "beside the process", _ringing(shape[1]))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:
