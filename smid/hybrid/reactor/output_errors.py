@@ -82,13 +82,14 @@ class OutputErrors:
         def worst(error: str, column: str) -> str:
             return f"{float(np.max(self.largest[error, column])):.2g}"
 
-        bad = {column: int(np.sum(~(self.largest["prediction", column] <= AXIS))) for column in CELLS}
+        ahead = {column: worst("prediction", column) for column in CELLS}
+        free = {column: worst("simulation", column) for column in CELLS}
         return (
-            f"Trained one step ahead, {bad['series, simple']} of {len(self.plants)} series models with simple back "
-            f"couplings are bad and {bad['series, extra']} with extra ones. In free run the largest error is "
-            f"{worst('simulation', 'series, extra')} in series with extra back couplings, and in parallel "
-            f"{worst('simulation', 'parallel, simple')} with simple ones, {worst('simulation', 'parallel, extra')} "
-            f"with extra ones and {worst('simulation', 'parallel, as analysed')} with those that the analysis asks for."
+            f"Over {len(self.plants)} plants the largest error in series is {ahead['series, simple']} with simple and "
+            f"{ahead['series, extra']} with extra back couplings when trained one step ahead, as in the thesis, and "
+            f"{free['series, simple']} and {free['series, extra']} when trained in free run. In parallel it is, in "
+            f"free run, {free['parallel, simple']} with simple back couplings, {free['parallel, extra']} with extra "
+            f"ones and {free['parallel, as analysed']} with those that the analysis asks for."
         )
 
     def __str__(self) -> str:
