@@ -24,7 +24,7 @@ from smid.models import Model, Parameter, signal, t
 __all__ = ["Motion", "dry_motions", "motions", "with_dry_friction"]
 
 
-_REST = 0.05
+_REST, _SOME = 0.05, 0.02
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
     A rate comes twice: as it is, and as the difference equation that integrates it, where friction can stick.  A speed
     that neither turns nor comes to rest is left out: there dry friction is a constant force.
     """
-    slowest = float(np.abs(site.values(site.output)).min())
+    slowest = float(np.quantile(np.abs(site.values(site.output)), _SOME))
     for motion in motions(model, site):
         is_speed = motion.kind == "speed" and motion.state.own == output_signal(model, site)
         if is_speed and slowest > _REST * site.scale(site.output):

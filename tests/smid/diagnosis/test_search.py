@@ -6,8 +6,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from lag_records import BOUND, LAG, dead_zone, known_lag, lag, late, record, steps
+from scipy.signal import lfilter
 
-from smid import Dataset, Parameter
+from smid import Dataset, OutputError, Parameter
 from smid.diagnosis import Diagnosis, Effect, Extension, diagnose
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
@@ -256,3 +257,33 @@ def test_two_frictions_are_named_not_the_drag_that_resembles_both():
     values = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     assert values["speed_friction"] == pytest.approx(0.8, rel=0.1)
     assert values["speed_damping"] == pytest.approx(0.7, rel=0.1)
+
+
+def test_a_cause_that_carries_over_only_beside_another_is_found():
+    """While the pole drifts, a limit alone does not lower the error on what comes later."""
+    u, w = steps(3, 500, 12), np.zeros(500)
+    for k, pole in enumerate(np.linspace(0.5, 0.95, 500)):
+        w[k] = pole * w[k - 1] + 0.3 * u[k - 1] if k else 0.0
+    limit = np.quantile(np.abs(w[:350]), 0.75)
+    data = record(u, np.clip(w, -limit, limit))
+    alone = look(data, ("output_saturation",), OutputError())
+    assert (alone.verdict, alone.gain.rmse_after) == ("none", alone.gain.rmse_before)
+    both = look(data, ("parameter_drift", "output_saturation"), OutputError())
+    assert names(both) == ["output_saturation", "parameter_drift"]
+    assert both.gain.rmse_after < 0.1 * both.gain.rmse_before
+
+
+def test_a_dead_zone_that_no_sample_enters_is_a_bias():
+    u = 1.0 + 0.4 * steps(0, 400)
+    diagnosis = look(record(u, lag(u - 0.3)), ("input_dead_zone", "coulomb_friction", "sensor_bias"))
+    assert (diagnosis.verdict, names(diagnosis)) == ("named", ["sensor_bias"])
+    assert "coulomb_friction" in diagnosis.skipped
+
+
+def test_a_base_bent_out_of_shape_does_not_hide_the_cause():
+    """Without the bias, the second-order model spends a pole near 1 on it, and would keep it there."""
+    u = steps(0, 400, 25)
+    w = lfilter([0.0, 0.03, 0.02], [1.0, -1.4, 0.45], u) + 2.0
+    diagnosis = look(record(u, w), ("sensor_bias", "extra_lag", "resonance"), OutputError(na=2, nb=2))
+    assert names(diagnosis) == ["sensor_bias"]
+    assert abs(diagnosis.model.values["sensor_bias"] - 2.0) < 0.01
