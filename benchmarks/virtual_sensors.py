@@ -152,7 +152,7 @@ def run() -> str:
     study = single_sensor_study(report=_tell)
     intervals = interval_study(study.sensor)
     parts += [study, intervals, fresh(intervals.sensor), other_sizes(study.sensor), update_time(intervals.sensor)]
-    return "\n\n".join(map(str, parts))
+    return "## Virtual sensors\n\n```\n" + "\n\n".join(map(str, parts)) + "\n```"
 
 
 if __name__ == "__main__":

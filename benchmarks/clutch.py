@@ -1,0 +1,25 @@
+"""Run the clutch's benchmarks and write docs/clutch.md: ``python -m benchmarks.clutch``, half an hour on two cores."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks import networks, recursive_sets, virtual_sensors
+
+HEAD = """# The clutch, measured
+
+Written by `python -m benchmarks.clutch`; each part has a command of its own, named in it. All records are simulated. BLAS
+has one thread; of the times only ratios within one table mean something."""
+
+
+def main() -> None:
+    """Print each part as it comes, then write them all."""
+    parts = [HEAD]
+    for run in (networks.run, virtual_sensors.run, *recursive_sets.SECTIONS.values()):
+        parts.append(run())
+        print(f"\n{parts[-1]}", flush=True)
+    (Path(__file__).parent.parent / "docs" / "clutch.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
