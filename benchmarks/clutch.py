@@ -8,7 +8,7 @@ from benchmarks import networks, recursive_sets, virtual_sensors
 
 HEAD = """# The clutch, measured
 
-Written by `python -m benchmarks.clutch`; each part has a command of its own, named in it. All records are simulated. BLAS
+Written by `python -m benchmarks.clutch`; each part is a module of its own there. All records are simulated. BLAS
 has one thread; of the times only ratios within one table mean something."""
 
 
