@@ -12,6 +12,7 @@ from smid.signals.qprs import qprs
 from smid.signals.qprts import qprts
 from smid.signals.ramp import ramp
 from smid.signals.sine import sine
+from smid.signals.spread import plot_spread
 from smid.signals.staircase import staircase
 from smid.signals.step import step
 from smid.signals.sum_of_sines import TABLE_F1, Sines, sum_of_sines
@@ -34,6 +35,7 @@ __all__ = [
     "multisine",
     "noise",
     "noisy_staircase",
+    "plot_spread",
     "prbs",
     "qprs",
     "qprts",

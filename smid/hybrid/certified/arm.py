@@ -9,7 +9,7 @@ the speed.  So two steps take turns, each of which only cuts off what is proven 
 2. the speeds give linear inequalities (`smid.hybrid.certified.relations`), whose least and largest constants are bounds
    by linear programs, certified by their multipliers whatever the solver says (`relaxations.certificate`).
 
-Where neither shrinks the box any more and theta is still known within no factor of 1.5, theta's interval is halved; a
+Where neither shrinks the box any more and 1/J or b is still known within no factor of 1.5, its interval is halved; a
 part that is proven empty is dropped.  The answer is the hull of the parts that are left.
 
 Everything is computed with outward rounding, and the law is integrated exactly: no scheme, no step size.  Assumed are
@@ -42,8 +42,8 @@ Progress = Callable[[str], None]
 
 ROUNDS = 30
 WORTH = 0.02  # a round that takes less off every width is the last one
-COARSE = 1.5  # theta's interval is halved while its ends differ by more than this factor
-MOST_PARTS = 64
+COARSE = 1.5  # theta and b are halved while their ends differ by more than this factor
+MOST_PARTS = 48
 UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
@@ -173,10 +173,10 @@ def certify_arm(
     --------
     >>> from smid.hybrid import simulate_arm
     >>> from smid.signals import TABLE_F1
-    >>> u = TABLE_F1["six_equal"].signal(150, 0.02)
+    >>> u = TABLE_F1["six_unequal"].signal(150, 0.02)
     >>> y = simulate_arm(u, 0.02) + 0.001 * np.sin(np.arange(150))
     >>> data = Dataset.from_arrays(input=u, output=y, sampling_time=0.02)
-    >>> low, high = certify_arm(data, 0.001, prior={"theta": (5, 100)}).intervals["theta"]
+    >>> low, high = certify_arm(data, 0.001, prior={"theta": (10, 50)}).intervals["theta"]
     >>> 21 < low < 21.7391 < high < 23
     True
     """
@@ -194,11 +194,13 @@ def certify_arm(
         if result.part is None:
             continue
         part = result.part
-        low, high = float(part.box.constants.lower[0]), float(part.box.constants.upper[0])
         if progress:
+            low, high = part.box.constants.lower[0], part.box.constants.upper[0]
             progress(f"1/J in [{low:.6g}, {high:.6g}], {len(waiting)} parts to go")
-        if high > COARSE * low and parts + len(waiting) < MOST_PARTS:
-            waiting += [_Part(half, part.speeds) for half in part.box.halves()]
+        # The frictions are left whole: what they do not tell they never will, and inertia and drag settle the motion.
+        coarse = part.box.coarseness()[:2]
+        if coarse.max() > COARSE and parts + len(waiting) < MOST_PARTS:
+            waiting += [_Part(half, part.speeds) for half in part.box.halves(int(coarse.argmax()))]
         else:
             found.append(part)
     if not found:

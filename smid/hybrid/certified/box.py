@@ -14,13 +14,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from smid.hybrid.certified.enclosure import Enclosure
+from smid.hybrid.certified.enclosure import Array, Enclosure
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 
 __all__ = ["CONSTANTS", "PRIOR", "ArmBox"]
 
 CONSTANTS = ("theta", "b", "Wd", "Ws")
+
+DECADE = 10.0  # an interval from zero is cut at this fraction of its upper end
 
 PRIOR: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"theta": (1.0, 1000.0), "b": (0.0, 1.0), "Wd": (0.0, 10.0), "Ws": (0.0, 10.0)}
@@ -77,16 +79,21 @@ class ArmBox:
         both = self.constants.meet(constants)
         return ArmBox(both, self.products.meet(_products(both)))
 
-    def halves(self) -> tuple[ArmBox, ArmBox]:
-        """Return the box cut at the geometric middle of theta."""
-        low, high = float(self.constants.lower[0]), float(self.constants.upper[0])
-        middle = float(np.sqrt(low * high))
-        parts = []
-        for a, b in ((low, middle), (middle, high)):
-            lower, upper = self.constants.lower.copy(), self.constants.upper.copy()
-            lower[0], upper[0] = a, b
-            parts.append(self.with_constants(Enclosure(lower, upper)))
-        return parts[0], parts[1]
+    def coarseness(self) -> Array:
+        """Return by which factor the ends of each constant differ, at most `DECADE` where the lower one is zero."""
+        low, high = self.constants.lower, self.constants.upper
+        return np.asarray(high / np.maximum(np.maximum(low, high / DECADE), 1e-300))
+
+    def halves(self, j: int) -> tuple[ArmBox, ArmBox]:
+        """Return the box cut at the geometric middle of one constant, or a `DECADE` below its upper end."""
+        low, high = float(self.constants.lower[j]), float(self.constants.upper[j])
+        middle = float(np.sqrt(low * high)) if low > high / DECADE**2 else high / DECADE
+        lower, upper = self.constants.lower.copy(), self.constants.upper.copy()
+        lower[j] = upper[j] = middle
+        return (
+            self.with_constants(Enclosure(self.constants.lower, upper)),
+            self.with_constants(Enclosure(lower, self.constants.upper)),
+        )
 
 
 def _products(constants: Enclosure) -> Enclosure:

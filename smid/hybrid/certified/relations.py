@@ -177,7 +177,7 @@ def _mean_speeds(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: E
     """Return the mean speed over each interval: the trapezoid's, where nothing jumps, and the angle's."""
     h = record.sampling_time
     v = between(speeds)
-    mean = v.meet(record.turned[0] / h)
+    mean = v.meet(record.turned[1] / h)
     with np.errstate(invalid="ignore"):  # where nothing is known yet
         bend = 2 * products.upper[1] * v.magnitude * a.magnitude  # of the speed: |v''| = 2 kappa |v a|
     trapezoid = (speeds[:-1] + speeds[1:]) * 0.5 + Enclosure.within(bend * h * h / 12 * (1 + 1e-12))

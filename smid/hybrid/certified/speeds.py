@@ -19,6 +19,7 @@ Everything is done for the upper ends; the lower ones are those of the mirrored 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -66,11 +67,12 @@ class ArmRecord:
         return len(self.angle)
 
     @cached_property
-    def turned(self) -> list[Enclosure]:
-        """Return by how much the arm turned over windows of 1, 2, ... intervals, in rad, beginning at each sample."""
+    def turned(self) -> dict[int, Enclosure]:
+        """Return by how much the arm turned over windows of 1, 2, 3, 4, 6, 8, 12, ... intervals from each sample."""
         longest = max(1, min(round(LONGEST / self.sampling_time), self.n_samples - 1))
+        lengths = sorted({1} | {k * 2**j for k in (2, 3) for j in range(20) if k * 2**j <= longest})
         noise = Enclosure.within(2 * self.noise_bound)
-        return [Enclosure.of(self.angle[m:]) - self.angle[:-m] + noise for m in range(1, longest + 1)]
+        return {m: Enclosure.of(self.angle[m:]) - self.angle[:-m] + noise for m in lengths}
 
 
 def between(speeds: Enclosure) -> Enclosure:
@@ -141,10 +143,9 @@ def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: En
     escaping = (record.torque * products[:1] - products[2:3] - drag).lower
     unknown = Enclosure.within(np.inf)
     runaway = Enclosure.of(escaping).where(escaping >= 0, unknown)
-    rates = _Windows(a, h), _Windows(growth, h), _Windows(runaway, h)
-    for m, turned in enumerate(record.turned, start=1):
+    windows = zip(*(_windows(rates, h, record.turned) for rates in (a, growth, runaway)), strict=True)
+    for (m, turned), (ahead, grown, run) in zip(record.turned.items(), windows, strict=True):
         span = Enclosure.of(h) * m
-        ahead, grown, run = (w.widen() for w in rates)
         # v(k) T = turned - what later accelerations add
         upper[:-m] = np.minimum(upper[:-m], _quotient((turned - ahead.later).upper, span))
         # v(k+m) T = turned + what earlier accelerations lack
@@ -173,24 +174,23 @@ class _Window:
     earlier: Enclosure
 
 
-class _Windows:
-    """Windows that widen by one interval at a time."""
+def _windows(rates: Enclosure, h: float, lengths: Iterable[int]) -> Iterator[_Window]:
+    """Yield the windows of each length in the order of `ArmRecord.turned`, each joined from two shorter ones."""
+    half = rates * h * h * 0.5
+    made = {1: _Window(rates * h, half, half)}
+    for m in lengths:
+        if m not in made:
+            first = 1 << (m - 1).bit_length() - 1
+            made[m] = _joined(made[first], first, made[m - first], m - first, h)
+        yield made[m]
 
-    def __init__(self, rates: Enclosure, h: float) -> None:
-        self.step, self.half = rates * h, rates * h * h * 0.5
-        self.h = h
-        self.m = 0
-        nothing = Enclosure.of(np.zeros(len(rates.lower) + 1))
-        self.now = _Window(nothing, nothing, nothing)
 
-    def widen(self) -> _Window:
-        """Add the next interval."""
-        old, m = self.now, self.m
-        step, half = self.step[m:], self.half[m:]
-        total, later, earlier = old.total[:-1], old.later[:-1], old.earlier[:-1]
-        self.now = _Window(total + step, later + total * self.h + half, earlier + step * self.h * m + half)
-        self.m += 1
-        return self.now
+def _joined(left: _Window, m: int, right: _Window, n: int, h: float) -> _Window:
+    """Return windows of m + n intervals: m of them, then n."""
+    count = len(right.total.lower) - m
+    a = _Window(*(part[:count] for part in (left.total, left.later, left.earlier)))
+    b = _Window(*(part[m:] for part in (right.total, right.later, right.earlier)))
+    return _Window(a.total + b.total, a.later + a.total * h * n + b.later, a.earlier + b.earlier + b.total * h * m)
 
 
 def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:

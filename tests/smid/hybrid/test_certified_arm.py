@@ -93,7 +93,7 @@ def test_the_true_arm_satisfies_every_relation(seed, theta, b, wd, extra, speed,
         assert problem.inequalities.evaluate(point).min() >= -1e-9
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_intervals_hold_the_arm_whatever_the_noise(seed):
     data, motion, _ = _record(_creeping(200), 0.002, seed)
     found = certify_arm(data, 0.002)
@@ -107,8 +107,9 @@ def test_intervals_hold_the_arm_whatever_the_noise(seed):
 
 def test_a_fast_sine_tells_nothing_of_sticking_and_a_creeping_arm_does():
     # The sine crosses zero speed within a fraction of a sample.
-    fast = certify_arm(_record(TABLE_F1["one_sine"].signal(200, H), 0.002, 1)[0], 0.002, prior={"theta": (5, 100)})
-    slow = certify_arm(_record(_creeping(200), 0.002, 1)[0], 0.002, prior={"theta": (5, 100)})
+    near = {"theta": (15, 30), "b": (0, 0.01), "Wd": (0, 2)}
+    fast = certify_arm(_record(TABLE_F1["six_unequal"].signal(150, H), 0.002, 1)[0], 0.002, prior=near)
+    slow = certify_arm(_record(_creeping(200), 0.002, 1)[0], 0.002, prior=near)
     assert not fast.told("Ws")
     assert fast.intervals["Ws"][1] == 10
     assert "as large as the prior allows" in str(fast)

@@ -1,0 +1,83 @@
+"""A family of inputs: finitely many numbers to choose, and a limit on the amplitude that every member keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.models import ModelError
+
+__all__ = ["InputFamily"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class InputFamily:
+    """Inputs that depend on a few numbers.
+
+    Parameters
+    ----------
+    name : str
+    build : callable
+        Gives the input, shape (n,), for a choice, shape (count,).
+    names : tuple of str, length count
+        What is chosen.
+    lower, upper : tuple of float, length count
+        Between which values.
+    amplitude : float
+        Largest absolute value of a member; a larger one is scaled down as a whole.
+
+    Raises
+    ------
+    ModelError
+        Where the boxes or the amplitude make no sense.
+
+    Examples
+    --------
+    >>> family = InputFamily("steps", lambda choice: np.repeat(choice, 2), ("first", "second"), (-2, -2), (2, 2), 1.0)
+    >>> family.signal([2, -1])
+    array([ 1. ,  1. , -0.5, -0.5])
+    """
+
+    name: str
+    build: Callable[[Array], Array]
+    names: tuple[str, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    amplitude: float
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.lower) == len(self.upper) or not self.names:
+            raise ModelError(f"the family {self.name!r} needs as many lower and upper ends as names, at least one")
+        if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ModelError(f"the family {self.name!r} leaves no choice: every lower end must lie below its upper one")
+        if not (np.isfinite(self.amplitude) and self.amplitude > 0):
+            raise ModelError(f"amplitude = {self.amplitude} is refused: give a positive number in the input's unit")
+
+    def signal(self, choice: ArrayLike) -> Array:
+        """Return the input of a choice, within the amplitude.
+
+        Parameters
+        ----------
+        choice : array_like, shape (count,)
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        """
+        u = self.build(np.asarray(choice, dtype=np.float64))
+        largest = float(np.abs(u).max())
+        return u * (self.amplitude / largest) if largest > self.amplitude else u
+
+    def draw(self, random: np.random.Generator) -> Array:
+        """Return a choice, uniform in the box."""
+        return random.uniform(self.lower, self.upper)
+
+    def near(self, choice: Array, share: float, random: np.random.Generator) -> Array:
+        """Return a choice not far from another: a normal step of that share of the box, kept inside."""
+        size = np.subtract(self.upper, self.lower)
+        return np.clip(choice + share * size * random.standard_normal(len(choice)), self.lower, self.upper)

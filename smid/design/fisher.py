@@ -1,0 +1,218 @@
+r"""Fisher's information: how well any unbiased estimator can know the parameters.
+
+With independent normal noise of deviation sigma on the output and s_k the derivative of its k-th sample by the
+parameters, ``M = sum_k s_k s_k' / sigma^2``, and no unbiased estimator has a covariance below ``M^-1`` (Cramer, Rao).
+What else is unknown, the first state, costs information: with M split into parameters p and states x the parameters
+keep ``M_pp - M_px M_xx^-1 M_xp``.
+
+The determinant is taken for relative parameters, p / p_0, so that it does not depend on units.
+
+References: hybrid thesis, section 7.4; Goodwin and Payne, "Dynamic System Identification: Experiment Design and Data
+Analysis" (1977), chapter 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.models import Model, ModelError
+from smid.models.running import at_sampling_time
+from smid.models.sensitivities import compile_free_run
+from smid.table import Table
+
+__all__ = ["FisherInformation", "fisher_information", "model_information"]
+
+Array = NDArray[np.float64]
+
+SINGULAR = 1e-12  # of the largest eigenvalue: below it a direction counts as not excited
+
+
+@dataclass(frozen=True)
+class FisherInformation:
+    """The information of an experiment.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The parameters.
+    values : ndarray, shape (n,)
+        Where it was evaluated.
+    matrix : ndarray, shape (n, n)
+        In the reciprocal units of both parameters.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    matrix: Array
+
+    @property
+    def relative(self) -> Array:
+        """Return the information on p / p_0, shape (n, n)."""
+        return np.asarray(self.matrix * np.outer(self.values, self.values))
+
+    @property
+    def log_determinant(self) -> float:
+        """Return the logarithm of the determinant for relative parameters; minus infinity where it is singular."""
+        eigenvalues = np.linalg.eigvalsh(self.relative)
+        if eigenvalues[0] <= SINGULAR * eigenvalues[-1]:
+            return -np.inf
+        return float(np.log(eigenvalues).sum())
+
+    @property
+    def relative_deviations(self) -> Array:
+        """Return the least standard deviations as shares of the values; infinite where not all can be told apart."""
+        if not np.isfinite(self.log_determinant):
+            return np.full(len(self.names), np.inf)
+        return np.sqrt(np.diag(np.linalg.inv(self.relative)))
+
+    def __str__(self) -> str:
+        return str(
+            Table(
+                "Least deviations (Cramer-Rao)",
+                ("parameter", "value", "deviation"),
+                tuple(
+                    (name, f"{value:.5g}", f"{share:.2%}")
+                    for name, value, share in zip(self.names, self.values, self.relative_deviations, strict=True)
+                ),
+                "lrr",
+            )
+        )
+
+
+def fisher_information(
+    slopes: ArrayLike,
+    names: Sequence[str],
+    values: ArrayLike,
+    deviation: float,
+    *,
+    nuisance: ArrayLike | None = None,
+) -> FisherInformation:
+    """Return the information that an output carries.
+
+    Parameters
+    ----------
+    slopes : array_like, shape (n_samples, n)
+        Derivatives of the output by the parameters.
+    names : sequence of str, length n
+    values : array_like, shape (n,)
+        Where the slopes were taken; none zero.
+    deviation : float
+        Standard deviation of the noise, in the output's unit (noise uniform within D has D / sqrt(3)).
+    nuisance : array_like, shape (n_samples, m), optional
+        Derivatives by what else is unknown.
+
+    Returns
+    -------
+    FisherInformation
+
+    Raises
+    ------
+    ModelError
+        Where shapes disagree, there are fewer samples than unknowns, or a value or the deviation is not usable.
+
+    Examples
+    --------
+    >>> line = np.stack([np.arange(5.0), np.ones(5)], axis=1)
+    >>> fisher_information(line, ("slope", "offset"), (2.0, 1.0), 1.0).matrix
+    array([[30., 10.],
+           [10.,  5.]])
+    >>> float(fisher_information(line[:, :1], ("slope",), (2.0,), 1.0, nuisance=line[:, 1:]).matrix[0, 0].round(9))
+    10.0
+    """
+    s, p = np.asarray(slopes, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    extra = np.empty((len(s), 0)) if nuisance is None else np.asarray(nuisance, dtype=np.float64)
+    if s.ndim != 2 or s.shape[1] != len(names) or p.shape != (len(names),) or len(extra) != len(s):
+        raise ModelError(f"slopes of shape {s.shape} do not fit {len(names)} parameters: give one column for each")
+    if len(s) < s.shape[1] + extra.shape[1]:
+        raise ModelError(
+            f"{len(s)} samples for {s.shape[1] + extra.shape[1]} unknowns: take a longer record, or fix parameters"
+        )
+    if not (np.isfinite(deviation) and deviation > 0):
+        raise ModelError(f"the noise's deviation is {deviation}: give a positive number in the output's unit")
+    if not (np.isfinite(s).all() and np.isfinite(p).all() and (p != 0).all()):
+        raise ModelError("slopes and values must be finite and no value zero: choose another point to design for")
+    # Weighing out the nuisance is a projection; a pseudo-inverse would square the condition number.
+    basis = np.linalg.qr(extra)[0] if extra.size else extra
+    kept = s - basis @ (basis.T @ s)
+    return FisherInformation(tuple(names), p, kept.T @ kept / deviation**2)
+
+
+def model_information(
+    model: Model,
+    inputs: Mapping[str, ArrayLike],
+    values: Mapping[str, float],
+    deviation: float,
+    *,
+    sampling_time: float | None = None,
+    initial: Mapping[tuple[str, int], float] | None = None,
+    unknown_start: bool = True,
+) -> FisherInformation:
+    """Return the information on a model's free parameters, by the analytic sensitivities of its free run.
+
+    Jumps of a rate (sign in a line, as in Coulomb friction) are not differentiated through: the effect of a later or
+    earlier jump is missing.  For the arm `arm_information` has it.
+
+    Parameters
+    ----------
+    model : Model
+        With one measured output.
+    inputs : mapping signal -> array_like, shape (n,)
+    values : mapping name -> float
+        The free parameters.
+    deviation : float
+        Standard deviation of the noise, in the output's unit.
+    sampling_time : float, optional
+        In seconds, where the model has rates.
+    initial : mapping (state, k) -> float, optional
+        States before the first sample; zero where not given.
+    unknown_start : bool
+        Whether these states are unknown too, which costs information.
+
+    Returns
+    -------
+    FisherInformation
+
+    Raises
+    ------
+    ModelError
+        Where the model has several outputs, a value is missing, or the free run leaves the finite range.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u = np.sign(np.sin(0.7 * np.arange(100)))
+    >>> found = model_information(OutputError(), {"u": u}, {"a1": -0.8, "b0": 0.5}, 0.1)
+    >>> found.names, bool(found.relative_deviations.max() < 0.1)
+    (('a1', 'b0'), True)
+    """
+    if len(model.measurements) != 1 or model.measurements[0].inverse is not None:
+        raise ModelError(
+            f"{model.name!r}: the information is that of one measured signal; drop other outputs and curves"
+        )
+    free_run = compile_free_run(at_sampling_time(model, sampling_time))
+    missing = [name for name in free_run.parameters if name not in values]
+    if missing:
+        raise ModelError(f"no value for {', '.join(missing)}: an experiment is designed for a guess of all parameters")
+    point = {name: float(values[name]) for name in free_run.parameters}
+    begin = {state: float((initial or {}).get(state, 0.0)) for state in free_run.states}
+    arrays = {name: np.asarray(u, dtype=np.float64) for name, u in inputs.items()}
+    _, found = free_run.run(arrays, point, begin)
+    signal = model.measurements[0].signal
+    if signal not in found:
+        raise ModelError(
+            f"the free run of {model.name!r} leaves the finite range: choose another input or other values"
+        )
+    count = len(free_run.parameters)
+    slopes = found[signal]
+    moved = slopes[:, count:][:, (slopes[:, count:] != 0).any(axis=0)]
+    return fisher_information(
+        slopes[:, :count],
+        free_run.parameters,
+        list(point.values()),
+        deviation,
+        nuisance=moved if unknown_start else None,
+    )
