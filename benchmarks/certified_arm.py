@@ -19,30 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.design import arm_tailored, arm_widths, shrinking_input
+from smid.design import arm_inputs, arm_tailored, arm_widths, shrinking_input
+from smid.design.input_study import NARROW, SAMPLES, SAMPLING_TIME, TAILORED
 from smid.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.hybrid.certified import PRIOR, CertifiedArm, certify_arm
 from smid.hybrid.certified.box import CONSTANTS
-from smid.signals import TABLE_F1
 from smid.table import Table
-
-SAMPLING_TIME = 0.02
-SAMPLES = 600
-NARROW = {"theta": (10.0, 50.0), "b": (0.0, 0.01), "Wd": (0.0, 2.0), "Ws": (0.0, 5.0)}
-"""Where the search for an input looks, whose arm is known: the intervals are the same, found sooner."""
-
-TAILORED = (0.5, 1.5, 0.1, 0.05, 0.5, 1 / 3, 1 / 3)
-"""By hand, as section 7.4 asks: the constant slow enough to brake soon, the switching one below Ws / c = 0.075 V."""
 
 Array = NDArray[np.float64]
 
 
 def inputs(samples: int, noise_bound: float, budget: int) -> dict[str, Array]:
-    family = arm_tailored(samples, SAMPLING_TIME)
-    found = {name: sines.signal(samples, SAMPLING_TIME) for name, sines in TABLE_F1.items()}
-    found["tailored"] = family.signal(TAILORED)
+    found = arm_inputs(samples)
     if budget:
-        widths = partial(arm_widths, sampling_time=SAMPLING_TIME, noise_bound=noise_bound, seed=10_000, prior=NARROW)
+        family = arm_tailored(samples, SAMPLING_TIME)
+        widths = partial(
+            arm_widths, sampling_time=SAMPLING_TIME, noise_bound=noise_bound, seed=10_000, prior=dict(NARROW)
+        )
         best = shrinking_input(family, widths, budget=budget, starts=[TAILORED])
         print(best, end="\n\n", flush=True)
         found["optimised"] = best.input

@@ -75,7 +75,7 @@ class FisherInformation:
                 "Least deviations (Cramer-Rao)",
                 ("parameter", "value", "deviation"),
                 tuple(
-                    (name, f"{value:.5g}", f"{share:.2%}")
+                    (name, f"{value:.5g}", f"{100 * share:.2g}%")
                     for name, value, share in zip(self.names, self.values, self.relative_deviations, strict=True)
                 ),
                 "lrr",

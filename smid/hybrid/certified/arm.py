@@ -43,7 +43,7 @@ Progress = Callable[[str], None]
 ROUNDS = 30
 WORTH = 0.02  # a round that takes less off every width is the last one
 COARSE = 1.5  # theta and b are halved while their ends differ by more than this factor
-MOST_PARTS = 48
+MOST_PARTS = 120
 UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 

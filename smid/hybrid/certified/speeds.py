@@ -11,7 +11,9 @@ backwards likewise.  Three facts help where a is not known yet:
 
 - friction and drag only brake: |v| grows by at most theta c |u| per second (*growth*);
 - sticking is not left while the torque stays below Ws, theta c |u| <= sigma (*sticking*);
-- an arm that glides while the torque exceeds Wd and drag runs away, which the angles would show (*escape*).
+- an arm that glides while the torque exceeds Wd and drag runs away, which the angles would show (*escape*);
+- above its terminal speed the arm slows down all along an interval, so that it ends below that speed or below the
+  interval's mean; and it began below the mean where all speeds up to the mean speed up (*terminal speed*).
 
 Everything is done for the upper ends; the lower ones are those of the mirrored record.
 """
@@ -138,6 +140,10 @@ def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: En
     """Return upper ends from windows, growth and escape."""
     h, eps = record.sampling_time, record.eps
     upper = speeds.upper.copy()
+    mean = (record.turned[1] / h).upper
+    upper[1:] = np.minimum(upper[1:], np.maximum(mean, _terminal_speed(record, products)))
+    rising = -_terminal_speed(record.mirrored(), products)
+    upper[:-1] = np.where(rising > mean, np.minimum(upper[:-1], mean), upper[:-1])
     growth = Enclosure.of((record.torque * products[:1]).magnitude)
     drag = Enclosure.of(0.0, np.maximum(between(speeds).signed_square().upper, 0.0)) * products[1:2]
     escaping = (record.torque * products[:1] - products[2:3] - drag).lower
@@ -158,6 +164,21 @@ def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: En
         would_turn = (run.later + span * eps).lower
         upper[:-m] = np.where(turned.upper < would_turn, np.minimum(upper[:-m], eps), upper[:-m])
     return upper
+
+
+def _terminal_speed(record: ArmRecord, products: Enclosure) -> Array:
+    """Return speeds above which the arm slows down for certain on each interval, shape (n - 1,)."""
+    eps = record.eps
+    kappa, omega, sigma = products[1], products[2], products[3]
+    drive = record.torque * products[:1]
+    forwards = np.maximum((drive - omega).upper, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fastest = np.where(forwards > 0, np.sqrt(forwards / kappa.lower), 0.0)
+        # Driven backwards beyond all friction: there is a terminal speed below zero.
+        backwards = -(drive + omega).upper
+        slowest = np.sqrt(np.maximum(backwards, 0.0) / kappa.upper)
+    known = (drive.upper < -max(float(sigma.upper), float(omega.upper))) & np.isfinite(slowest)
+    return np.where(known, -slowest * (1 - 1e-15), np.maximum(fastest * (1 + 1e-15), eps))
 
 
 def _quotient(values: Array, span: Enclosure) -> Array:

@@ -1,0 +1,73 @@
+"""The page of the arm's inputs: what each tells, and how narrow certified intervals become."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+from smid.data import Dataset
+from smid.design import InputStudy
+from smid.reports.chapter import Picture, Section, chapter_report
+
+__all__ = ["inputs_page"]
+
+_NOT_COMPARED = (
+    "The thesis gives single values from single starts, no intervals; its white model found 1/J, b and Wd, and Ws "
+    "at 1.6 whatever it did (table F.2).",
+    "Table F.1 is read from a scan. Where it prints a fraction at every sine, the sum is multiplied by the 0.5 V of "
+    "listing K.13.",
+    "The arm is simulated exactly, sampled every 0.02 s with the voltage held; the thesis holds it for 0.002 s.",
+)
+
+
+def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
+    """Write the page of the arm's inputs.
+
+    Parameters
+    ----------
+    study : InputStudy
+    path : str or path
+    settings : mapping str -> str, optional
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    OSError
+        Where the path cannot be written.
+    """
+    sections = (
+        Section(
+            "Certified intervals",
+            (
+                "No starting value: the constants are sought over orders of magnitude, and each bound is proven.",
+                "Sticking shows only where the arm creeps: a signal that rushes through zero speed is silent on Ws.",
+            ),
+            (study.table,),
+            (Picture(study.plot_intervals(), "Intervals; orange: not known within a factor of two. Line: the truth."),),
+        ),
+        Section(
+            "Excitation and spread",
+            ("The order of excitation counts frequencies; it says nothing of where a nonlinear plant is driven to.",),
+            (),
+            (Picture(study.plot_spread(), "Inputs, input-output pairs, and autocovariances."),),
+        ),
+    )
+    records = [
+        Dataset.from_arrays(
+            input={"u": row.input}, output={"angle": row.angle}, sampling_time=study.sampling_time, name=row.name
+        )
+        for row in study.rows
+    ]
+    return chapter_report(
+        path,
+        "Inputs of the rotating arm",
+        study.conclusion,
+        sections,
+        Dataset.merge(records),
+        not_compared=_NOT_COMPARED,
+        settings=settings,
+    )
