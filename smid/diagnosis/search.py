@@ -262,13 +262,15 @@ def _stage(
     progress: Progress | None = None,
 ) -> Stage:
     """Try all effects on a base, quickly, the promising again thoroughly, and judge them."""
+    own, rmse = record.score(base.fit), rms(record.held_part(record.residual(base.fit)))
     quick = _try_all(effects, base, QUICK, executor, progress)
-    promising = {r.trial.effect for r in rank(record, base.fit, quick)[:_PROMISING]}
+    # Where only noise is left, the promising are few, most often none.
+    least = own if _is_white(record, base) else np.inf
+    promising = {r.trial.effect for r in rank(record, base.fit, quick)[:_PROMISING] if r.score < least}
     trials = {t.effect: t for t in quick}
     for trial in _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor):
         trials[trial.effect] = trial
     ranked = rank(record, base.fit, [*trials.values()])
-    own, rmse = record.score(base.fit), rms(record.held_part(record.residual(base.fit)))
     judged = judge(Stage(base, own, rmse, tuple(ranked)), effects)
     leader = judged.leader
     tied = tuple(r for r in judged.tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
