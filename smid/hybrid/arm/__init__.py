@@ -1,0 +1,80 @@
+"""The rotating arm: its exact motion, and the hybrid thesis's ways to estimate what is not known of it."""
+
+from smid.hybrid.arm.alternating import Alternation, alternate
+from smid.hybrid.arm.arm_study import (
+    SHAPES,
+    ArmStudy,
+    NetworkRuns,
+    alternating_runs,
+    arm_study,
+    input_error_runs,
+    shape_of,
+)
+from smid.hybrid.arm.cost_surface import CostSurface, cost_surface, figure_6_9
+from smid.hybrid.arm.embedded_arm import (
+    embedded_arm,
+    embedded_error,
+    friction_curve,
+    random_start,
+    true_friction,
+)
+from smid.hybrid.arm.embedded_study import WAYS, EmbeddedRuns, EmbeddedStudy, Way, embedded_study, run_embedded
+from smid.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.hybrid.arm.free_run_error import FreeRunError
+from smid.hybrid.arm.global_start import global_start, multistart_start
+from smid.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error, modulate_motion
+from smid.hybrid.arm.modulating_filter import ModulatingFilter
+from smid.hybrid.arm.records import held_record, similar, thesis_record
+from smid.hybrid.arm.white import (
+    INTEGRATIONS,
+    TABLE_F2_START,
+    WhiteEstimate,
+    estimate_white,
+    white_arm,
+    white_free_run,
+)
+
+__all__ = [
+    "ARM",
+    "INTEGRATIONS",
+    "SHAPES",
+    "TABLE_F2_START",
+    "WAYS",
+    "Alternation",
+    "ArmStudy",
+    "CostSurface",
+    "EmbeddedRuns",
+    "EmbeddedStudy",
+    "FreeRunError",
+    "InputError",
+    "ModulatingFilter",
+    "Motion",
+    "NetworkRuns",
+    "Way",
+    "WhiteEstimate",
+    "alternate",
+    "alternating_runs",
+    "arm_study",
+    "cost_surface",
+    "embedded_arm",
+    "embedded_error",
+    "embedded_study",
+    "estimate_by_input_error",
+    "estimate_white",
+    "exact_motion",
+    "figure_6_9",
+    "friction_curve",
+    "global_start",
+    "held_record",
+    "input_error_runs",
+    "modulate_motion",
+    "multistart_start",
+    "random_start",
+    "run_embedded",
+    "shape_of",
+    "similar",
+    "thesis_record",
+    "true_friction",
+    "white_arm",
+    "white_free_run",
+]

@@ -1,0 +1,325 @@
+"""The embedded arm from many starts: how often it comes out right, the thesis's way and ours (table 8).
+
+A *way* says how the record is made, how the model is integrated, how many neurons it has and where it starts.  The
+thesis: Euler's method for plant and model, every tenth sample, three neurons, 1/J from 16 and random weights.  Ours:
+exact motion under held voltage, RK4, five neurons, started from the best of a search in input error.
+
+Every model is run freely over a validation record of similar sines, within the speeds that it was trained on.  Its
+error is compared with that of the white model run by the same integrator, (6.6)-(6.7): with the plant's own constants,
+or estimated from the same record as in table F.2, whichever is better.
+
+    good: no larger        moderate: at most ten times larger        bad: beyond
+
+The thesis judged by eye, from plots.
+
+Reference: hybrid thesis, section 6.3.2, table 8, appendix F.1, figures F.3 and F.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from smid.data import Dataset
+from smid.hybrid.arm.embedded_arm import (
+    INERTIA_START,
+    embedded_arm,
+    embedded_error,
+    friction_curve,
+    random_start,
+    true_friction,
+)
+from smid.hybrid.arm.exact_motion import ARM
+from smid.hybrid.arm.global_start import global_start, multistart_start
+from smid.hybrid.arm.input_error import modulate_motion
+from smid.hybrid.arm.records import held_record, similar, thesis_record
+from smid.hybrid.arm.white import TABLE_F2_START, estimate_white, white_free_run
+from smid.hybrid.hybrid_model import HybridModel
+from smid.models import ModelError
+from smid.models.errors import refuse_unknown
+from smid.signals import TABLE_F1, Sines
+from smid.table import Table, figure
+
+__all__ = ["TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
+
+Array = NDArray[np.float64]
+
+PLANT = {name: ARM[name] for name in TABLE_F2_START}
+MODERATE, EVALUATIONS, AT_REST = 10.0, 100, 1.5  # times the white error, rad/s beyond which a jump is over
+
+TABLE_8: dict[str, str] = {
+    "one_sine": "5/9/15, 5/8/7, 12/0/7",
+    "six_equal": "8/0/10",
+    "six_one_negative": "7/4/9",
+    "six_two_negative": "1/3/16",
+    "eleven_equal": "0/0/20",
+    "six_signs": "0/0/20",
+    "six_unequal": "24/20/56",
+}
+"""Good/moderate/bad in the thesis."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a record is made and an embedded arm estimated from it.
+
+    Parameters
+    ----------
+    label : str
+        For display.
+    record : callable
+        Makes a record of sines.
+    scheme : str
+        Integrates the models.
+    hidden : int
+        Neurons.
+    start : callable (hybrid, record, seed) -> ndarray
+        Gives the first point.
+    """
+
+    label: str
+    record: Callable[[Sines], Dataset]
+    scheme: str
+    hidden: int
+    start: Callable[[HybridModel, Dataset, int], Array]
+
+
+WAYS: dict[str, Way] = {
+    "random": Way(
+        "thesis, weights 0 to 1", thesis_record, "euler", 3, lambda hybrid, _, seed: random_start(hybrid, 1.0, seed)
+    ),
+    "small": Way(
+        "thesis, weights 0 to 0.01", thesis_record, "euler", 3, lambda hybrid, _, seed: random_start(hybrid, 0.01, seed)
+    ),
+    "multistart": Way(
+        "ours, twenty starts in input error",
+        held_record,
+        "rk4",
+        5,
+        lambda hybrid, data, seed: multistart_start(modulate_motion(data), hybrid.term.hidden[0], seed=seed),
+    ),
+    "global": Way(
+        "ours, differential evolution",
+        held_record,
+        "rk4",
+        5,
+        lambda hybrid, data, seed: global_start(modulate_motion(data), hybrid.term.hidden[0], seed=seed),
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddedRuns:
+    """One way on one input, from many starts.
+
+    Parameters
+    ----------
+    input, way : str
+        Names.
+    theta : ndarray, shape (n,)
+        1/J of each run, in 1/(kg m2).
+    training, validation : ndarray, shape (n,)
+        Free-run errors in rad, RMS; infinite where the run leaves the finite range.
+    white : float
+        The white model's free-run error over the validation record, in rad.
+    curve : ndarray, shape (n,)
+        Largest error of the friction curve over the visited speeds, as a share of the largest friction.
+    jump : ndarray, shape (n,)
+        The network's step from -1.5 to 1.5 rad/s over the plant's.
+    """
+
+    input: str
+    way: str
+    theta: Array
+    training: Array
+    validation: Array
+    white: float
+    curve: Array
+    jump: Array
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Which runs are no worse than the white model."""
+        return np.asarray(self.validation <= self.white)
+
+    @property
+    def bad(self) -> NDArray[np.bool_]:
+        """Which runs are more than ten times worse."""
+        return ~(self.validation <= MODERATE * self.white)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Good, moderate and bad runs."""
+        good, bad = int(self.good.sum()), int(self.bad.sum())
+        return good, self.theta.size - good - bad, bad
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddedStudy:
+    """Ways and inputs compared.
+
+    Parameters
+    ----------
+    runs : tuple of EmbeddedRuns
+    """
+
+    runs: tuple[EmbeddedRuns, ...]
+
+    @property
+    def table(self) -> Table:
+        """Table 8, ours beside the thesis's."""
+        header = ("input", "way", "good/moderate/bad", "thesis", "1/J when good", "white", "median", "curve", "jump")
+        rows = []
+        for runs in self.runs:
+            good = runs.good
+            thesis = TABLE_8[runs.input] if runs.way in ("random", "small") else ""
+            rows.append(
+                (
+                    runs.input,
+                    WAYS[runs.way].label,
+                    "/".join(map(str, runs.counts)),
+                    thesis,
+                    f"{runs.theta[good].min():.2f} to {runs.theta[good].max():.2f}" if good.any() else "-",
+                    figure(runs.white),
+                    figure(float(np.median(runs.validation))),
+                    f"{100 * np.median(runs.curve[good]):.1f} %" if good.any() else "-",
+                    figure(float(np.median(runs.jump[good]))) if good.any() else "-",
+                )
+            )
+        caption = (
+            "Embedded arm, plant's 1/J = 21.7391. Free-run errors of white model and median run in rad; largest error "
+            "of the friction curve, and its jump at rest over the plant's: medians of the good runs."
+        )
+        return Table(caption, header, tuple(rows), "llrrlrrrr")
+
+    def __str__(self) -> str:
+        return str(self.table)
+
+    def plot(self) -> Figure:
+        """Draw 1/J of every run, as figures F.3 and F.7 do: good, moderate and bad ones apart."""
+        from smid.hybrid.arm.figures import inertia_figure  # the figures know the results
+
+        return inertia_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "runs": [
+                {
+                    "input": runs.input,
+                    "way": runs.way,
+                    "counts": dict(zip(("good", "moderate", "bad"), runs.counts, strict=True)),
+                    "thesis": TABLE_8[runs.input],
+                    "white_error": runs.white,
+                    "reciprocal_inertia": runs.theta.tolist(),
+                    "validation_error": [None if not np.isfinite(e) else e for e in runs.validation.tolist()],
+                    "curve_error": runs.curve.tolist(),
+                    "jump": runs.jump.tolist(),
+                }
+                for runs in self.runs
+            ]
+        }
+
+
+def run_embedded(name: str, way: str, seeds: Iterable[int]) -> EmbeddedRuns:
+    """Estimate the embedded arm from many starts.
+
+    Parameters
+    ----------
+    name : str
+        Input, one of `smid.signals.TABLE_F1`.
+    way : str
+        One of `WAYS`.
+    seeds : iterable of int
+        One run for each.
+
+    Returns
+    -------
+    EmbeddedRuns
+
+    Raises
+    ------
+    ModelError
+        If there is no such input or way.
+
+    Examples
+    --------
+    >>> run_embedded("one_sine", "small", [1]).theta.round(1)
+    array([22.6])
+    """
+    refuse_unknown("input", [name], TABLE_F1)
+    refuse_unknown("way", [way], WAYS)
+    chosen = WAYS[way]
+    record, check = chosen.record(TABLE_F1[name]), chosen.record(similar(TABLE_F1[name]))
+    hybrid = embedded_arm((chosen.hidden,), scheme=chosen.scheme)
+    problem, validation = embedded_error(hybrid, record), embedded_error(hybrid, check)
+    speed = record.experiments[0].values["speed"]
+    visited = speed[np.abs(speed) > ARM["eps"]]
+    wanted, edges = true_friction(visited), np.array([-AT_REST, AT_REST])
+    rows = []
+    for seed in seeds:
+        theta = problem.lower(chosen.start(hybrid, record, seed), evaluations=EVALUATIONS)
+        values = problem.values(theta)
+        curve = np.abs(friction_curve(hybrid, values, visited) - wanted).max() / np.abs(wanted).max()
+        step = np.diff(friction_curve(hybrid, values, edges))[0] / np.diff(true_friction(edges))[0]
+        errors = (problem.error(theta), validation.error(theta))
+        rows.append((INERTIA_START * theta[0], *np.sqrt(errors), curve, step))
+    inertias, training, validated, curves, jumps = np.array(rows).T
+    return EmbeddedRuns(
+        name, way, inertias, training, validated, _white_error(record, check, chosen.scheme), curves, jumps
+    )
+
+
+def embedded_study(
+    inputs: Iterable[str] = tuple(TABLE_F1),
+    ways: Iterable[str] = tuple(WAYS),
+    *,
+    starts: int = 100,
+    progress: Callable[[str], None] | None = None,
+) -> EmbeddedStudy:
+    """Run several ways on several inputs.
+
+    Parameters
+    ----------
+    inputs : iterable of str
+        Of `smid.signals.TABLE_F1`.
+    ways : iterable of str
+        Of `WAYS`.
+    starts : int
+        Runs for each.
+    progress : callable, optional
+        Told what is run next.
+
+    Returns
+    -------
+    EmbeddedStudy
+
+    Raises
+    ------
+    ModelError
+        If there is no such input or way, or no start.
+    """
+    chosen, names = tuple(ways), tuple(inputs)
+    refuse_unknown("input", names, TABLE_F1)
+    refuse_unknown("way", chosen, WAYS)
+    if starts < 1:
+        raise ModelError(f"starts = {starts}: give one or more")
+    done = []
+    for name in names:
+        for way in chosen:
+            if progress is not None:
+                progress(f"embedded arm: {name}, {WAYS[way].label}")
+            done.append(run_embedded(name, way, range(starts)))
+    return EmbeddedStudy(tuple(done))
+
+
+def _white_error(record: Dataset, check: Dataset, scheme: str) -> float:
+    measured = check.experiments[0].values["y"]
+    candidates = (PLANT, estimate_white(record, scheme).values)
+    errors = [np.mean((white_free_run(values, check, scheme) - measured) ** 2) for values in candidates]
+    return float(np.sqrt(min(errors)))

@@ -1,0 +1,169 @@
+"""The arm's motion without a step size: each regime of its friction is solved in closed form, from event to event.
+
+While the speed v stays in glide or in stick, on one side of rest, the torque T being held, (5.7)-(5.8) are
+
+    v' = p - q v - r v^2,     r = theta b sign(v)
+    glide:  p = theta (T - Wd sign(v)),  q = 0             stick:  p = theta T,  q = theta Ws / eps
+
+a Riccati equation.  With D = sqrt(q^2 + 4 p r), ``C = cosh(D t / 2)``, ``S = sinh(D t / 2) / D`` and v the speed at its
+beginning,
+
+    v(t) = (v (C - q S) + 2 p S) / (C + (q + 2 r v) S)
+    angle(t) = (log(C + (q + 2 r v) S) - q t / 2) / r
+    v(t) = v1  where  S / C = (v1 - v) / (2 p - q (v + v1) - 2 r v v1)
+
+the last being the time at which the speed meets an edge of its regime, 0 or +-eps: an event.  Where D is imaginary,
+cosh and sinh become cos and sin.  Nothing is approximated, so this is the oracle for every integrator of the arm, and
+because events are few it is also the fastest way to simulate it.
+
+Safeguards: sticking must hold at least as firmly as gliding, Ws >= Wd, or the speed would chatter at eps, which no
+closed form follows.  An edge is where the next regime begins, so rounding cannot leave the speed between two.
+
+References: hybrid thesis, (5.7)-(5.9); Reid, "Riccati Differential Equations" (1972), chapter 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import DataError
+from smid.models import ModelError
+from smid.models.errors import refuse_unknown
+from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+
+__all__ = ["ARM", "exact_motion"]
+
+Array = NDArray[np.float64]
+
+ARM: dict[str, float] = {name: value for name, (value, _) in (MOTOR | DRAG | FRICTION).items()}
+"""The thesis's values: theta, c, b, Ws, eps, Wd."""
+
+EVENTS = 10_000  # in one held interval; a motion of finitely many turns has a handful
+
+
+def exact_motion(
+    u: ArrayLike,
+    sampling_time: float,
+    *,
+    values: dict[str, float] | None = None,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> Array:
+    """Solve the arm's motion exactly, event by event.
+
+    Parameters
+    ----------
+    u : array_like, shape (n,)
+        Motor voltage in V, held from each sample to the next.
+    sampling_time : float
+        In seconds.
+    values : dict of str to float, optional
+        Constants that differ from `ARM`, in its units.
+    start : (float, float)
+        Angle in rad and speed in rad/s at the first sample.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Angle in rad and speed in rad/s at the samples.
+
+    Raises
+    ------
+    DataError
+        If the input is no series of finite numbers, or the sampling time not positive.
+    ModelError
+        If a constant is unknown, theta, b or eps is not positive, or Ws < Wd.
+
+    Examples
+    --------
+    >>> exact_motion([0.05, 0.05, 0.05], 0.1)[:, 1].round(6)
+    array([0.     , 0.01995, 0.01995])
+    """
+    inputs = np.asarray(u, dtype=np.float64)
+    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
+        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
+    if not (math.isfinite(sampling_time) and sampling_time > 0):
+        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
+    refuse_unknown("constant of the arm", values or (), ARM)
+    arm = ARM | (values or {})
+    for name in ("theta", "b", "eps"):
+        if not arm[name] > 0:
+            raise ModelError(f"{name} = {arm[name]:g}: the exact solution needs it positive")
+    if not arm["Ws"] >= arm["Wd"] >= 0:
+        raise ModelError(
+            f"Ws = {arm['Ws']:g}, Wd = {arm['Wd']:g}: sticking must hold at least as firmly as gliding, "
+            "or the speed chatters at eps"
+        )
+    angle, speed = map(float, start)
+    states = [(angle, speed)]
+    for held in inputs[:-1].tolist():
+        angle, speed = _hold(angle, speed, arm["c"] * held, sampling_time, arm)
+        states.append((angle, speed))
+    return np.array(states)
+
+
+def _hold(angle: float, speed: float, torque: float, duration: float, arm: dict[str, float]) -> tuple[float, float]:
+    """Move for one held torque, from event to event."""
+    eps = arm["eps"]
+    for _ in range(EVENTS):
+        side, gliding = _regime(speed, torque, arm)
+        if not side:
+            return angle, 0.0
+        # By symmetry every regime is that of a speed that is not negative.
+        v, drive = side * speed, side * torque
+        p = arm["theta"] * (drive - (arm["Wd"] if gliding else 0.0))
+        q = 0.0 if gliding else arm["theta"] * arm["Ws"] / eps
+        r = arm["theta"] * arm["b"]
+        edges = (eps,) if gliding else (0.0, eps)
+        time, edge = min((_time_to(v, edge, p, q, r), edge) for edge in edges if edge != v or len(edges) == 1)
+        if time >= duration:
+            v, turned = _move(v, duration, p, q, r)
+            return angle + side * turned, side * v
+        _, turned = _move(v, time, p, q, r)
+        angle, speed, duration = angle + side * turned, side * edge, duration - time
+    raise ModelError(f"more than {EVENTS} events within one sample: check the arm's constants")
+
+
+def _regime(speed: float, torque: float, arm: dict[str, float]) -> tuple[int, bool]:
+    """Return the side of rest, 0 for rest itself, and whether the arm glides; an edge counts as where it is left to."""
+    if speed == 0.0:
+        return (torque > 0) - (torque < 0), False
+    side = 1 if speed > 0 else -1
+    size, eps = abs(speed), arm["eps"]
+    if size != eps:
+        return side, size > eps
+    return side, side * torque - arm["Wd"] - arm["b"] * eps**2 > 0
+
+
+def _move(v: float, time: float, p: float, q: float, r: float) -> tuple[float, float]:
+    """Return the speed after a time within one regime, and the angle turned."""
+    square = q * q + 4.0 * p * r
+    size = math.sqrt(abs(square))
+    half = size * time / 2.0
+    if size == 0.0:
+        growth, cosine, sine = 0.0, 1.0, time / 2.0
+    elif square > 0:  # both without their common factor exp(D t / 2), which overflows
+        growth, cosine, sine = half, (1.0 + math.exp(-2.0 * half)) / 2.0, -math.expm1(-2.0 * half) / (2.0 * size)
+    else:
+        growth, cosine, sine = 0.0, math.cos(half), math.sin(half) / size
+    below = cosine + (q + 2.0 * r * v) * sine
+    turned = (growth - q * time / 2.0 + math.log(below)) / r
+    return (v * (cosine - q * sine) + 2.0 * p * sine) / below, turned
+
+
+def _time_to(v: float, edge: float, p: float, q: float, r: float) -> float:
+    """Return when the speed meets an edge within one regime; infinite where it never does."""
+    below = 2.0 * p - q * (v + edge) - 2.0 * r * v * edge
+    square = q * q + 4.0 * p * r
+    size = math.sqrt(abs(square))
+    if edge == v or below == 0.0:
+        return math.inf
+    ratio = size * (edge - v) / below
+    if size == 0.0:
+        time = 2.0 * (edge - v) / below
+        return time if time > 0 else math.inf
+    if square > 0:
+        return 2.0 / size * math.atanh(ratio) if 0.0 < ratio < 1.0 else math.inf
+    return 2.0 / size * (math.atan(ratio) % math.pi)

@@ -1,0 +1,123 @@
+"""Records of the simulated arm, ten seconds sampled every 0.02 s, under the inputs of table F.1.
+
+Two ways, because it matters.  The thesis integrates by Euler's method in steps of 0.002 s and keeps every tenth sample
+of input and output; the input that it then gives to its models is on average 9 ms early.  A computer that drives a
+motor holds its voltage between samples: so does `held_record`, whose motion is solved exactly.
+
+Reference: hybrid thesis, listings K.13, K.14 and K.22, table F.1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import DataError, Dataset
+from smid.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.signals import Sines
+
+__all__ = ["SAMPLING_TIME", "held_record", "similar", "thesis_record"]
+
+Array = NDArray[np.float64]
+
+SAMPLING_TIME, KEPT, DURATION = 0.02, 10, 10.0  # s, of how many, s
+
+
+def similar(sines: Sines) -> Sines:
+    """Give sines to validate with: like those of the record, 10 % faster and 10 % weaker.
+
+    Weaker, so that the speeds stay within those that a network has seen; figure F.4 validates with "a similar input
+    signal" too.
+
+    Parameters
+    ----------
+    sines : Sines
+
+    Returns
+    -------
+    Sines
+
+    Examples
+    --------
+    >>> similar(Sines((1.5,), (1.0,)))
+    Sines(frequencies=(1.65,), amplitudes=(0.9,))
+    """
+    frequencies = tuple(round(1.1 * frequency, 6) for frequency in sines.frequencies)
+    return Sines(frequencies, tuple(0.9 * amplitude for amplitude in sines.amplitudes))
+
+
+def held_record(
+    u: Sines | ArrayLike, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None
+) -> Dataset:
+    """Simulate the arm from rest under a voltage that is held between samples, exactly.
+
+    Parameters
+    ----------
+    u : Sines or array_like, shape (n,)
+        Motor voltage in V every 0.02 s, or a sum of sines that gives it for ten seconds.
+    noise_bound : float
+        The measured angle is off by uniform noise within this bound, in rad.
+    seed : int or numpy.random.Generator, optional
+        Of the noise; needed where there is any.
+
+    Returns
+    -------
+    Dataset
+        Input ``u`` in V, output ``y``, the angle in rad, and channel ``speed`` in rad/s without noise.
+
+    Raises
+    ------
+    DataError
+        If the input is no series of finite numbers, the bound is negative, or there is noise without a seed.
+
+    Examples
+    --------
+    >>> held_record([0.05, 0.05, 0.05]).experiments[0].values["speed"].round(6)
+    array([0.     , 0.01995, 0.01995])
+    """
+    inputs = _voltage(u, SAMPLING_TIME) if isinstance(u, Sines) else np.asarray(u, dtype=np.float64)
+    if not (np.isfinite(noise_bound) and noise_bound >= 0) or (noise_bound and seed is None):
+        raise DataError(f"noise_bound = {noise_bound}, seed = {seed}: give a bound that is not negative, and a seed")
+    angle, speed = exact_motion(inputs, SAMPLING_TIME).T
+    noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, angle.size) if noise_bound else 0.0
+    return _dataset(inputs, angle + noise, speed)
+
+
+def thesis_record(sines: Sines) -> Dataset:
+    """Simulate the arm as the thesis did: Euler's method, 0.002 s, every tenth sample kept.
+
+    Parameters
+    ----------
+    sines : Sines
+        Motor voltage.
+
+    Returns
+    -------
+    Dataset
+        Channels as in `held_record`.
+
+    Examples
+    --------
+    >>> thesis_record(Sines((1.5,), (1.0,))).experiments[0].n_samples
+    501
+    """
+    step = SAMPLING_TIME / KEPT
+    inputs = _voltage(sines, step)
+    angle = speed = 0.0
+    states = []
+    for voltage in inputs.tolist():
+        states.append((angle, speed))
+        sticks = abs(speed) < ARM["eps"]
+        friction = ARM["Ws"] * speed / ARM["eps"] if sticks else ARM["Wd"] * np.sign(speed)
+        rate = ARM["theta"] * (ARM["c"] * voltage - friction - ARM["b"] * speed * abs(speed))
+        angle, speed = angle + step * speed, speed + step * rate
+    kept = np.array(states)[::KEPT]
+    return _dataset(inputs[::KEPT], kept[:, 0], kept[:, 1])
+
+
+def _voltage(sines: Sines, sampling_time: float) -> Array:
+    return sines.signal(round(DURATION / sampling_time) + 1, sampling_time)
+
+
+def _dataset(u: Array, angle: Array, speed: Array) -> Dataset:
+    return Dataset.from_arrays(input={"u": u}, output={"y": angle}, sampling_time=SAMPLING_TIME, speed=speed)
