@@ -113,7 +113,7 @@ def surface_figure(surface: CostSurface) -> Figure:
     with style():
         figure = Figure(figsize=(WIDTH, 2.9))
         # Constrained layout cuts the labels of axes in space.
-        space: Any = figure.add_axes((0.0, 0.02, 0.5, 0.84), projection="3d")
+        space: Any = figure.add_axes((0.02, 0.14, 0.46, 0.76), projection="3d")
         space.plot_surface(along, across, height, cmap="viridis", linewidth=0.0, rcount=80, ccount=80)
         space.set(title="log10 of the RMS error", xlabel=one, ylabel=two)
         space.view_init(elev=38, azim=-60)
