@@ -1,0 +1,469 @@
+"""Check a certificate file: ``python -m relaxations.check FILE``.
+
+The file states a problem in its own variables x, and for every step an affine map ``x = centre + scale t`` and
+multipliers. With exact rational numbers this program recomputes
+
+    r = objective - sum_k p_k h_k - sum_j weight_j sigma_j g_j,     sigma_j = sum over columns of (b' F_j)^2,
+
+as a polynomial in t: ``h_k`` are the equalities, ``p_k`` any polynomials, ``g_j`` products of inequalities and of the
+box's ``1 - t_i``, ``1 + t_i`` and ``1 - t_i^2``. On the feasible set the first sum is zero, the second is nonnegative,
+and every monomial of t lies in [-1, 1]. So ``objective >= r_0 - sum_{i > 0} |r_i|`` there, and the claimed bound must
+not lie above. A coefficient that is given as a ball stands for each number in it.
+
+A step that bounds one variable tightens the box for the steps after it. A positive bound of the objective zero proves
+that no point is feasible.
+
+Nothing is rounded: every number in the file is a rational one, and so are all results. For that reason this file needs
+no ball arithmetic library, and nothing but Python's own. It imports nothing of the rest of the package, which it has
+to judge. :mod:`relaxations.certificate_file` writes such files.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
+from math import lcm
+from pathlib import Path
+from typing import Any
+
+FORMAT = "relaxations certificate"
+VERSION = 1
+EXIT_ACCEPTED, EXIT_REFUSED, EXIT_UNREADABLE = 0, 1, 2
+
+Monomial = tuple[int, ...]  # the variables' numbers with repetition, sorted
+
+_HEXADECIMAL = re.compile(r"(-?)0x([01])(?:\.([0-9a-f]{1,64}))?p([+-]?[0-9]{1,4})")
+_FRACTION = re.compile(r"(-?[0-9]{1,4000})(?:/([0-9]{1,4000}))?")
+_HIGHEST_DEGREE = 64  # a substitution in a monomial of degree d makes up to 2**d terms, so absurd ones are refused
+
+
+class Refused(Exception):
+    """The file does not prove what it claims."""
+
+
+class Unreadable(Exception):
+    """There is no file, or it is no JSON."""
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """Coefficients ``mid +- rad`` of monomials; a monomial that is missing has zero for both."""
+
+    mid: dict[Monomial, Fraction]
+    rad: dict[Monomial, Fraction]
+
+    @property
+    def monomials(self) -> set[Monomial]:
+        """Return the monomials with a coefficient that may differ from zero."""
+        return {m for part in (self.mid, self.rad) for m, value in part.items() if value}
+
+
+@dataclass(frozen=True)
+class Proven:
+    """One theorem: ``objective >= bound`` on the feasible set.
+
+    Parameters
+    ----------
+    objective : Polynomial
+        In the problem's own variables.
+    bound : Fraction
+        As claimed, and found true.
+    recomputed : Fraction
+        ``r_0 - sum |r_i|``, at least the claimed bound.
+    """
+
+    objective: Polynomial
+    bound: Fraction
+    recomputed: Fraction
+
+    @property
+    def empty(self) -> bool:
+        """Return whether this proves that no point is feasible."""
+        return not self.objective.monomials and self.bound > 0
+
+
+# ---------------------------------------------------------------- polynomials
+
+
+def _product_of(left: dict[Monomial, Fraction], right: dict[Monomial, Fraction]) -> dict[Monomial, Fraction]:
+    total: dict[Monomial, Fraction] = {}
+    for m, a in left.items():
+        for n, b in right.items():
+            key = tuple(sorted(m + n)) if m and n else m or n
+            total[key] = total[key] + a * b if key in total else a * b
+    return total
+
+
+def _add(total: dict[Monomial, Fraction], more: dict[Monomial, Fraction], sign: int = 1) -> None:
+    for m, value in more.items():
+        total[m] = total[m] + sign * value if m in total else sign * value
+
+
+def _absolute(part: dict[Monomial, Fraction]) -> dict[Monomial, Fraction]:
+    return {m: abs(value) for m, value in part.items()}
+
+
+def multiply(left: Polynomial, right: Polynomial) -> Polynomial:
+    """Return an enclosure of the product."""
+    rad: dict[Monomial, Fraction] = {}
+    if left.rad or right.rad:
+        _add(rad, _product_of(_absolute(left.mid), right.rad))
+        _add(rad, _product_of(left.rad, _absolute(right.mid)))
+        _add(rad, _product_of(left.rad, right.rad))
+    return Polynomial(_product_of(left.mid, right.mid), rad)
+
+
+def substitute(polynomial: Polynomial, centre: list[Fraction], scale: list[Fraction]) -> Polynomial:
+    """Return the polynomial in t, where ``x = centre + scale * t``."""
+    mid: dict[Monomial, Fraction] = {}
+    rad: dict[Monomial, Fraction] = {}
+    for m in polynomial.monomials:
+        expanded: dict[Monomial, Fraction] = {(): Fraction(1)}
+        for v in m:
+            both: list[tuple[Monomial, Fraction]] = [((), centre[v]), ((v,), scale[v])]
+            affine = {key: value for key, value in both if value}
+            expanded = _product_of(expanded, affine)
+        _add(mid, {key: value * polynomial.mid.get(m, 0) for key, value in expanded.items()})
+        if m in polynomial.rad:
+            _add(rad, {key: abs(value) * polynomial.rad[m] for key, value in expanded.items()})
+    return Polynomial(mid, rad)
+
+
+def sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]]) -> dict[Monomial, Fraction]:
+    """Return ``sum over columns f of (sum_i f_i b_i)^2``."""
+    # Integers over one denominator multiply many times faster than fractions.
+    denominator = lcm(*(value.denominator for row in factor for value in row))
+    rows = [[value.numerator * (denominator // value.denominator) for value in row] for row in factor]
+    total: dict[Monomial, int] = {}
+    for i, left in enumerate(rows):
+        for j in range(i, len(rows)):
+            weight = sum(a * b for a, b in zip(left, rows[j], strict=True))
+            key = tuple(sorted(basis[i] + basis[j]))
+            total[key] = total.get(key, 0) + (weight if i == j else 2 * weight)
+    return {m: Fraction(value, denominator * denominator) for m, value in total.items()}
+
+
+# ---------------------------------------------------------------- reading, with every doubt refused
+
+
+def _refuse_unless(condition: bool, message: str) -> None:
+    if not condition:
+        raise Refused(message)
+
+
+def _number(value: Any, where: str) -> Fraction:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return Fraction(value)
+    if isinstance(value, str):
+        found = _HEXADECIMAL.fullmatch(value)
+        if found:
+            sign, whole, digits, exponent = found.group(1), found.group(2), found.group(3) or "", int(found.group(4))
+            size = Fraction(int(whole + digits, 16)) * Fraction(2) ** (exponent - 4 * len(digits))
+            return -size if sign else size
+        found = _FRACTION.fullmatch(value)
+        if found and int(found.group(2) or 1):
+            return Fraction(int(found.group(1)), int(found.group(2) or 1))
+    raise Refused(f"{where}: {value!r} is no number; write 3, '1/3' or a float in hexadecimal, '0x1.8p+1'")
+
+
+def _get(mapping: Any, key: str, where: str) -> Any:
+    _refuse_unless(isinstance(mapping, dict), f"{where} is no object")
+    _refuse_unless(key in mapping, f"{where} has no {key!r}")
+    return mapping[key]
+
+
+def _list(value: Any, where: str, length: int | None = None) -> list[Any]:
+    _refuse_unless(isinstance(value, list), f"{where} is no list")
+    _refuse_unless(length is None or len(value) == length, f"{where} has {len(value)} entries instead of {length}")
+    result: list[Any] = value
+    return result
+
+
+def _index(value: Any, count: int, where: str) -> int:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    # A negative number would count from the end.
+    _refuse_unless(whole and 0 <= value < count, f"{where}: {value!r} is no number from 0 to {count - 1}")
+    return int(value)
+
+
+def _monomial(value: Any, count: int, where: str) -> Monomial:
+    _list(value, where)
+    _refuse_unless(len(value) <= _HIGHEST_DEGREE, f"{where}: degree {len(value)}, the highest is {_HIGHEST_DEGREE}")
+    return tuple(sorted(_index(v, count, where) for v in value))
+
+
+def _polynomial(value: Any, count: int, where: str) -> Polynomial:
+    """Read ``[[mid, rad, [variables]], ...]``."""
+    mid: dict[Monomial, Fraction] = {}
+    rad: dict[Monomial, Fraction] = {}
+    for k, entry in enumerate(_list(value, where)):
+        place = f"{where}, term {k}"
+        centre, radius, variables = _list(entry, place, 3)
+        size = _number(radius, place)
+        _refuse_unless(size >= 0, f"{place}: radius >= 0 fails: {_shown(size)}")
+        key = _monomial(variables, count, place)
+        _add(mid, {key: _number(centre, place)})
+        if size:
+            _add(rad, {key: size})
+    return Polynomial(mid, rad)
+
+
+def _end(value: Any, where: str) -> Fraction | None:
+    return None if value is None else _number(value, where)
+
+
+# ---------------------------------------------------------------- the check
+
+
+def check(document: Any) -> tuple[Proven, ...]:
+    """Return the theorems of a certificate, one per step.
+
+    Parameters
+    ----------
+    document : object
+        The file's content, as :func:`read` returns it.
+
+    Raises
+    ------
+    Refused
+        With the inequality that fails, or what is missing.
+
+    Examples
+    --------
+    x^2 - x >= -1/4 on [0, 2], where x = 1 + t: the square of x - 1/2 = 1/2 + t.
+
+    >>> step = {"objective": [[1, 0, [0, 0]], [-1, 0, [0]]], "bound": "-1/4", "centre": [1], "scale": [1],
+    ...         "equalities": [], "products": [{"of": [], "weight": 1, "basis": [[], [0]], "factor": [["1/2"], [1]]}]}
+    >>> document = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...             "equalities": [], "inequalities": [], "steps": [step]}
+    >>> check(document)[0].recomputed
+    Fraction(-1, 4)
+    >>> step["bound"] = "-1/5"
+    >>> check(document)
+    Traceback (most recent call last):
+    relaxations.check.Refused: step 1: bound <= r_0 - sum |r_i| fails: -0.2 > -0.25
+    """
+    name = _get(document, "format", "the file")
+    _refuse_unless(name == FORMAT, f"the format is {name!r}, this program checks {FORMAT!r}")
+    version = _get(document, "version", "the file")
+    _refuse_unless(version == VERSION and version is not True, f"version {version!r}, this program checks {VERSION}")
+    names = _list(_get(document, "variables", "the file"), "variables")
+    _refuse_unless(all(isinstance(v, str) for v in names), "variables: a name is no text")
+    count = len(names)
+    box: list[list[Fraction | None]] = [
+        [_end(end, f"box of {name}") for end in _list(pair, f"box of {name}", 2)]
+        for name, pair in zip(names, _list(_get(document, "box", "the file"), "box", count), strict=True)
+    ]
+    equalities, inequalities = (
+        [_polynomial(p, count, f"{kind} {k}") for k, p in enumerate(_list(_get(document, kind, "the file"), kind))]
+        for kind in ("equalities", "inequalities")
+    )
+    steps = _list(_get(document, "steps", "the file"), "steps")
+    _refuse_unless(len(steps) > 0, "there are no steps: nothing is claimed")
+    proven = []
+    for number, step in enumerate(steps, start=1):
+        found = _check_step(step, f"step {number}", names, box, equalities, inequalities)
+        proven.append(found)
+        _tighten(box, found)
+    return tuple(proven)
+
+
+def _check_step(
+    step: Any,
+    where: str,
+    names: list[str],
+    box: list[list[Fraction | None]],
+    equalities: list[Polynomial],
+    inequalities: list[Polynomial],
+) -> Proven:
+    count = len(names)
+    objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
+    bound = _number(_get(step, "bound", where), f"{where}, bound")
+    centre, scale = (
+        [_number(v, f"{where}, {key}") for v in _list(_get(step, key, where), f"{where}, {key}", count)]
+        for key in ("centre", "scale")
+    )
+    for k, name in enumerate(names):
+        lower, upper = box[k]
+        if lower is None or upper is None:
+            raise Refused(f"{where}: {name} has no finite box, so its powers are not bounded")
+        _refuse_unless(scale[k] >= 0, f"{where}: scale >= 0 fails for {name}: {_shown(scale[k])}")
+        _fails_unless(centre[k] - scale[k], lower, f"{where}: centre - scale <= lower", name)
+        _fails_unless(upper, centre[k] + scale[k], f"{where}: upper <= centre + scale", name)
+
+    residual = substitute(objective, centre, scale)
+    scaled: dict[tuple[str, int], Polynomial] = {}
+
+    def constraint(kind: str, k: int) -> Polynomial:
+        if (kind, k) not in scaled:
+            stated = equalities[k] if kind == "equality" else inequalities[k]
+            scaled[kind, k] = substitute(stated, centre, scale)
+        return scaled[kind, k]
+
+    for j, entry in enumerate(_list(_get(step, "equalities", where), f"{where}, equalities")):
+        place = f"{where}, multiplier {j}"
+        k, terms = _list(entry, place, 2)
+        number = _index(k, len(equalities), place)
+        multiplier: dict[Monomial, Fraction] = {}
+        for term in _list(terms, place):
+            value, variables = _list(term, place, 2)
+            _add(multiplier, {_monomial(variables, count, place): _number(value, place)})
+        _subtract(residual, multiply(constraint("equality", number), Polynomial(multiplier, {})))
+
+    for j, entry in enumerate(_list(_get(step, "products", where), f"{where}, products")):
+        place = f"{where}, product {j}"
+        weight = _number(_get(entry, "weight", place), place)
+        _refuse_unless(weight >= 0, f"{place}: weight >= 0 fails: {_shown(weight)}")
+        basis = [_monomial(m, count, place) for m in _list(_get(entry, "basis", place), place)]
+        factor = [
+            [_number(value, place) for value in _list(row, place)]
+            for row in _list(_get(entry, "factor", place), f"{place}, factor", len(basis))
+        ]
+        _refuse_unless(len({len(row) for row in factor}) <= 1, f"{place}: the factor's rows differ in length")
+        square = sum_of_squares(basis, factor)
+        total = Polynomial({m: weight * value for m, value in square.items()}, {})
+        for part in _list(_get(entry, "of", place), place):
+            kind, k = _list(part, place, 2)
+            if kind == "inequality":
+                total = multiply(constraint(kind, _index(k, len(inequalities), place)), total)
+            else:
+                total = multiply(_box_factor(kind, _index(k, count, place), place), total)
+        _subtract(residual, total)
+
+    recomputed = residual.mid.get((), Fraction(0)) - residual.rad.get((), Fraction(0))
+    for m in residual.monomials - {()}:
+        recomputed -= abs(residual.mid.get(m, Fraction(0))) + residual.rad.get(m, Fraction(0))
+    if bound > recomputed:
+        raise Refused(f"{where}: bound <= r_0 - sum |r_i| fails: {_shown(bound)} > {_shown(recomputed)}")
+    return Proven(objective, bound, recomputed)
+
+
+def _box_factor(kind: Any, v: int, where: str) -> Polynomial:
+    one = Fraction(1)
+    if kind == "above":
+        return Polynomial({(): one, (v,): one}, {})
+    if kind == "below":
+        return Polynomial({(): one, (v,): -one}, {})
+    if kind == "inside":
+        return Polynomial({(): one, (v, v): -one}, {})
+    raise Refused(f"{where}: {kind!r} is none of 'inequality', 'above', 'below', 'inside'")
+
+
+def _subtract(residual: Polynomial, part: Polynomial) -> None:
+    _add(residual.mid, part.mid, -1)
+    _add(residual.rad, part.rad)
+
+
+def _fails_unless(left: Fraction, right: Fraction, inequality: str, name: str) -> None:
+    if left > right:
+        raise Refused(f"{inequality} fails for {name}: {_shown(left)} > {_shown(right)}")
+
+
+def _tighten(box: list[list[Fraction | None]], proven: Proven) -> None:
+    """Let ``c x_k >= bound`` narrow the box of x_k."""
+    monomials = proven.objective.monomials
+    if len(monomials) != 1 or proven.objective.rad:
+        return
+    (monomial,) = monomials
+    if len(monomial) != 1:
+        return
+    slope = proven.objective.mid[monomial]
+    value = proven.bound / slope
+    lower, upper = box[monomial[0]]
+    if slope > 0:
+        box[monomial[0]] = [value if lower is None else max(lower, value), upper]
+    else:
+        box[monomial[0]] = [lower, value if upper is None else min(upper, value)]
+
+
+# ---------------------------------------------------------------- the program
+
+
+def _unique_keys(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in result:
+            raise Refused(f"the key {key!r} occurs twice in one object")
+        result[key] = value
+    return result
+
+
+def _no_decimal(text: str) -> Any:
+    raise Refused(f"{text} is a decimal: write a float in hexadecimal, a fraction or a whole number")
+
+
+def read(path: str | Path) -> Any:
+    """Return the content of a certificate file.
+
+    Raises
+    ------
+    Unreadable
+        When there is no such file, or it is no JSON.
+    Refused
+        When it holds decimals or a key twice: their meaning is in doubt.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+        return json.loads(text, object_pairs_hook=_unique_keys, parse_float=_no_decimal, parse_constant=_no_decimal)
+    except OSError as error:
+        raise Unreadable(f"{path}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise Unreadable(f"{path} is no JSON: {error}") from None
+
+
+def _shown(value: Fraction, digits: int = 15) -> str:
+    """Return a decimal that is rounded down: what is printed as a bound is one."""
+    context = Context(prec=digits, rounding=ROUND_FLOOR)
+    return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)).normalize(context), "g")
+
+
+def _written(polynomial: Polynomial, names: list[str]) -> str:
+    monomials = sorted(polynomial.monomials, key=lambda m: (-len(m), m))
+    if len(monomials) > 6:
+        return f"the objective ({len(monomials)} terms)"
+    terms = []
+    for m in monomials:
+        value = polynomial.mid.get(m, Fraction(0))
+        factors = [names[v] for v in m]
+        if abs(value) != 1 or not factors:
+            factors.insert(0, _shown(abs(value), 6))
+        terms.append(("- " if value < 0 else "+ ") + "*".join(factors))
+    text = " ".join(terms).removeprefix("+ ")
+    return text.replace("- ", "-", 1) if text.startswith("- ") else text or "0"
+
+
+def main(arguments: list[str]) -> int:
+    """Check one file and print what it proves; return the exit code."""
+    if len(arguments) != 1 or arguments[0] in ("-h", "--help"):
+        print("usage: python -m relaxations.check FILE\nexit codes: 0 accepted, 1 refused, 2 unreadable")
+        return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
+    try:
+        document = read(arguments[0])
+        proven = check(document)
+    except Unreadable as error:
+        print(f"unreadable: {error}", file=sys.stderr)
+        return EXIT_UNREADABLE
+    except Refused as error:
+        print(f"refused: {error}", file=sys.stderr)
+        return EXIT_REFUSED
+    names = document["variables"]
+    print(
+        f"accepted: {len(names)} variables in their box, {len(document['equalities'])} equalities, "
+        f"{len(document['inequalities'])} inequalities"
+    )
+    for number, theorem in enumerate(proven, start=1):
+        margin = f"(recomputed: {_shown(theorem.recomputed)})"
+        if theorem.empty:
+            print(f"step {number}: no point satisfies all constraints: 0 >= {_shown(theorem.bound)} {margin}")
+        else:
+            print(f"step {number}: {_written(theorem.objective, names)} >= {_shown(theorem.bound)} {margin}")
+    return EXIT_ACCEPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

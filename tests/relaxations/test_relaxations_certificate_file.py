@@ -1,0 +1,386 @@
+"""Certificates in files: honest ones are accepted, and whatever is accepted is true of the problem in the file."""
+
+import copy
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from math import prod
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from relaxations import check
+from relaxations.bounding import relax
+from relaxations.certificate import certify
+from relaxations.certificate_file import Step, write_certificate
+from relaxations.conic import Multipliers
+from relaxations.errors import ProblemError
+from relaxations.lift import lift
+from relaxations.polynomial import Polynomials
+from relaxations.problem import from_sympy
+
+x, y = sympy.symbols("x y")
+ZERO = Polynomials.from_terms([{}])
+METHODS = ["lift", "sparse", "dense", "textbook"]
+
+
+def quadratic():
+    """Return a nonconvex quadratic with coefficients that no float holds."""
+    return from_sympy(x * y + y**2 / 3 - x / 7, [1 - x**2 - y**2, x - y / 9], [], [x, y], {x: (-1, 2), y: (-2, 1)})
+
+
+def cubic():
+    return from_sympy(y - 2 * x, [x * y + sympy.Rational(1, 7)], [x**3 - y], [x, y], {x: (-1, 2), y: (-2, 1)})
+
+
+def empty():
+    equalities = [x + y - 2]
+    return from_sympy(None, [sympy.Rational(3, 2) - x**2 - y**2], equalities, [x, y], {x: (-2, 2), y: (-1, 3)})
+
+
+PROBLEMS = {"quadratic": quadratic, "cubic": cubic}
+
+
+def written(path, problem, objective, method="sparse", order=2):
+    relaxed = relax(problem, method, order, objective=objective)
+    outcome = relaxed.bound(objective)
+    write_certificate(path, relaxed, ZERO if np.isinf(outcome.bound) else objective, outcome.certificate)
+    return outcome
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_an_honest_certificate_is_accepted(tmp_path, name, method):
+    file = tmp_path / "certificate.json"
+    outcome = written(file, *PROBLEMS[name](), method)
+    (theorem,) = check.check(check.read(file))
+    assert theorem.bound == Fraction(outcome.bound)
+    # Exact arithmetic pays for no rounding, and finds next to nothing more than ball arithmetic did.
+    assert theorem.bound <= theorem.recomputed <= theorem.bound + Fraction(1e-9)
+    assert not theorem.empty
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_proof_of_emptiness_is_accepted(tmp_path, method):
+    file = tmp_path / "certificate.json"
+    assert written(file, *empty(), method).bound == np.inf
+    (theorem,) = check.check(check.read(file))
+    assert theorem.empty
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_lift_of_identification_problems_is_accepted(tmp_path, output_error, hammerstein, order):
+    for model in (output_error(8, seed=1), hammerstein(7, seed=2)):
+        for k, sign in ((0, 1.0), (1, -1.0)):
+            objective = model.problem.variable(k, sign)
+            outcome = written(tmp_path / "c.json", model.problem, objective, "lift", order)
+            (theorem,) = check.check(check.read(tmp_path / "c.json"))
+            assert theorem.bound == Fraction(outcome.bound)
+            assert theorem.bound <= sign * model.truth[k]
+
+
+def contraction(model):
+    """Return four bounds on the whole box, and one on the box that they prove."""
+    first = relax(model.problem, "lift", 1)
+    steps, lower, upper = [], model.problem.lower.copy(), model.problem.upper.copy()
+    for k in (0, 1):
+        for sign in (1.0, -1.0):
+            objective = model.problem.variable(k, sign)
+            outcome = first.bound(objective)
+            steps.append(Step(first, objective, outcome.certificate))
+            if sign > 0:
+                lower[k] = max(lower[k], outcome.bound)
+            else:
+                upper[k] = min(upper[k], -outcome.bound)
+    second = relax(model.problem.with_box(lower, upper), "lift", 1)
+    return steps, second
+
+
+def test_a_contracted_box_is_accepted_with_the_steps_that_prove_it(tmp_path, output_error):
+    model = output_error(12, seed=3)
+    steps, second = contraction(model)
+    objective = model.problem.variable(0)
+    outcome = second.bound(objective)
+    assert (second.problem.lower > model.problem.lower)[:2].all()
+    assert (second.problem.upper < model.problem.upper)[:2].all()
+    write_certificate(tmp_path / "c.json", second, objective, outcome.certificate, earlier=steps)
+    theorems = check.check(check.read(tmp_path / "c.json"))
+    assert len(theorems) == 5
+    assert float(theorems[-1].bound) == outcome.bound
+    with pytest.raises(ProblemError, match=r"step 4: .* fails for (a|b1)"):
+        write_certificate(tmp_path / "c.json", second, objective, outcome.certificate, earlier=steps[:3])
+
+
+def test_the_check_agrees_with_the_package_on_any_multipliers(tmp_path):
+    problem, objective = quadratic()
+    relaxed = relax(problem, "sparse", 2)
+    scaled = relaxed.scaling.polynomials(objective)
+    rng = np.random.default_rng(5)
+    for size in (1e-8, 1.0, 1e8):
+        dual = Multipliers(
+            size * rng.normal(size=relaxed.relaxation.n_equalities),
+            tuple(size * rng.normal(size=(b.count, b.size, 3)) for b in relaxed.relaxation.blocks),
+        )
+        certificate = certify(relaxed.relaxation, scaled, dual)
+        write_certificate(tmp_path / "c.json", relaxed, objective, certificate)
+        (theorem,) = check.check(check.read(tmp_path / "c.json"))
+        assert 0 <= theorem.recomputed - theorem.bound < 1e-12 * abs(theorem.bound)
+
+
+# ---------------------------------------------------------------- what is refused
+
+
+@pytest.fixture(scope="module")
+def document(tmp_path_factory):
+    file = tmp_path_factory.mktemp("certificates") / "certificate.json"
+    written(file, *quadratic())
+    return check.read(file)
+
+
+def raise_bound(d):
+    d["steps"][0]["bound"] = (float.fromhex(d["steps"][0]["bound"]) + 1e-6).hex()
+
+
+def shrink_scale(d):
+    d["steps"][0]["scale"][1] = (0.999 * float.fromhex(d["steps"][0]["scale"][1])).hex()
+
+
+def negative_weight(d):
+    d["steps"][0]["products"][0]["weight"] = -1
+
+
+def negative_radius(d):
+    d["inequalities"][0][0][1] = "-1/3"
+
+
+REFUSED = {
+    "a bound too high": (raise_bound, r"step 1: bound <= r_0 - sum \|r_i\| fails: -0\.\d+ > -0\.\d+"),
+    "a box not covered": (shrink_scale, r"step 1: (centre - scale <= lower|upper <= centre \+ scale) fails for y"),
+    "a negative weight": (negative_weight, r"step 1, product 0: weight >= 0 fails: -1"),
+    "a negative radius": (negative_radius, r"inequalities 0, term 0: radius >= 0 fails"),
+    "another version": (lambda d: d.update(version=2), r"version 2, this program checks 1"),
+    "another format": (lambda d: d.update(format="x"), r"the format is 'x'"),
+    "no steps": (lambda d: d.update(steps=[]), r"there are no steps"),
+    "no box": (lambda d: d["box"].__setitem__(0, [None, 1]), r"x has no finite box"),
+    "too few bounds": (lambda d: d["box"].pop(), r"box has 1 entries instead of 2"),
+    "a variable from the end": (
+        lambda d: d["steps"][0]["objective"][0].__setitem__(2, [-1]),
+        r"-1 is no number from 0",
+    ),
+    "an unknown constraint": (
+        lambda d: d["steps"][0]["products"][0].update(of=[["inequality", 2]]),
+        r"2 is no number from 0 to 1",
+    ),
+    "an unknown kind": (lambda d: d["steps"][0]["products"][0].update(of=[["good", 0]]), r"'good' is none of"),
+    "a decimal as text": (lambda d: d["steps"][0].update(bound="-0.5"), r"step 1, bound: '-0.5' is no number"),
+    "not a number": (lambda d: d["steps"][0].update(bound="nan"), r"'nan' is no number"),
+    "a truth value": (lambda d: d["steps"][0].update(bound=True), r"True is no number"),
+    "a division by zero": (lambda d: d["steps"][0].update(bound="1/0"), r"'1/0' is no number"),
+    "a ragged factor": (lambda d: d["steps"][0]["products"][0]["factor"][0].append(0), r"rows differ in length"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_tampered_file_is_refused_with_the_reason(document, name):
+    tamper, message = REFUSED[name]
+    changed = copy.deepcopy(document)
+    check.check(changed)
+    tamper(changed)
+    with pytest.raises(check.Refused, match=message):
+        check.check(changed)
+
+
+def keys_of(node, path=()):
+    """Return the paths of all keys of objects in a document."""
+    if isinstance(node, dict):
+        return [p for key, value in node.items() for p in ((*path, key), *keys_of(value, (*path, key)))]
+    if isinstance(node, list):
+        return [p for k, value in enumerate(node) for p in keys_of(value, (*path, k))]
+    return []
+
+
+def test_every_missing_key_is_refused_by_name(document):
+    paths = keys_of(document)
+    assert {p[-1] for p in paths} >= {"box", "steps", "bound", "weight", "factor"}
+    for path in paths:
+        changed = copy.deepcopy(document)
+        node = changed
+        for key in path[:-1]:
+            node = node[key]
+        del node[path[-1]]
+        with pytest.raises(check.Refused, match=f"has no '{path[-1]}'"):
+            check.check(changed)
+
+
+def leaves(node, path=()):
+    """Return the paths of everything in a document that is neither an object nor a list."""
+    if isinstance(node, (dict, list)):
+        items = node.items() if isinstance(node, dict) else enumerate(node)
+        return [p for key, value in items for p in leaves(value, (*path, key))]
+    return [path]
+
+
+def value_of(polynomial, point):
+    """Return the interval of ``[[mid, rad, variables], ...]`` at a rational point."""
+    low = high = Fraction(0)
+    for mid, rad, variables in polynomial:
+        power = prod((point[v] for v in variables), start=Fraction(1))
+        centre, reach = number(mid) * power, number(rad) * abs(power)
+        low, high = low + centre - reach, high + centre + reach
+    return low, high
+
+
+def number(value):
+    return Fraction(float.fromhex(value)) if isinstance(value, str) and "x" in value else Fraction(value)
+
+
+def is_feasible(document, point):
+    """Say whether a point is feasible for some choice of coefficients inside their balls."""
+    inside = all(number(low) <= v <= number(high) for v, (low, high) in zip(point, document["box"], strict=True))
+    return (
+        inside
+        and all(value_of(g, point)[1] >= 0 for g in document["inequalities"])
+        and all(low <= 0 <= high for low, high in (value_of(h, point) for h in document["equalities"]))
+    )
+
+
+GRID = [Fraction(k, 6) for k in range(-18, 19)]
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.data())
+def test_what_is_accepted_after_tampering_is_true_of_the_problem_in_the_file(document, data):
+    changed = copy.deepcopy(document)
+    for _ in range(data.draw(st.integers(1, 3))):
+        path = data.draw(st.sampled_from(leaves(changed)))
+        node = changed
+        for key in path[:-1]:
+            node = node[key]
+        old = node[path[-1]]
+        if isinstance(old, str) and "0x" in old:
+            change = data.draw(st.sampled_from([0.0, -1e-9, 1e-9, 1e-3, -1e-2, 0.5, 1.0, -3.0]))
+            node[path[-1]] = (float.fromhex(old) * (1 + change) + data.draw(st.sampled_from([0.0, change]))).hex()
+        elif isinstance(old, int):
+            node[path[-1]] = data.draw(st.integers(-1, 2))
+        else:
+            node[path[-1]] = data.draw(st.sampled_from(["inside", "above", "below", "inequality", "", None]))
+    try:
+        theorem = check.check(changed)[-1]
+    except check.Refused:
+        return
+    objective = changed["steps"][-1]["objective"]
+    bound = number(changed["steps"][-1]["bound"])
+    assert theorem.bound == bound
+    for point in ((a, b) for a in GRID for b in GRID):
+        if is_feasible(changed, point):
+            assert value_of(objective, point)[1] >= bound
+
+
+def test_the_tampering_test_sees_feasible_points_and_both_outcomes(document):
+    assert any(is_feasible(document, (a, b)) for a in GRID for b in GRID)
+    # A looser bound and a further square stay true; a lost square does not.
+    looser = copy.deepcopy(document)
+    looser["steps"][0]["bound"] = "-5"
+    assert check.check(looser)[0].bound == -5
+    lost = copy.deepcopy(document)
+    lost["steps"][0]["products"].pop()
+    lost["steps"][0]["products"].pop(0)
+    with pytest.raises(check.Refused, match="fails"):
+        check.check(lost)
+
+
+# ---------------------------------------------------------------- the program
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "relaxations.check", *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+
+
+def test_the_program_accepts_refuses_and_cannot_read(tmp_path, document):
+    good, bad, broken = tmp_path / "good.json", tmp_path / "bad.json", tmp_path / "broken.json"
+    good.write_text(json.dumps(document))
+    changed = copy.deepcopy(document)
+    raise_bound(changed)
+    bad.write_text(json.dumps(changed))
+    broken.write_text(good.read_text()[:-20])
+    done = run(good)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "accepted: 2 variables" in done.stdout
+    # The decimal that is printed as the bound is one.
+    printed = Fraction(done.stdout.split(" >= ")[1].split()[0])
+    assert printed <= number(document["steps"][0]["bound"])
+    done = run(bad)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("refused: step 1: bound <= r_0 - sum |r_i| fails: ")
+    for arguments in ((broken,), (tmp_path / "missing.json",), ()):
+        done = run(*arguments)
+        assert done.returncode == 2
+        assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("text", ["[]", "3", '{"format": "relaxations certificate", "format": 1}', '{"version": 1.5}'])
+def test_json_of_another_shape_is_refused(tmp_path, text):
+    file = tmp_path / "c.json"
+    file.write_text(text)
+    with pytest.raises(check.Refused):
+        check.check(check.read(file))
+
+
+def test_the_program_imports_nothing_else_of_the_package_and_no_library(tmp_path, document):
+    file = tmp_path / "c.json"
+    file.write_text(json.dumps(document))
+    program = (
+        "import runpy, sys; sys.argv = ['check', sys.argv[1]]\n"
+        "try:\n    runpy.run_module('relaxations.check', run_name='__main__', alter_sys=True)\n"
+        "except SystemExit as e:\n    assert e.code == 0, e.code\n"
+        "own = sorted(m for m in sys.modules if m.split('.')[0] == 'relaxations')\n"
+        "foreign = sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'sympy', 'cvxpy', 'clarabel'})\n"
+        "print(own, foreign, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program, file], capture_output=True, text=True, check=True)
+    own = done.stderr.strip()
+    assert own in ("['relaxations'] []", "['relaxations', 'relaxations.check'] []")
+
+
+# ---------------------------------------------------------------- what is not written
+
+
+def test_a_certificate_of_another_objective_is_not_written(tmp_path):
+    problem, objective = quadratic()
+    relaxed = relax(problem, "sparse", 2)
+    certificate = relaxed.bound(objective).certificate
+    with pytest.raises(ProblemError, match="give the objective that it was made for"):
+        write_certificate(tmp_path / "c.json", relaxed, problem.variable(0), certificate)
+    assert not (tmp_path / "c.json").exists()
+
+
+def test_a_relaxation_with_a_row_of_unknown_origin_is_not_written(tmp_path):
+    problem, objective = cubic()
+    relaxed = relax(problem, "lift", 2)
+    other, _ = from_sympy(None, [x * y + sympy.Rational(1, 3)], [x**3 - 2 * y], [x, y], {x: (-1, 2), y: (-2, 1)})
+    strange = type(relaxed)(
+        relaxed.problem,
+        relaxed.scaling,
+        relaxed.scaled,
+        lift(relaxed.scaling.apply(other), 2),
+        relaxed.program,
+        relaxed.solver,
+    )
+    certificate = relaxed.bound(objective).certificate
+    with pytest.raises(ProblemError, match="not checkable"):
+        write_certificate(tmp_path / "c.json", strange, objective, certificate)
+
+
+def test_a_bound_that_proves_nothing_is_not_written(tmp_path):
+    problem, objective = quadratic()
+    relaxed = relax(problem, "sparse", 1)
+    dual = Multipliers(np.zeros(0), tuple(np.full((b.count, b.size, 1), np.nan) for b in relaxed.relaxation.blocks))
+    nothing = certify(relaxed.relaxation, relaxed.scaling.polynomials(objective), dual)
+    with pytest.raises(ProblemError, match="it proves nothing to be written"):
+        write_certificate(tmp_path / "c.json", relaxed, objective, nothing)
