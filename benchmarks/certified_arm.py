@@ -51,7 +51,7 @@ def certified(u: Array, noise_bound: float, seed: int) -> CertifiedArm:
 
 def row(name: str, found: list[CertifiedArm]) -> tuple[str, ...]:
     inside = sum(f.holds(ARM) for f in found)
-    widths = [f"{np.median([f.relative_width(k) for f in found]):.2%}" for k in CONSTANTS]
+    widths = [f"{100 * np.median([f.relative_width(k) for f in found]):.3g}%" for k in CONSTANTS]
     lowest = min(f.intervals["Ws"][0] for f in found)
     highest = max(f.intervals["Ws"][1] for f in found)
     told = sum(f.told("Ws") for f in found)

@@ -112,7 +112,7 @@ class InputStudy:
             row.name,
             f"{np.abs(row.input).max():.2f}",
             f">= {row.order}" if row.order == MOST_ORDER else f"{row.order}",
-            *(f"{row.arm.relative_width(k):.2%}" for k in CONSTANTS),
+            *(f"{100 * row.arm.relative_width(k):.3g}%" for k in CONSTANTS),
             f"{low:.3g} to {high:.3g}",
             *(f"{100 * share:.2g}%" for share in row.information.relative_deviations),
         )
@@ -125,8 +125,9 @@ class InputStudy:
         inside = sum(row.arm.holds(ARM) for row in self.rows)
         return (
             f"The arm that made the data lies inside all four intervals for {inside} of {len(self.rows)} inputs. "
-            f"Ws is told within a factor of two by {', '.join(told) or 'none'}, and not by "
-            f"{', '.join(untold) or 'none'}."
+            f"Ws is proven within a factor of two under {', '.join(told) or 'none'}, and not under "
+            f"{', '.join(untold) or 'none'}. The intervals are outer ones: the least deviations say what the best of "
+            "estimators could know."
         )
 
     def __str__(self) -> str:

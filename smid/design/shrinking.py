@@ -48,7 +48,7 @@ class Shrinking:
 
     def __str__(self) -> str:
         chosen = ", ".join(f"{name} = {x:.4g}" for name, x in zip(self.family.names, self.choice, strict=True))
-        widths = ", ".join(f"{name} {w:.2%}" for name, w in self.widths.items())
+        widths = ", ".join(f"{name} {100 * w:.3g}%" for name, w in self.widths.items())
         return f"{self.family.name}: {chosen}\nrelative widths: {widths}\nafter {len(self.costs)} inputs"
 
 

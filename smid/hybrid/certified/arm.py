@@ -85,7 +85,10 @@ class CertifiedArm:
         return (high - low) / self.centre(name)
 
     def told(self, name: str) -> bool:
-        """Tell whether the data know the constant at least within a factor of two."""
+        """Tell whether the constant is proven to lie within a factor of two.
+
+        The intervals are outer ones: of a constant that is not told, the data may hold more than is proven here.
+        """
         low, high = self.intervals[name]
         return low > 0 and high <= 2 * low
 
@@ -96,13 +99,13 @@ class CertifiedArm:
     def __str__(self) -> str:
         table = Table(
             f"Certified intervals of the arm, |noise| <= {self.noise_bound:g} rad",
-            ("constant", "lower", "upper", "width", "unit", "told by the data"),
+            ("constant", "lower", "upper", "width", "unit", "within a factor of two"),
             tuple(
                 (
                     name,
                     f"{low:.6g}",
                     f"{high:.6g}",
-                    f"{self.relative_width(name):.2%}",
+                    f"{100 * self.relative_width(name):.3g}%",
                     UNITS[name],
                     self._verdict(name),
                 )
@@ -115,7 +118,7 @@ class CertifiedArm:
     def _verdict(self, name: str) -> str:
         if self.intervals[name][1] >= self.prior[name][1]:
             return "no: as large as the prior allows"
-        return "yes" if self.told(name) else "no: within no factor of two"
+        return "yes" if self.told(name) else "no"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

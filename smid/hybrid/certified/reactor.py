@@ -81,7 +81,7 @@ class CertifiedReactor:
 
     def __str__(self) -> str:
         rows = tuple(
-            (name, f"{low:.6g}", f"{high:.6g}", f"{self.relative_width(name):.2%}", UNITS[name])
+            (name, f"{low:.6g}", f"{high:.6g}", f"{100 * self.relative_width(name):.3g}%", UNITS[name])
             for name, (low, high) in self.intervals.items()
         )
         caption = f"Certified intervals of the reactor, |noise| <= {self.noise_bound:g}"

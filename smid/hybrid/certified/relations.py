@@ -62,44 +62,49 @@ def arm_problem(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Po
     Returns
     -------
     PolynomialProblem
-        Variables: the four products, then the noise of each sample.
+        Variables: the four products, then the noise of each sample, and the lag of each interval.
     """
     n = record.n_samples
     noise = np.full(n, record.noise_bound)
+    halves = _integrals(record, products, speeds)
     parts = [
-        _hats(record, products, speeds),
-        _stuck(record, speeds),
+        _hats(record, products, halves),
+        *_stuck(record, products, speeds),
         Polynomials.from_terms([{(3,): 1.0, (2,): -1.0}]),  # sticking holds at least as firmly as gliding
     ]
     return PolynomialProblem(
-        (*PRODUCTS, *(f"eta[{k}]" for k in range(n))),
-        np.concatenate([products.lower, -noise]),
-        np.concatenate([products.upper, noise]),
+        (*PRODUCTS, *(f"eta[{k}]" for k in range(n)), *(f"lag[{k}]" for k in range(n - 1))),
+        np.concatenate([products.lower, -noise, halves.lag.lower]),
+        np.concatenate([products.upper, noise, halves.lag.upper]),
         Polynomials.empty(),
         Polynomials.join(parts),
     )
 
 
 @dataclass(frozen=True)
-class _Halves:
-    """The integrals of one half of a hat over each interval, of shape (n - 1,); what the angles tell of Q apart."""
+class _Integrals:
+    """Over each interval, of shape (n - 1,), with either half of a hat; what the angles tell of Q, and the lag, apart.
+
+    The lag, kappa times the odd part of Q, adds to the relation of the later sample what it takes from the earlier one:
+    it is an unknown that both share, or its error would add up along the record instead of cancelling.
+    """
 
     gliding: Enclosure
     sticking: Enclosure
     drag: Enclosure
     slope: Array  # of Q in the angle's increment
+    lag: Enclosure
 
 
-def _hats(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Polynomials:
+def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynomials:
     n, h = record.n_samples, record.sampling_time
-    rising, falling = _halves(record, products, speeds)
     first, last = slice(None, -1), slice(1, None)
     angles = Enclosure.of(record.angle)
     increments = angles[1:] - angles[:-1]
-    left, right = rising.slope[first], falling.slope[last]
-    gliding = (rising.gliding[first] + falling.gliding[last]) * h
-    sticking = (rising.sticking[first] + falling.sticking[last]) * h
-    drag = (rising.drag[first] + falling.drag[last] + increments[first] * left + increments[last] * right) * h
+    left, right = halves.slope[first], halves.slope[last]
+    gliding = (halves.gliding[first] + halves.gliding[last]) * h
+    sticking = (halves.sticking[first] + halves.sticking[last]) * h
+    drag = (halves.drag[first] + halves.drag[last] + increments[first] * left + increments[last] * right) * h
     torque = (record.torque[first] + record.torque[last]) * (0.5 * h) * h
     second = increments[last] - increments[first]
     # kappa slope eta about the middle of kappa
@@ -111,6 +116,7 @@ def _hats(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Polynomi
     # an increment of angles is one of measurements minus one of noises.
     at = np.arange(n - 2)
     noises = [(at, 1.0 - weights[0]), (at + 1, -2.0 - weights[1] - weights[2]), (at + 2, 1.0 - weights[3])]
+    noises += [(n + at, np.full(n - 2, -h)), (n + at + 1, np.full(n - 2, h))]
     # The weights of one noise are added in floating point, and so is this.
     rounding = 1e-14 * (2.0 + np.abs(np.stack(weights)).sum(axis=0))
     slack = record.noise_bound * (rest + rounding) * (1 + 1e-12)
@@ -137,8 +143,8 @@ def _rows(constants: list[Array], noises: list[tuple[Index, Array]], free: Array
     ).collect()
 
 
-def _halves(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> tuple[_Halves, _Halves]:
-    """Return the integrals with the rising and with the falling half of a hat over each interval."""
+def _integrals(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> _Integrals:
+    """Return the integrals over each interval; those with both halves of a hat differ by the lag only."""
     h, eps = record.sampling_time, record.eps
     v = between(speeds)
     a = accelerations(record, products, v)
@@ -161,16 +167,12 @@ def _halves(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> tuple[
     low, high = Enclosure.of(mean.lower), Enclosure.of(mean.upper)
     ends = (low.square() - low * slope).hull(high.square() - high * slope)
     chord = Enclosure(-Enclosure.of(slope / 2).square().upper, ends.upper)
-    lag = mean * a * h * h / 6.0
-    ripple = _ripple(a, h)
     side = Enclosure.of(sign)
     weight = 0.5 * h
-    halves = []
-    for turn in (lag, -lag):
-        known = (chord * weight + turn + ripple) * side
-        drag = known.where(sure, v.signed_square() * weight)
-        halves.append(_Halves(gliding * weight, sticking * weight, drag, sign * slope / 2))
-    return halves[0], halves[1]
+    drag = ((chord * weight + _ripple(a, h)) * side).where(sure, v.signed_square() * weight)
+    lag = mean * a * side * h * h / 6.0 * products[1:2]
+    none = Enclosure.of(np.zeros(len(sure)))
+    return _Integrals(gliding * weight, sticking * weight, drag, sign * slope / 2, lag.where(sure, none))
 
 
 def _mean_speeds(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: Enclosure, sure: Mask) -> Enclosure:
@@ -193,29 +195,61 @@ def _ripple(a: Enclosure, h: float) -> Enclosure:
     return Enclosure(np.maximum(both.lower, 0.0), both.upper)
 
 
-def _stuck(record: ArmRecord, speeds: Enclosure) -> Polynomials:
-    """Return the law integrated over stretches of certain sticking."""
-    h, eps, n = record.sampling_time, record.eps, record.n_samples
+def _stuck(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> list[Polynomials]:
+    """Return the law integrated over stretches of certain sticking.
+
+    From switch to switch the angle's error blurs the coefficient of sigma; from the beginning to every sample the noise
+    is shared and sigma times it linear about the middle.  The one serves a wide interval of sigma, the other a narrow.
+    """
     v = between(speeds)
-    inside = np.concatenate([[False], (v.lower >= -eps) & (v.upper <= eps), [False]])
+    inside = np.concatenate([[False], (v.lower >= -record.eps) & (v.upper <= record.eps), [False]])
     starts, ends = np.flatnonzero(inside[1:] & ~inside[:-1]), np.flatnonzero(~inside[1:] & inside[:-1])
-    pairs = [
-        pair for start, end in zip(starts.tolist(), ends.tolist(), strict=True) for pair in _pairs(record, start, end)
-    ]
+    stretches = list(zip(starts.tolist(), ends.tolist(), strict=True))
+    pairs = [pair for start, end in stretches for pair in _pairs(record, start, end)]
     if not pairs:
-        return Polynomials.empty()
+        return []
+    rays = [(start, k) for start, end in stretches for k in range(start + 1, end + 1)]
+    noise = Enclosure.within(2 * record.noise_bound)
     i, j = np.array(pairs).T
-    rows = np.arange(n)
-    spans = (rows[:-1] >= i[:, None]) & (rows[:-1] < j[:, None])
-    impulse = _dot(spans, record.torque) * h
-    turned = Enclosure.of(record.angle[j]) - record.angle[i] + Enclosure.within(2 * record.noise_bound)
-    creep = turned * Enclosure.of(np.nextafter(1 / eps, 0), np.nextafter(1 / eps, np.inf))
+    blurred = _creep_rows(record, speeds, i, j, noise, [], np.zeros(len(i)))
+    i, j = np.array(rays).T
+    middle = float(0.5 * (products.lower[3] + products.upper[3])) / record.eps
+    rest = (Enclosure.of(products.lower[3], products.upper[3]) * _reciprocal(record.eps) - middle).magnitude
+    slack = np.full(len(i), 2 * record.noise_bound * float(rest) * (1 + 1e-12))
+    weight = np.full(len(i), middle)
+    return [blurred, _creep_rows(record, speeds, i, j, Enclosure.of(0.0), [(i, -weight), (j, weight)], slack)]
+
+
+def _creep_rows(
+    record: ArmRecord,
+    speeds: Enclosure,
+    i: Index,
+    j: Index,
+    noise: Enclosure,
+    noises: list[tuple[Index, Array]],
+    slack: Array,
+) -> Polynomials:
+    """Return ``theta c int u - (sigma / eps) turned - kappa int v |v| + noises = v(j) - v(i)``, both ways."""
+    h, eps = record.sampling_time, record.eps
+    samples = np.arange(record.n_samples - 1)
+    impulse = _dot((samples >= i[:, None]) & (samples < j[:, None]), record.torque) * h
+    turned = Enclosure.of(record.angle[j]) - record.angle[i] + noise
+    creep = turned * _reciprocal(eps)
     change = speeds[j] - speeds[i]
-    drag = Enclosure.within(1.0) * ((j - i) * h * eps * eps * (1 + 1e-12))
+    drag = Enclosure.within((j - i) * h * eps * eps * (1 + 1e-12))
     nothing = np.zeros(len(i))
     most = [impulse.upper, -drag.lower, nothing, -creep.lower]
     least = [impulse.lower, -drag.upper, nothing, -creep.upper]
-    return Polynomials.join([_rows(most, [], -change.lower, 1.0), _rows(least, [], change.upper, -1.0)])
+    return Polynomials.join(
+        [
+            _rows(most, noises, np.nextafter(slack - change.lower, np.inf), 1.0),
+            _rows(least, noises, np.nextafter(slack + change.upper, np.inf), -1.0),
+        ]
+    )
+
+
+def _reciprocal(value: float) -> Enclosure:
+    return Enclosure.of(np.nextafter(1 / value, 0), np.nextafter(1 / value, np.inf))
 
 
 def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:

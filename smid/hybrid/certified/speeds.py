@@ -10,7 +10,7 @@ one of the accelerations a between them, and that one in turn confines the speed
 backwards likewise.  Three facts help where a is not known yet:
 
 - friction and drag only brake: |v| grows by at most theta c |u| per second (*growth*);
-- sticking is not left while the torque stays below Ws, theta c |u| <= sigma (*sticking*);
+- sticking is not left while the torque stays below Ws, theta c |u| <= sigma, and ends in creep (*sticking*);
 - an arm that glides while the torque exceeds Wd and drag runs away, which the angles would show (*escape*);
 - above its terminal speed the arm slows down all along an interval, so that it ends below that speed or below the
   interval's mean; and it began below the mean where all speeds up to the mean speed up (*terminal speed*).
@@ -214,6 +214,16 @@ def _joined(left: _Window, m: int, right: _Window, n: int, h: float) -> _Window:
     return _Window(a.total + b.total, a.later + a.total * h * n + b.later, a.earlier + b.earlier + b.total * h * m)
 
 
+def _creep(drive: Enclosure, sigma: Enclosure, eps: float) -> Enclosure:
+    """Return the speeds at which a sticking arm comes to rest in its creep, within eps."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper = drive.upper / np.where(drive.upper >= 0, sigma.lower, sigma.upper) * eps
+        lower = drive.lower / np.where(drive.lower >= 0, sigma.upper, sigma.lower) * eps
+    upper = np.where(np.isfinite(upper), upper + 1e-14 * np.abs(upper), eps)
+    lower = np.where(np.isfinite(lower), lower - 1e-14 * np.abs(lower), -eps)
+    return Enclosure(np.clip(lower, -eps, eps), np.clip(upper, -eps, eps))
+
+
 def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:
     """Follow the speeds forwards from sample to sample, with sticking, then backwards."""
     h, eps = record.sampling_time, record.eps
@@ -226,16 +236,24 @@ def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclo
     down_step = ((drive + brake) * h).lower.tolist()
     holds_up = (drive.upper <= products.lower[3]).tolist()
     holds_down = (drive.lower >= -products.lower[3]).tolist()
+    # A creeping speed nears drive eps / sigma like exp(-sigma t / eps) <= 1 / (1 + sigma t / eps).
+    slower = float((products[3] * h).lower) / eps * (1 - 1e-15) + 1.0
+    creep_up = _creep(drive + products[1] * (eps * eps), products[3], eps).upper.tolist()
+    creep_down = _creep(drive - products[1] * (eps * eps), products[3], eps).lower.tolist()
     low, high = speeds.lower.tolist(), speeds.upper.tolist()
     for k in range(len(rise)):
         top = math.nextafter(high[k] + rise[k], math.inf)
         if holds_up[k]:
-            slowed = eps if high[k] <= eps else max(eps, math.nextafter(high[k] + up_step[k], math.inf))
-            top = min(top, slowed)
+            if high[k] <= eps:
+                top = min(top, creep_up[k] + max(high[k] - creep_up[k], 0.0) / slower * (1 + 1e-14))
+            else:
+                top = min(top, max(eps, math.nextafter(high[k] + up_step[k], math.inf)))
         bottom = math.nextafter(low[k] + fall[k], -math.inf)
         if holds_down[k]:
-            slowed = -eps if low[k] >= -eps else min(-eps, math.nextafter(low[k] + down_step[k], -math.inf))
-            bottom = max(bottom, slowed)
+            if low[k] >= -eps:
+                bottom = max(bottom, creep_down[k] + min(low[k] - creep_down[k], 0.0) / slower * (1 + 1e-14))
+            else:
+                bottom = max(bottom, min(-eps, math.nextafter(low[k] + down_step[k], -math.inf)))
         high[k + 1], low[k + 1] = min(high[k + 1], top), max(low[k + 1], bottom)
     for k in range(len(rise) - 1, -1, -1):
         high[k] = min(high[k], math.nextafter(high[k + 1] - fall[k], math.inf))

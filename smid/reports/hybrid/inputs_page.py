@@ -44,10 +44,11 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
             "Certified intervals",
             (
                 "No starting value: the constants are sought over orders of magnitude, and each bound is proven.",
-                "Sticking shows only where the arm creeps: a signal that rushes through zero speed is silent on Ws.",
+                "Sticking is proven where the arm creeps. A signal that rushes through zero speed leaves Ws open: what "
+                "the first instants hold of it is more than these bounds prove (see the least deviations).",
             ),
             (study.table,),
-            (Picture(study.plot_intervals(), "Intervals; orange: not known within a factor of two. Line: the truth."),),
+            (Picture(study.plot_intervals(), "Intervals; orange: not within a factor of two. Line: the truth."),),
         ),
         Section(
             "Excitation and spread",
