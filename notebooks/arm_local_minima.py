@@ -112,7 +112,7 @@ print(
 #
 # The input error has its best point nearly where the free-run error has it, and costs a thousandth. Twenty descents
 # there, one neuron begun as a jump at rest, then one in free-run error. Differential evolution in input error, with all
-# that is linear solved for, needs no such insight and is no worse.
+# that is linear solved for, needs no such insight; over 60 seeds it was good in 60 of six unequal sines, 55 of one.
 
 # %%
 study = embedded_study(["one_sine", "six_unequal"], starts=8)
@@ -135,4 +135,5 @@ friction_figure({"network": friction_curve(hybrid, problem.values(found), visite
 
 # %%
 error = np.abs(friction_curve(hybrid, problem.values(found), speed) - true_friction(speed))[np.abs(speed) > ARM["eps"]]
+# The step at rest, 0.86 Nm, is itself only 7 % of that: this share alone does not show that the step is right.
 print(f"largest error over the visited speeds: {100 * error.max() / true_friction(speed).max():.1f} % of the largest")
