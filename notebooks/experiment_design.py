@@ -64,7 +64,9 @@ print("the arm that made the data lies inside:", found.holds(ARM))
 # %%
 fig, (top, bottom) = plt.subplots(2, 1, figsize=(7.5, 4.2), sharex=True, layout="constrained")
 time = H * np.arange(N)
-top.fill_between(time[1:], found.speeds.lower[1:], found.speeds.upper[1:], color="0.8", label="proven (thinner than the line)")
+top.fill_between(
+    time[1:], found.speeds.lower[1:], found.speeds.upper[1:], color="0.8", label="proven: thinner than the line"
+)
 top.plot(time, motion[:, 1], linewidth=0.8, label="true")
 top.set_ylabel("speed [rad/s]")
 top.legend(frameon=False)
