@@ -423,7 +423,9 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
     return float(generator.uniform(low, high))
 
 
-def one_step_ahead(model: Model, data: Dataset, used: Sequence[Mask], seed: int = 0) -> dict[str, float]:
+def one_step_ahead(
+    model: Model, data: Dataset, used: Sequence[Mask], seed: int = 0, starts: int = 3
+) -> dict[str, float]:
     """Fit the one-step-ahead prediction, which is linear in the parameters of a linear model; {} where it fails."""
     if any(m.inverse is not None for m in model.measurements):
         return {}
@@ -434,7 +436,7 @@ def one_step_ahead(model: Model, data: Dataset, used: Sequence[Mask], seed: int 
     free = [p for p in model.parameters if p.lower < p.upper]
     generator = np.random.default_rng(seed)
     best, least = {}, np.inf
-    for trial in range(3):
+    for trial in range(starts):
         values = {p.name: _draw(p, generator) if trial else min(max(0.1, p.lower), p.upper) for p in free}
         vector, cost = problem.solve(problem.start(values), 30)
         if cost < least:

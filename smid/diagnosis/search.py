@@ -129,7 +129,9 @@ def search(
             begun = _Path((replace(first, leader=choice, tied=()),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])
             followed = _follow(record, base, begun, effects, executor, progress)
-            ahead = MARGIN if choice in first.runners_up else 0.0
+            # A detour has to gain as much as a cause, and so has each cause that it names more.
+            more = max(len(followed.stages) - len(path.stages), 0)
+            ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
             if not paths or record.score(followed.base.fit) < record.score(path.base.fit) - ahead:
                 path = followed
             paths.append(followed)

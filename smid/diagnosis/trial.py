@@ -105,8 +105,8 @@ class Effort:
         Evaluations of each such fit.
     finished : int
         How many of the extensions are then fitted to the end.
-    afresh : bool
-        Whether everything is fitted from the one-step-ahead fit of the whole extension, too.
+    afresh : int
+        How many of the extensions are also fitted from the one-step-ahead fit of the whole.
     """
 
     extensions: int
@@ -114,11 +114,11 @@ class Effort:
     starts: int
     short: int
     finished: int
-    afresh: bool
+    afresh: int
 
 
-QUICK = Effort(3, 3, 1, 8, 0, afresh=False)
-THOROUGH = Effort(5, 12, 2, 12, 2, afresh=True)
+QUICK = Effort(3, 3, 1, 8, 0, 1)
+THOROUGH = Effort(5, 12, 2, 12, 2, 5)
 
 
 def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
@@ -144,15 +144,15 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
                 ranked.append((extension, problem, scored))
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
-        for extension, problem, scored in ranked[: effort.extensions]:
+        for place, (extension, problem, scored) in enumerate(ranked[: effort.extensions]):
             # First only the rest of the model adapts to what a start says: the starts can be compared then.
             new = _added(extension.model, base.fit.model)
             adapted = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
             adapted.sort(key=lambda pair: pair[1])
             begun = [vector for vector, _ in adapted[: effort.starts]]
-            if effort.afresh:
+            if place < effort.afresh:
                 # The base may have bent itself out of shape for want of the effect: begin without it, too.
-                ahead = one_step_ahead(extension.model, base.data, base.used)
+                ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
                 begun += [problem.start(ahead)] if ahead else []
             fitted = [problem.solve(vector, effort.short, 1e-4) for vector in begun]
             vector, cost = min(fitted, key=lambda pair: pair[1])
