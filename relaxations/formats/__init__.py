@@ -1,0 +1,1 @@
+"""Problems from and to files and other notations; one format, one file."""

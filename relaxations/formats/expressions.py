@@ -1,0 +1,380 @@
+"""Problems written with Python's operators.
+
+>>> x, y = variables("x y")
+>>> found = minimise(x * y + y**2, [x**2 + y**2 <= 1, x >= 0])
+>>> bool(found.lower <= found.upper <= found.lower + 1e-6)
+True
+>>> round(found.upper, 4)
+-0.2071
+
+Coefficients are rational numbers: a float stands for the binary fraction that it is, and nothing is rounded before the
+problem is made. Constraints on one variable alone become its box, and other boxes follow from the constraints where
+:mod:`relaxations.formats.implied_box` finds them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
+
+import numpy as np
+
+from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.bounding import relax, resolve
+from relaxations.errors import ProblemError
+from relaxations.formats.implied_box import Box, implied_box
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+from relaxations.witness import Witness, find_witness, verify
+
+Names = tuple[str, ...]  # a monomial: names with repetition, sorted
+Number = int | float | Fraction
+HIGHEST_POWER = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """A polynomial in named variables with rational coefficients.
+
+    Parameters
+    ----------
+    terms : mapping {names with repetition: coefficient}
+        Without zeros; see :func:`variables`.
+    """
+
+    terms: Mapping[Names, Fraction]
+    __array_ufunc__: ClassVar[None] = None  # NumPy's numbers leave the operation to this class
+
+    @property
+    def degree(self) -> int:
+        """Return the largest degree of any term."""
+        return max((len(m) for m in self.terms), default=0)
+
+    @property
+    def constant(self) -> Fraction | None:
+        """Return the value of a constant expression; None for any other."""
+        return None if self.degree else self.terms.get((), Fraction(0))
+
+    def __add__(self, other: Expression | Number) -> Expression:
+        return _collected([*self.terms.items(), *constant(other).terms.items()])
+
+    def __neg__(self) -> Expression:
+        return Expression({m: -c for m, c in self.terms.items()})
+
+    def __sub__(self, other: Expression | Number) -> Expression:
+        return self + -constant(other)
+
+    def __rsub__(self, other: Number) -> Expression:
+        return constant(other) - self
+
+    def __mul__(self, other: Expression | Number) -> Expression:
+        right = constant(other).terms.items()
+        return _collected([(tuple(sorted(m + n)), a * b) for m, a in self.terms.items() for n, b in right])
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Expression | Number) -> Expression:
+        divisor = constant(other).constant
+        if divisor is None:
+            raise ProblemError(f"division by {other}, which is no constant: multiply the constraint by it instead")
+        if divisor == 0:
+            raise ProblemError(f"division of {self} by zero")
+        return self * (1 / divisor)
+
+    def __rtruediv__(self, other: Number) -> Expression:
+        return constant(other) / self
+
+    def __pow__(self, exponent: Expression | Number) -> Expression:
+        power = constant(exponent).constant
+        if power is None or power.denominator != 1 or power < 0:
+            raise ProblemError(f"the exponent {exponent} is no whole number from 0: only polynomials can be treated")
+        if power > HIGHEST_POWER:
+            raise ProblemError(f"the exponent {exponent} is above {HIGHEST_POWER}: no relaxation reaches such degrees")
+        result = constant(1)
+        for _ in range(int(power)):
+            result = result * self
+        return result
+
+    def __ge__(self, other: Expression | Number) -> Constraint:
+        return Constraint(self - other, equality=False)
+
+    def __le__(self, other: Expression | Number) -> Constraint:
+        return Constraint(constant(other) - self, equality=False)
+
+    def __eq__(self, other: Expression | Number) -> Constraint:  # type: ignore[override]
+        return Constraint(self - other, equality=True)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        parts = []
+        for m, c in sorted(self.terms.items(), key=lambda item: (-len(item[0]), item[0])):
+            factors = [v if m.count(v) == 1 else f"{v}**{m.count(v)}" for v in dict.fromkeys(m)]
+            size = [] if abs(c) == 1 and factors else [str(abs(c))]
+            parts.append(("- " if c < 0 else "+ ") + "*".join(size + factors))
+        text = " ".join(parts).removeprefix("+ ") or "0"
+        return "-" + text[2:] if text.startswith("- ") else text
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression >= 0``, or ``expression == 0``."""
+
+    expression: Expression
+    equality: bool
+
+    def __bool__(self) -> bool:
+        raise ProblemError(
+            f"the constraint {self} is neither true nor false: write 1 <= x <= 2 as two constraints, x >= 1 and x <= 2"
+        )
+
+    def __str__(self) -> str:
+        return f"{self.expression} {'==' if self.equality else '>='} 0"
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """What is proven of a minimum, and the problem itself.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+    lower : float
+        Certified: no feasible point has a smaller objective. Infinite where the feasible set is proven empty.
+    upper : float
+        The objective at a feasible point that is proven to exist; NaN where none was found. A local search finds it,
+        so that it may lie above the minimum.
+    point : dict {name: value}
+        That point; empty where none was found.
+    order : int
+        Of the relaxation.
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    lower: float
+    upper: float
+    point: dict[str, float]
+    order: int
+
+    def __str__(self) -> str:
+        if np.isposinf(self.lower):
+            return "no point satisfies all constraints (proven)"
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.point.items())
+        reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point found)"
+        return f"{self.lower:.9g} <= minimum {reached} (order {self.order})"
+
+
+def variables(names: str) -> tuple[Expression, ...]:
+    """Return variables by their names, with spaces or commas between them.
+
+    Examples
+    --------
+    >>> x, y = variables("x y")
+    >>> (x - 2 * y) ** 2 / 4
+    1/4*x**2 - x*y + y**2
+    """
+    found = re.split(r"[\s,]+", names.strip())
+    wrong = [name for name in found if not name.isidentifier()]
+    if wrong or len(set(found)) != len(found):
+        raise ProblemError(f"{names!r} does not list distinct names: give letters, digits and underscores, as in 'x y'")
+    return tuple(Expression({(name,): Fraction(1)}) for name in found)
+
+
+def constant(value: Expression | Number) -> Expression:
+    """Return a number as an expression; an expression as it is."""
+    if isinstance(value, Expression):
+        return value
+    try:
+        number = Fraction(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ProblemError(f"{value!r} is no finite real number: only those and variables make a polynomial") from None
+    return Expression({(): number} if number else {})
+
+
+def problem_of(
+    objective: Expression | Number,
+    constraints: Sequence[Constraint] = (),
+    names: Sequence[str] = (),
+    box: Mapping[str, tuple[Number | None, Number | None]] | None = None,
+) -> tuple[PolynomialProblem, Polynomials]:
+    """Return the problem that an objective and constraints state, with the box that follows from them.
+
+    Parameters
+    ----------
+    objective : Expression or number
+        To be minimised.
+    constraints : sequence of Constraint
+        Those on one variable alone, such as ``x >= 0``, become its box.
+    names : sequence of str, optional
+        Variables in their order; those that are not named follow, sorted by name.
+    box : mapping name -> (lower, upper), optional
+        ``None`` stands for no bound.
+
+    Returns
+    -------
+    problem : PolynomialProblem
+        Boxes that no float holds are rounded outwards. Infinite ends remain where nothing is known.
+    objective : Polynomials
+        One row.
+
+    Raises
+    ------
+    ProblemError
+        When there are no variables, or a box is empty.
+    """
+    goal = constant(objective)
+    for k, c in enumerate(constraints):
+        if not isinstance(c, Constraint):
+            raise ProblemError(f"constraint {k} is {c!r}: compare expressions with <=, >= or ==")
+    occurring = {v for e in (goal, *(c.expression for c in constraints)) for m in e.terms for v in m}
+    ordered = (*names, *sorted((occurring | set(box or {})) - set(names)))
+    if not ordered:
+        raise ProblemError("neither objective nor constraints hold a variable: there is nothing to optimise")
+    ends: Box = {v: _exact_ends(v, (box or {}).get(v, (None, None))) for v in ordered}
+    kept: list[Constraint] = []
+    for c in constraints:
+        if not _into_box(c, ends):
+            kept.append(c)
+    for v, (low, high) in ends.items():
+        if low is not None and high is not None and low > high:
+            raise ProblemError(f"the constraints leave {v} the empty box [{float(low)}, {float(high)}]: correct them")
+    return stated_problem(goal, kept, implied_box([(c.expression.terms, c.equality) for c in kept], ends))
+
+
+def stated_problem(
+    objective: Expression, constraints: Sequence[Constraint], box: Box
+) -> tuple[PolynomialProblem, Polynomials]:
+    """Return a problem as it stands, its variables in the order of the box; nothing is derived."""
+    return (
+        PolynomialProblem(
+            tuple(box),
+            np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in box.values()]),
+            np.array([np.inf if high is None else _outwards(high, 1) for _, high in box.values()]),
+            polynomials([c.expression for c in constraints if c.equality], tuple(box)),
+            polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
+        ),
+        polynomials([objective], tuple(box)),
+    )
+
+
+def minimise(
+    objective: Expression | Number,
+    constraints: Sequence[Constraint] = (),
+    *,
+    method: str = "sparse",
+    order: int | None = None,
+    solver: str = "clarabel",
+) -> Minimum:
+    """Bound a minimum from below by a certificate, and from above by a verified point.
+
+    Parameters
+    ----------
+    objective : Expression or number
+    constraints : sequence of Constraint
+        Together they must bound every variable.
+    method : {"sparse", "dense", "textbook", "lift"}
+    order : int, optional
+        Of the relaxation; two by default, or the least that the degrees allow.
+    solver : str
+
+    Raises
+    ------
+    ProblemError
+        When a variable is not bounded, or the order is too low.
+    """
+    problem, goal = problem_of(objective, constraints)
+    method, usual, complicating = resolve(problem, method, order)
+    chosen = order or max(usual, -(-goal.degree // 2))
+    relaxed = relax(problem, method, chosen, solver, goal)
+    outcome = relaxed.bound(goal)
+    found = None
+    if outcome.point is not None and np.isfinite(outcome.point).all():
+        found = _best_witness(problem, goal, complicating, outcome.point)
+    return Minimum(
+        problem,
+        goal,
+        outcome.bound,
+        float("nan") if found is None else found.value,
+        {} if found is None else dict(zip(problem.names, found.point.tolist(), strict=True)),
+        chosen,
+    )
+
+
+def _best_witness(
+    problem: PolynomialProblem, objective: Polynomials, complicating: Index, start: Array
+) -> Witness | None:
+    """Search with the objective's variables moving freely, then in small steps: each finds what the other misses."""
+    curved = objective.factors[objective.term_degrees > 1]
+    held = np.union1d(complicating, curved[curved >= 0])
+    tried = [find_witness(problem, problem, objective, c, start) for c in (complicating, held)]
+    return min((w for w in [verify(problem, objective, start), *tried] if w), key=lambda w: w.value, default=None)
+
+
+def polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
+    """Return expressions as one family; coefficients that no float holds keep their rounding error."""
+    place = {name: k for k, name in enumerate(names)}
+    rows = [row for row, e in enumerate(expressions) for _ in e.terms]
+    keys = [sorted(place[v] for v in m) for e in expressions for m in e.terms]
+    if not keys:
+        return Polynomials.from_terms([{} for _ in expressions])
+    factors = np.full((len(keys), max(len(key) for key in keys)), -1, dtype=np.int64)
+    for factor, key in zip(factors, keys, strict=True):
+        factor[len(factor) - len(key) :] = key
+    try:
+        balls = [Balls.enclose(c) for e in expressions for c in e.terms.values()]
+    except OverflowError:
+        raise ProblemError("a coefficient is too large for a float: scale the problem") from None
+    flat = concatenate([Balls(np.atleast_1d(b.mid), np.atleast_1d(b.rad)) for b in balls])
+    return Polynomials(len(expressions), np.array(rows, dtype=np.int64), factors, flat).collect()
+
+
+def _collected(terms: Sequence[tuple[Names, Fraction]]) -> Expression:
+    total: dict[Names, Fraction] = {}
+    for m, c in terms:
+        total[m] = total.get(m, Fraction(0)) + c
+    return Expression({m: c for m, c in total.items() if c})
+
+
+def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[Fraction | None, Fraction | None]:
+    for end in pair:
+        if end is not None and not isinstance(end, Fraction) and np.isnan(end):
+            raise ProblemError(f"a bound of {name} is no number")
+    low, high = pair
+    return (
+        None if low is None or low == -np.inf else constant(low).constant,
+        None if high is None or high == np.inf else constant(high).constant,
+    )
+
+
+def _into_box(c: Constraint, ends: Box) -> bool:
+    """Let ``a x + b >= 0`` (or ``== 0``) narrow the box of x; say whether the constraint was of that kind."""
+    own = [m for m in c.expression.terms if m]
+    if len(own) != 1 or len(own[0]) != 1:
+        return False
+    slope = c.expression.terms[own[0]]
+    root = -c.expression.terms.get((), Fraction(0)) / slope
+    low, high = ends[own[0][0]]
+    if c.equality or slope > 0:
+        low = root if low is None else max(low, root)
+    if c.equality or slope < 0:
+        high = root if high is None else min(high, root)
+    ends[own[0][0]] = (low, high)
+    return True
+
+
+def _outwards(value: Fraction, direction: int) -> float:
+    """Return the nearest float on the side of ``direction``: no feasible point may be cut off."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return float(np.inf if value > 0 else -np.inf)
+    outside = direction * (Fraction(nearest) - value) >= 0
+    return nearest if outside else float(np.nextafter(nearest, direction * np.inf))
