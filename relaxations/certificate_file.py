@@ -26,6 +26,7 @@ from relaxations.balls import Array
 from relaxations.bounding import Relaxed
 from relaxations.certificate import Certificate
 from relaxations.errors import ProblemError
+from relaxations.formats.as_json import listed, statement
 from relaxations.moment import Blocks, Relaxation
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
@@ -97,10 +98,7 @@ def write_certificate(
     document = {
         "format": check.FORMAT,
         "version": check.VERSION,
-        "variables": list(stated.names),
-        "box": [[_end(low), _end(high)] for low, high in zip(stated.lower, stated.upper, strict=True)],
-        "equalities": _stated(stated.equalities),
-        "inequalities": _stated(stated.inequalities),
+        **statement(stated),
         "steps": [_step(step) for step in steps],
     }
     try:
@@ -130,7 +128,7 @@ def _step(step: Step) -> dict[str, Any]:
     factors = relaxation.monomials.tolist()
     monomials = [tuple(v for v in factor if v >= 0) for factor in factors]
     return {
-        "objective": _stated(step.objective)[0],
+        "objective": listed(step.objective)[0],
         "bound": float(step.certificate.bound).hex(),
         "centre": [float(v).hex() for v in relaxed.scaling.centre],
         "scale": [float(v).hex() for v in relaxed.scaling.scale],
@@ -333,23 +331,6 @@ def _terms(polynomials: Polynomials) -> list[Terms]:
     ):
         rows[row][tuple(v for v in factor if v >= 0)] = value
     return rows
-
-
-def _stated(polynomials: Polynomials) -> list[list[list[Any]]]:
-    rows: list[list[list[Any]]] = [[] for _ in range(polynomials.n_rows)]
-    for row, factor, mid, rad in zip(
-        polynomials.rows.tolist(),
-        polynomials.factors.tolist(),
-        polynomials.coefficients.mid.tolist(),
-        polynomials.coefficients.rad.tolist(),
-        strict=True,
-    ):
-        rows[row].append([mid.hex(), rad.hex() if rad else 0, [v for v in factor if v >= 0]])
-    return rows
-
-
-def _end(value: float) -> str | None:
-    return float(value).hex() if np.isfinite(value) else None
 
 
 def _scaled(value: float, exponent: int) -> str:

@@ -1,0 +1,164 @@
+"""Problems to JSON and back, bit by bit: every float is written in hexadecimal.
+
+A file holds ``variables``, their ``box`` (null: no bound), ``equalities``, ``inequalities`` and the ``objective``
+(null: none), each polynomial as a list of ``[coefficient, radius, [numbers of variables, with repetition]]``.
+Certificate files (:mod:`relaxations.check`) state their problem in the same way. What a file cannot hold is a problem's
+``exact``.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relaxations.balls import Balls
+from relaxations.errors import ProblemError
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+FORMAT = "relaxations problem"
+VERSION = 1
+_KEYS = ("format", "version", "variables", "box", "equalities", "inequalities", "objective")
+
+
+def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomials | None = None) -> None:
+    """Write a problem, and its objective (one row) where it has one.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x * y / 3, [x**2 + y**2 <= 1])
+    >>> file = Path(tempfile.mkdtemp()) / "problem.json"
+    >>> write_json(file, problem, objective)
+    >>> again, goal = read_json(file)
+    >>> again.names, goal.coefficients.mid.tolist() == objective.coefficients.mid.tolist()
+    (('x', 'y'), True)
+    """
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        **statement(problem),
+        "objective": None if objective is None else listed(objective)[0],
+    }
+    Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def statement(problem: PolynomialProblem) -> dict[str, Any]:
+    """Return a problem as JSON holds it, without format, version and objective."""
+
+    def end(value: float) -> str | None:
+        return float(value).hex() if np.isfinite(value) else None
+
+    return {
+        "variables": list(problem.names),
+        "box": [[end(low), end(high)] for low, high in zip(problem.lower, problem.upper, strict=True)],
+        "equalities": listed(problem.equalities),
+        "inequalities": listed(problem.inequalities),
+    }
+
+
+def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
+    """Return ``[coefficient, radius, variables]`` for each term of each member."""
+    rows: list[list[list[Any]]] = [[] for _ in range(polynomials.n_rows)]
+    for row, factor, mid, rad in zip(
+        polynomials.rows.tolist(),
+        polynomials.factors.tolist(),
+        polynomials.coefficients.mid.tolist(),
+        polynomials.coefficients.rad.tolist(),
+        strict=True,
+    ):
+        rows[row].append([mid.hex(), rad.hex() if rad else 0, [v for v in factor if v >= 0]])
+    return rows
+
+
+def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
+    """Read a problem and its objective.
+
+    Raises
+    ------
+    ProblemError
+        With the file, the place in it and the cause.
+    """
+    try:
+        document = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ProblemError(f"{path} cannot be read: {error.strerror}") from None
+    except json.JSONDecodeError as error:
+        raise ProblemError(f"{path}, line {error.lineno}: no JSON: {error.msg}") from None
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise ProblemError(f"{path} is no JSON: {error}") from None
+    try:
+        return _problem(document)
+    except ProblemError as error:
+        raise ProblemError(f"{path}: {error}") from None
+
+
+def _problem(document: Any) -> tuple[PolynomialProblem, Polynomials | None]:
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise ProblemError(f"this is no {FORMAT!r}: write one with relaxations.formats.as_json.write_json")
+    if document.get("version") != VERSION:
+        raise ProblemError(f"version {document.get('version')!r} is unknown, this program reads {VERSION}")
+    missing = [key for key in _KEYS if key not in document]
+    if missing:
+        raise ProblemError(f"{', '.join(missing)} is missing")
+    names, box, goal = document["variables"], document["box"], document["objective"]
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
+        raise ProblemError("variables: a list of names is expected")
+    if not isinstance(box, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in box):
+        raise ProblemError("box: a list of pairs is expected")
+    count = len(names)
+    problem = PolynomialProblem(
+        tuple(names),
+        np.array([-np.inf if low is None else _float(low, f"box {k}") for k, (low, _) in enumerate(box)]),
+        np.array([np.inf if high is None else _float(high, f"box {k}") for k, (_, high) in enumerate(box)]),
+        _polynomials(document["equalities"], count, "equality"),
+        _polynomials(document["inequalities"], count, "inequality"),
+    )
+    return problem, None if goal is None else _polynomials([goal], count, "objective")
+
+
+def _polynomials(members: Any, count: int, where: str) -> Polynomials:
+    rows: list[int] = []
+    keys: list[list[int]] = []
+    mids: list[float] = []
+    rads: list[float] = []
+    if not isinstance(members, list):
+        raise ProblemError(f"{where}: a list of polynomials is expected")
+    for row, terms in enumerate(members):
+        if not isinstance(terms, list):
+            raise ProblemError(f"{where} {row}: a list of terms is expected")
+        for k, term in enumerate(terms):
+            place = f"{where} {row}, term {k}"
+            if not isinstance(term, list) or len(term) != 3 or not isinstance(term[2], list):
+                raise ProblemError(f"{place}: [coefficient, radius, variables] is expected")
+            for v in term[2]:
+                if not isinstance(v, int) or isinstance(v, bool) or not 0 <= v < count:
+                    raise ProblemError(f"{place}: {v!r} is no number of a variable, from 0 to {count - 1}")
+            rows.append(row)
+            keys.append(sorted(term[2]))
+            mids.append(_float(term[0], place))
+            rads.append(_float(term[1], place))
+            if rads[-1] < 0:
+                raise ProblemError(f"{place}: the radius {rads[-1]} is negative")
+    factors = np.full((len(keys), max((len(key) for key in keys), default=0)), -1, dtype=np.int64)
+    for factor, key in zip(factors, keys, strict=True):
+        factor[len(factor) - len(key) :] = key
+    return Polynomials(
+        len(members), np.array(rows, dtype=np.int64), factors, Balls(np.array(mids, float), np.array(rads, float))
+    )
+
+
+def _float(value: Any, where: str) -> float:
+    try:
+        # float.fromhex takes "10" for 16.
+        number = float.fromhex(value) if isinstance(value, str) and "0x" in value else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = np.nan
+    if isinstance(value, bool) or not np.isfinite(number) or (isinstance(value, str) and "0x" not in value):
+        raise ProblemError(f"{where}: {value!r} is no finite number; write 3, 0.5 or, exactly, '0x1.8p+1'")
+    return number
