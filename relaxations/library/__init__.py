@@ -1,0 +1,121 @@
+"""Polynomial problems with known optima, by name: for tests, documentation and benchmarks.
+
+The statements stand in ``problems.json`` as polynomials of Python, decimals meaning the fractions they are, each with
+its source and with how its optimum was verified. Some are there because something goes wrong with them: no certificate
+exists (``motzkin``, ``robinson``), the minimum is not attained (``not_attained``), solvers report bounds that are false
+(``gms_Bex9_2_6``, ``waki_strange``). Many have variables without a box.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from relaxations.errors import ProblemError
+from relaxations.formats.expressions import Constraint, stated_problem, variables
+from relaxations.formats.text import parse
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+
+@dataclass(frozen=True)
+class NamedProblem:
+    """A problem and what is known of it.
+
+    Parameters
+    ----------
+    name : str
+    problem : PolynomialProblem
+        Exactly as stated: no box is derived.
+    objective : Polynomials
+        To be minimised.
+    optimum : float
+        The known minimum (or infimum), to the digits that its source and its verification give.
+    minimisers : tuple of tuple of float
+        Known ones, possibly not all.
+    order : int or None
+        Of the relaxation that reaches the optimum; None where none does, or none is known.
+    order_is : str or None
+        Where the order comes from.
+    source, verification, notes : str
+    """
+
+    name: str
+    problem: PolynomialProblem
+    objective: Polynomials
+    optimum: float
+    minimisers: tuple[tuple[float, ...], ...]
+    order: int | None
+    order_is: str | None
+    source: str
+    verification: str
+    notes: str
+
+    @property
+    def is_bounded(self) -> bool:
+        """Return whether every variable has a finite box, which a certificate needs."""
+        return not self.problem.unbounded
+
+
+@cache
+def _entries() -> dict[str, dict[str, Any]]:
+    text = files("relaxations.library").joinpath("problems.json").read_text(encoding="utf-8")
+    return {entry["name"]: entry for entry in json.loads(text)}
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all problems.
+
+    Examples
+    --------
+    >>> "motzkin" in names()
+    True
+    """
+    return tuple(_entries())
+
+
+def load(name: str) -> NamedProblem:
+    """Return a problem by its name.
+
+    Raises
+    ------
+    ProblemError
+        For a name that the library does not hold.
+
+    Examples
+    --------
+    >>> found = load("gms_st_e01")
+    >>> found.problem.n_variables, found.objective.degree, found.optimum
+    (2, 1, -6.6666667)
+    """
+    if name not in _entries():
+        raise ProblemError(f"the library holds no problem {name!r}: relaxations.library.names() lists them")
+    entry = _entries()[name]
+    own = dict(zip(entry["variables"], variables(" ".join(entry["variables"])), strict=True))
+    problem, objective = stated_problem(
+        parse(entry["objective"], own),
+        [Constraint(parse(text, own), equality=True) for text in entry["equalities"]]
+        + [Constraint(parse(text, own), equality=False) for text in entry["inequalities"]],
+        {v: (_end(entry["bounds"][v][0]), _end(entry["bounds"][v][1])) for v in entry["variables"]},
+    )
+    return NamedProblem(
+        name,
+        problem,
+        objective,
+        float(entry["optimum"]),
+        tuple(tuple(float(value) for value in point) for point in entry["minimizers"]),
+        entry["order"],
+        entry["order_is"],
+        entry["source"],
+        entry["verification"],
+        entry["notes"],
+    )
+
+
+def _end(value: float | None) -> Fraction | None:
+    """Return a bound as the decimal that it is written as."""
+    return None if value is None else Fraction(repr(value))
