@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Protocol
-
 import click
 
 from smid.cli.face import Progress
 from smid.cli.options import json_option, report_option
-from smid.cli.outputs import Outputs
+from smid.cli.studies import checked_outputs, publish
 from smid.design import input_study
 from smid.hybrid.arm import arm_study
 from smid.hybrid.reactor import reactor_study
-from smid.reports import versions
 from smid.reports.hybrid import arm_page, inputs_page, reactor_page
 from smid.signals import TABLE_F1
-
-
-class Study(Protocol):
-    """What every study gives."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        ...
 
 
 @click.group(invoke_without_command=True)
@@ -47,7 +34,7 @@ def reactor(starts: int, iterations: int, seed: int, json_: str | None, report: 
     with Progress() as progress:
         study = reactor_study(starts=starts, iterations=iterations, seed=seed, progress=progress)
     settings = {"starts": str(starts), "iterations": str(iterations), "seed": str(seed)}
-    publish(outputs, "reactor", study, lambda path, asked: reactor_page(study, path, asked), settings)
+    publish(outputs, "hybrid reactor", study, lambda path, asked: reactor_page(study, path, asked), settings)
 
 
 @hybrid.command()
@@ -63,7 +50,7 @@ def arm(starts: int, names: tuple[str, ...], json_: str | None, report: str | No
     with Progress() as progress:
         study = arm_study(starts, inputs=names or tuple(TABLE_F1), progress=progress)
     settings = {"starts": str(starts), "inputs": ", ".join(names) or "all"}
-    publish(outputs, "arm", study, lambda path, asked: arm_page(study, path, asked), settings)
+    publish(outputs, "hybrid arm", study, lambda path, asked: arm_page(study, path, asked), settings)
 
 
 @hybrid.command()
@@ -88,26 +75,4 @@ def inputs(samples: int, noise_bound: float, budget: int, seed: int, json_: str 
         "budget": str(budget),
         "seed": str(seed),
     }
-    publish(outputs, "inputs", study, lambda path, asked: inputs_page(study, path, asked), settings)
-
-
-def checked_outputs(json: str | None, report: str | None) -> Outputs:
-    """Return where the results go, once it is known that they can be written there."""
-    outputs = Outputs(json, report)
-    outputs.check()
-    return outputs
-
-
-def publish(
-    outputs: Outputs,
-    name: str,
-    study: Study,
-    page: Callable[[str, dict[str, str]], Path],
-    settings: dict[str, str],
-) -> None:
-    """Print a study and write the files that were asked for."""
-    outputs.say(study)
-    outputs.write({"schema": f"smid.hybrid-{name}/1", **study.to_dict(), "versions": versions()})
-    if outputs.report is not None:
-        page(outputs.report, {**settings, "command": f"smid hybrid {name}"})
-        outputs.say(f"report: {outputs.report}")
+    publish(outputs, "hybrid inputs", study, lambda path, asked: inputs_page(study, path, asked), settings)

@@ -1,0 +1,40 @@
+"""What the commands that repeat a thesis's studies share: where results go, and how they are published."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from smid.cli.outputs import Outputs
+from smid.reports import versions
+
+
+class Study(Protocol):
+    """What every study gives."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        ...
+
+
+def checked_outputs(json: str | None, report: str | None) -> Outputs:
+    """Return where the results go, once it is known that they can be written there."""
+    outputs = Outputs(json, report)
+    outputs.check()
+    return outputs
+
+
+def publish(
+    outputs: Outputs,
+    command: str,
+    study: Study,
+    page: Callable[[str, dict[str, str]], Path],
+    settings: dict[str, str] | None = None,
+) -> None:
+    """Print the study of a command, ``clutch records``, say, and write the files that were asked for."""
+    outputs.say(study)
+    outputs.write({"schema": f"smid.{command.replace(' ', '-')}/1", **study.to_dict(), "versions": versions()})
+    if outputs.report is not None:
+        page(outputs.report, {**(settings or {}), "command": f"smid {command}"})
+        outputs.say(f"report: {outputs.report}")
