@@ -102,6 +102,18 @@ class FreeRun:
             Per signal, shape (n, n_parameters + n_states): columns by `parameters`, then by `states`; signals that
             depend on neither are missing.  Empty without `jacobian`, or where a signal is not finite.
         """
+        known = self.trajectory(inputs, values, initial)
+        slopes = self.slopes(known, values) if jacobian else {}
+        return self.cut(known), self.cut(slopes)
+
+    def cut(self, found: Mapping[str, Array]) -> dict[str, Array]:
+        """Leave out what stands before sample 0."""
+        return {name: samples[self._history :] for name, samples in found.items()}
+
+    def trajectory(
+        self, inputs: Mapping[str, Array], values: Mapping[str, float], initial: Initial
+    ) -> dict[str, Array]:
+        """Return every signal, with the samples before the first that are read."""
         history = self._history
         everything = {**self._fixed, **values}
         known = {
@@ -111,12 +123,14 @@ class FreeRun:
         with np.errstate(all="ignore"):
             for group, _, clock in self._groups:
                 self._values(group, clock, known, everything, initial, count)
-            finite = all(np.isfinite(known[line]).all() for group, _, _ in self._groups for line in group.signals)
-            slopes = self._sensitivities(known, everything, count) if jacobian and finite else {}
-        return (
-            {name: samples[history:] for name, samples in known.items()},
-            {name: columns[history:] for name, columns in slopes.items()},
-        )
+        return known
+
+    def slopes(self, known: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
+        """Return the derivatives along a trajectory, with the samples before the first; none where it is not finite."""
+        if not all(np.isfinite(known[line]).all() for group, _, _ in self._groups for line in group.signals):
+            return {}
+        with np.errstate(all="ignore"):
+            return self._sensitivities(known, {**self._fixed, **values}, len(next(iter(known.values()))))
 
     def _values(
         self,
