@@ -21,6 +21,7 @@ import numpy as np
 
 from smid.data import DataError, Dataset, excitation, require_excitation
 from smid.hybrid import simulate_reactor
+from smid.hybrid.arm.exact_motion import exact_motion
 from smid.signals import (
     TABLE_F1,
     constant,
@@ -88,7 +89,6 @@ except DataError as error:
 # brakes the arm, then lets it creep under a voltage too small to break away.
 
 # %%
-from smid.hybrid.arm.exact_motion import exact_motion  # noqa: E402
 
 arm = {name: TABLE_F1[name].signal(600, 0.02) for name in ("one_sine", "six_equal", "six_unequal")}
 arm["tailored"] = tailored(
