@@ -89,7 +89,6 @@ except DataError as error:
 # brakes the arm, then lets it creep under a voltage too small to break away.
 
 # %%
-
 arm = {name: TABLE_F1[name].signal(600, 0.02) for name in ("one_sine", "six_equal", "six_unequal")}
 arm["tailored"] = tailored(
     600, sampling_time=0.02, frequency=1.5 / (2 * np.pi), amplitude=0.5, level=0.1, switching=-0.05, half_period=2.0
