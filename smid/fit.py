@@ -226,7 +226,8 @@ class Fitting:
                 kept = used[:stop]
                 seen = self._seen(m, e, signals[m.signal], values)
                 scale = self.scale[m.channel]
-                residuals.append((seen - self.data.experiments[e].values[m.channel][:stop])[kept] / scale)
+                with np.errstate(over="ignore", invalid="ignore"):  # a run that left the finite range, told below
+                    residuals.append((seen - self.data.experiments[e].values[m.channel][:stop])[kept] / scale)
                 if jacobian:
                     slope = slopes.get(m.signal, np.zeros((stop, count + len(self.run.states))))
                     slope = self._through_sensor(m, seen, slope, values)[kept] / scale
