@@ -438,16 +438,35 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
     return float(generator.uniform(low, high))
 
 
+def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
+    """Make ready the fit of a model's predictions one step ahead.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data, its outputs seen without a sensor's curve.
+    data : Dataset
+    used : sequence of ndarray of bool, shape (n,)
+        Per experiment, the samples that count.
+
+    Returns
+    -------
+    Fitting
+        Of a model whose past outputs are inputs.
+    """
+    measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
+    lines = predictor(model.discretised().lines, frozenset(measured))
+    ahead = Model("one step ahead", model.parameters, lines, model.measurements)
+    return Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), used)
+
+
 def one_step_ahead(
     model: Model, data: Dataset, used: Sequence[Mask], seed: int = 0, starts: int = 3
 ) -> dict[str, float]:
     """Fit the one-step-ahead prediction, which is linear in the parameters of a linear model; {} where it fails."""
     if any(m.inverse is not None for m in model.measurements):
         return {}
-    measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
-    lines = predictor(model.discretised().lines, frozenset(measured))
-    ahead = Model("one step ahead", model.parameters, lines, model.measurements)
-    problem = Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), used)
+    problem = prediction(model, data, used)
     free = [p for p in model.parameters if p.lower < p.upper]
     generator = np.random.default_rng(seed)
     best, least = {}, np.inf

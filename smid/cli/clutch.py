@@ -9,7 +9,8 @@ import click
 
 from smid.cli.face import Progress
 from smid.cli.options import json_option, report_option
-from smid.cli.studies import checked_outputs, publish
+from smid.cli.outputs import Outputs
+from smid.cli.studies import publish
 from smid.clutch.hammerstein_study import PART, hammerstein_study
 from smid.clutch.overview import record_overview
 from smid.clutch.recursive_study import RecursiveStudy, recursive_study
@@ -45,7 +46,7 @@ def clutch(context: click.Context) -> None:
 @report_option
 def records(json_: str | None, report: str | None) -> None:
     """List the bundled records."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     overview = record_overview()
     publish(outputs, "clutch records", overview, lambda path, asked: records_page(overview, path, asked))
 
@@ -60,7 +61,7 @@ def records(json_: str | None, report: str | None) -> None:
 @report_option
 def hammerstein(start: int, stop: int, order: int, json_: str | None, report: str | None) -> None:
     """Identify a Hammerstein model in three phases (thesis, section 3.2)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     with Progress() as progress:
         study = hammerstein_study(part=(start, stop), orders=range(1, order + 1), progress=progress)
     settings = {"part": f"20C_ramp_a, samples {start}:{stop}", "orders": f"1 to {order}"}
@@ -72,7 +73,7 @@ def hammerstein(start: int, stop: int, order: int, json_: str | None, report: st
 @report_option
 def recursive(json_: str | None, report: str | None) -> None:
     """Estimate recursively, and certify recursive sets (sections 3.3 and 6.2)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     with Progress() as progress:
         progress("recursive estimators on all records")
         study = _Recursive(recursive_study(), set_study(progress=progress))
@@ -90,7 +91,7 @@ def recursive(json_: str | None, report: str | None) -> None:
 @report_option
 def sensors(seed: int, json_: str | None, report: str | None) -> None:
     """Train the virtual sensors of the position, and one for all temperatures (chapter 5, section 6.2)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     with Progress() as progress:
         chapter = sensor_chapter(seed, progress=progress)
     settings = {"seed": str(seed)}

@@ -62,7 +62,6 @@ STEPS_NOTE = (
 def demo(context: click.Context, report: str, json_: str | None) -> None:
     """Identify a clutch actuator on bundled records (simulated), diagnose where it fails, and write a report."""
     outputs = Outputs(json_, report)
-    outputs.check()
     pages = (Path(report).with_name(f"{Path(report).stem}-identification.html"), Path(report))
     check_writable(pages[0])
     whole, steps = load_clutch(RECORD), load_clutch(STEPS)

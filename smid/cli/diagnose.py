@@ -84,7 +84,6 @@ def diagnose(
 ) -> None:
     """Name what a model lacks on the record DATA (a CSV file): what is wrong, why, what to add, what it gains."""
     outputs = Outputs(json_, report)
-    outputs.check()
     if prove is not None and noise_bound is None:
         raise click.UsageError("--prove needs a noise bound to prove anything by: give --noise-bound D")
     dataset = load_data(data, input_, output, sampling_time, time, start, stop, channels)

@@ -39,7 +39,6 @@ def error_bound(
 ) -> None:
     """Least noise bound with which a model explains the record DATA (a CSV file)."""
     outputs = Outputs(json_, report)
-    outputs.check()
     dataset = load_data(data, input_, output, sampling_time, time, start, stop)
     bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
     with Progress() as progress:

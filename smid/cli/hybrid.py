@@ -6,7 +6,8 @@ import click
 
 from smid.cli.face import Progress
 from smid.cli.options import json_option, report_option
-from smid.cli.studies import checked_outputs, publish
+from smid.cli.outputs import Outputs
+from smid.cli.studies import publish
 from smid.design import input_study
 from smid.hybrid.arm import arm_study
 from smid.hybrid.reactor import reactor_study
@@ -30,7 +31,7 @@ def hybrid(context: click.Context) -> None:
 @report_option
 def reactor(starts: int, iterations: int, seed: int, json_: str | None, report: str | None) -> None:
     """Join networks to a reactor's first principles (section 6.2, tables 5 and 6)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     with Progress() as progress:
         study = reactor_study(starts=starts, iterations=iterations, seed=seed, progress=progress)
     settings = {"starts": str(starts), "iterations": str(iterations), "seed": str(seed)}
@@ -46,7 +47,7 @@ def reactor(starts: int, iterations: int, seed: int, json_: str | None, report: 
 @report_option
 def arm(starts: int, names: tuple[str, ...], json_: str | None, report: str | None) -> None:
     """Estimate the rotating arm, white and with a network for its friction (section 6.3, tables 8 and F.2)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     with Progress() as progress:
         study = arm_study(starts, inputs=names or tuple(TABLE_F1), progress=progress)
     settings = {"starts": str(starts), "inputs": ", ".join(names) or "all"}
@@ -64,7 +65,7 @@ def arm(starts: int, names: tuple[str, ...], json_: str | None, report: str | No
 @report_option
 def inputs(samples: int, noise_bound: float, budget: int, seed: int, json_: str | None, report: str | None) -> None:
     """Certify the rotating arm under each input: what do they tell (table F.1, section 7.4)."""
-    outputs = checked_outputs(json_, report)
+    outputs = Outputs(json_, report)
     if budget == 1:
         raise click.BadParameter("1 input is the one by hand: give at least 2, or 0", param_hint="--budget")
     with Progress() as progress:

@@ -88,7 +88,6 @@ def identify(
 ) -> None:
     """Certified parameter intervals of a model on the record DATA (a CSV file)."""
     outputs = Outputs(json_, report)
-    outputs.check()
     dataset = load_data(data, input_, output, sampling_time, time, start, stop)
     bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
     records = [load_data(path, input_, output, dataset.sampling_time, time) for path in others]

@@ -18,13 +18,17 @@ class Outputs:
     ----------
     json, report : str or None
         Paths; ``-`` for JSON on standard output, which then carries nothing else.
+
+    Raises
+    ------
+    OSError
+        If one of them cannot be written.
     """
 
     json: str | None
     report: str | None
 
-    def check(self) -> None:
-        """Raise OSError where one of them cannot be written."""
+    def __post_init__(self) -> None:
         for path in (self.json, self.report):
             if path not in (None, "-"):
                 assert path is not None

@@ -1,4 +1,4 @@
-"""What the commands that repeat a thesis's studies share: where results go, and how they are published."""
+"""What the commands that repeat a thesis's studies share: how they are published."""
 
 from __future__ import annotations
 
@@ -16,13 +16,6 @@ class Study(Protocol):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         ...
-
-
-def checked_outputs(json: str | None, report: str | None) -> Outputs:
-    """Return where the results go, once it is known that they can be written there."""
-    outputs = Outputs(json, report)
-    outputs.check()
-    return outputs
 
 
 def publish(

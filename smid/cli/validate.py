@@ -40,7 +40,6 @@ def validate(
     Time stamps are brought to the sampling time of the estimate; a record without them is taken to have it.
     """
     outputs = Outputs(json_, report)
-    outputs.check()
     found = read_estimate(read_text(Path(estimate)), estimate)
     model = Model.from_dict(found["model"])
     bound = found["noise_bound"].get(model.output_channels[0])

@@ -23,15 +23,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from smid.data import Channel, DataError, Dataset
-from smid.fit import Fit, Fitting
+from smid.data import DataError, Dataset
+from smid.fit import Fit, Fitting, prediction
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
 from smid.hybrid.neural import NeuralTerm
 from smid.models import Line, Model, ModelError, signal, t
 from smid.models.errors import refuse_unknown
-from smid.models.predictor import past_name, predictor
 from smid.networks import (
     Array,
     Method,
@@ -44,9 +43,10 @@ from smid.networks import (
     levenberg_marquardt,
     multistart,
     nguyen_widrow,
+    sum_normal_equations,
 )
 
-__all__ = ["ERRORS", "HybridEstimate", "estimate", "one_step_ahead"]
+__all__ = ["ERRORS", "HybridEstimate", "estimate"]
 
 ERRORS = ("prediction", "simulation")
 _INSENSITIVE = 1e-8  # what moves the output less than this, in standard deviations for a unit, keeps its unit
@@ -113,10 +113,7 @@ class _Scaled:
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         vector = self.vector(theta)
-        residual = self.fitting.residual(vector)
-        jacobian = self.fitting.jacobian(vector) @ self.units
-        n = residual.size
-        return NormalEquations(float(np.mean(residual**2)), jacobian.T @ residual / n, jacobian.T @ jacobian / n)
+        return sum_normal_equations([(self.fitting.residual(vector), self.fitting.jacobian(vector) @ self.units)])
 
 
 def estimate(
@@ -194,7 +191,7 @@ def estimate(
         warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
-    free_run, ahead = Fitting(hybrid.model, data, masks), one_step_ahead(hybrid.model, data, masks)
+    free_run, ahead = Fitting(hybrid.model, data, masks), _ahead(hybrid.model, data, masks)
     _check_count(free_run)
     generator = np.random.default_rng(seed)
     alone = _first_principles(hybrid)
@@ -216,41 +213,12 @@ def estimate(
     return HybridEstimate(replace(hybrid, model=found.model), found, search)
 
 
-def one_step_ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
-    """Make ready the fit of a model's predictions one step ahead.
-
-    Parameters
-    ----------
-    model : Model
-        Bound to the data.
-    data : Dataset
-    used : sequence of ndarray of bool, shape (n,)
-        Per experiment, the samples that count.
-
-    Returns
-    -------
-    Fitting
-        Of a model whose past outputs are inputs.
-
-    Raises
-    ------
-    ModelError
-        If an output is seen through a sensor's curve.
-    """
-    shown = [item for item in model.measurements if item.channel in model.output_channels]
-    if any(item.inverse is not None for item in shown):
+def _ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
+    """Make ready the fit of the predictions one step ahead, of the samples that can be predicted."""
+    if any(item.inverse is not None for item in model.measurements if item.channel in model.output_channels):
         raise ModelError(f"{model.name!r} is seen through a sensor's curve: put the curve into its lines")
-    past = {past_name(item.signal): item.channel for item in shown}
-    lines = predictor(model.discretised().lines, frozenset(item.signal for item in shown))
-    runs = tuple(
-        replace(run, values={**run.values, **{new: run.values[old] for new, old in past.items()}})
-        for run in data.experiments
-    )
-    channels = (*data.channels, *(Channel(name) for name in past))
-    ahead = Model(f"{model.name}, one step ahead", model.parameters, lines, model.measurements)
     # What was measured before the record is not known, so its first samples cannot be predicted.
-    masks = [mask & (np.arange(mask.size) >= model.max_lag) for mask in used]
-    return Fitting(ahead, replace(data, experiments=runs, channels=channels), masks)
+    return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])
 
 
 def _check_count(fitting: Fitting) -> None:
@@ -279,7 +247,7 @@ def _input_ranges(
     names = [f"{hybrid.term.name}_input{k}" for k in range(len(hybrid.term.inputs))]
     lines = tuple(Line(signal(name)[t], item) for name, item in zip(names, hybrid.term.inputs, strict=True))
     model = replace(hybrid.model, lines=(*hybrid.model.lines, *lines))
-    fitting = one_step_ahead(model, data, used)
+    fitting = _ahead(model, data, used)
     initial = fitting.initial(fitting.start(alone))
     values = {name: alone[name] for name in fitting.run.parameters}
     columns = []

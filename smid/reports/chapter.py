@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from smid.reports.style import inline_svg
 from smid.reports.writing import check_writable, write_text
 from smid.table import Table
 
-__all__ = ["Picture", "Section", "chapter_report"]
+__all__ = ["Picture", "Section", "chapter_report", "together"]
 
 _MANY = 1000  # points
 _SHARP = 200  # pixels per inch
@@ -54,6 +54,13 @@ class Section:
     paragraphs: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
+
+
+def together(records: Mapping[str, Dataset]) -> Dataset:
+    """Put the records of a study together, each under its own name."""
+    return Dataset.merge(
+        [data.with_experiments([replace(run, name=name) for run in data.experiments]) for name, data in records.items()]
+    )
 
 
 def chapter_report(

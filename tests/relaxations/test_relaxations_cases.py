@@ -1,54 +1,25 @@
 """Published polynomial problems with known optima: a certified bound never lies above one."""
 
-import json
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-import sympy
 
 from relaxations.bounding import relax, resolve
 from relaxations.hierarchy import intervals
-from relaxations.problem import from_sympy
+from relaxations.library import load, names
 
-FILE = Path(__file__).resolve().parents[3] / "shared" / "cases" / "pop_cases.json"
-pytestmark = pytest.mark.skipif(not FILE.is_file(), reason="shared/cases/pop_cases.json is not beside the checkout")
-CASES = {case["name"]: case for case in json.loads(FILE.read_text())} if FILE.is_file() else {}
+CASES = {name: load(name) for name in names()}
 SECONDS = 30.0  # no case is begun after that
-
-
-def read(case):
-    """Return the problem and its objective, decimals read as the fractions they stand for."""
-    symbols = sympy.symbols(case["variables"])
-    names = dict(zip(case["variables"], symbols, strict=True))
-
-    def parse(text):
-        return sympy.nsimplify(sympy.sympify(text, locals=names), rational=True)
-
-    bounds = {names[v]: tuple(b) for v, b in case["bounds"].items()}
-    return from_sympy(
-        parse(case["objective"]),
-        [parse(e) for e in case["inequalities"]],
-        [parse(e) for e in case["equalities"]],
-        symbols,
-        bounds,
-    )
-
-
-def is_boxed(case):
-    return all(b[0] is not None and b[1] is not None for b in case["bounds"].values())
-
-
 SMALL = [
     name
     for name, case in CASES.items()
-    if is_boxed(case) and len(case["variables"]) <= 6 and not name.startswith("smid_")
+    if case.is_bounded and case.problem.n_variables <= 6 and not name.startswith("smid_")
 ]
 IDENTIFICATION = [name for name in CASES if name.startswith("smid_")]
 
 
-def test_the_file_holds_the_cases_that_are_tested():
+def test_the_library_holds_the_cases_that_are_tested():
     assert len(SMALL) >= 10
     assert len(IDENTIFICATION) >= 10
 
@@ -59,16 +30,16 @@ def test_no_certified_bound_lies_above_a_known_optimum(record_property):
         if time.perf_counter() - started > SECONDS:
             break
         case = CASES[name]
-        problem, objective = read(case)
+        problem, objective = case.problem, case.objective
         least = max(1, -(-max(problem.degree, objective.degree) // 2))
-        order = max(least, min(case["order"] or 2, 2))
+        order = max(least, min(case.order or 2, 2))
         for method in ("sparse", "textbook"):
             outcome = relax(problem, method, order, objective=objective).bound(objective)
             done += 1
-            size = max(1.0, abs(case["optimum"]))
-            if outcome.bound > case["optimum"] + 1e-7 * size:
-                false.append((name, method, outcome.bound, case["optimum"]))
-            if abs(outcome.bound - case["optimum"]) < 1e-6 * size:
+            size = max(1.0, abs(case.optimum))
+            if outcome.bound > case.optimum + 1e-7 * size:
+                false.append((name, method, outcome.bound, case.optimum))
+            if abs(outcome.bound - case.optimum) < 1e-6 * size:
                 close.append((name, method))
     record_property("bounds", done)
     record_property("within 1e-6", len(close))
@@ -80,7 +51,7 @@ def test_no_certified_bound_lies_above_a_known_optimum(record_property):
 @pytest.mark.parametrize("name", IDENTIFICATION)
 def test_ends_of_identification_problems_are_met_from_outside(name):
     case = CASES[name]
-    problem, objective = read(case)
+    problem, objective = case.problem, case.objective
     degree_one = objective.term_degrees == 1
     assert degree_one.sum() == 1
     k = int(objective.factors[degree_one].max())
@@ -88,7 +59,7 @@ def test_ends_of_identification_problems_are_met_from_outside(name):
     method, order, _ = resolve(problem, "lift", None)
     found = intervals(problem, [k], method=method, order=order).intervals[0]
     bound = found.lower if sign > 0 else -found.upper
-    optimum = case["optimum"]
+    optimum = case.optimum
     # The optima are those of a solver with tolerances of 1e-9 and a gap of about 1e-6.
     assert bound <= optimum + 1e-6 * max(1.0, abs(optimum))
     assert bound == pytest.approx(optimum, abs=1e-4 * max(found.width, np.abs(optimum)))

@@ -19,7 +19,7 @@ from smid.binding import bind
 from smid.data import Dataset
 from smid.models import Model, ModelError, simulate
 from smid.models.sensitivities import FreeRun, compile_free_run
-from smid.networks import NormalEquations
+from smid.networks import NormalEquations, sum_normal_equations
 
 __all__ = ["FreeRunError"]
 
@@ -113,9 +113,7 @@ class FreeRunError:
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations."""
-        residual, jacobian = self.evaluate(theta, jacobian=True)
-        n = residual.size
-        return NormalEquations(float(np.mean(residual**2)), jacobian.T @ residual / n, jacobian.T @ jacobian / n)
+        return sum_normal_equations([self.evaluate(theta, jacobian=True)])
 
     @cached_property
     def _inputs(self) -> list[dict[str, Array]]:

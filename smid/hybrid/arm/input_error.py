@@ -23,7 +23,14 @@ from smid.data import DataError, Dataset
 from smid.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.hybrid.arm.exact_motion import ARM
 from smid.hybrid.arm.modulating_filter import ModulatingFilter
-from smid.networks import Descent, NormalEquations, TanhNetwork, descend, levenberg_marquardt
+from smid.networks import (
+    Descent,
+    NormalEquations,
+    TanhNetwork,
+    descend,
+    levenberg_marquardt,
+    sum_normal_equations,
+)
 
 __all__ = ["INERTIA_UNIT", "InputError", "Motion", "estimate_by_input_error", "modulate_motion"]
 
@@ -121,8 +128,7 @@ class InputError:
         part = TanhNetwork(self.sizes, theta[1:]).linearise(self.speed)
         residual = theta[0] * self.pull + part.outputs - self.torque
         jacobian = np.column_stack([self.pull, part.by_weights])
-        n = residual.size
-        return NormalEquations(float(np.mean(residual**2)), jacobian.T @ residual / n, jacobian.T @ jacobian / n)
+        return sum_normal_equations([(residual, jacobian)])
 
     @property
     def speed(self) -> Array:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from smid.data import Dataset
 from smid.hybrid.arm import ArmStudy, ModulatingFilter, NetworkRuns, figure_6_9, held_record
 from smid.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.hybrid.arm.figures import friction_figure, response_figure
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import Picture, Section, chapter_report, together
 from smid.signals import TABLE_F1
 
 __all__ = ["arm_page"]
@@ -88,13 +86,12 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
             ),
         ),
     )
-    records = [_named(name) for name in TABLE_F1]
     return chapter_report(
         path,
         "Hybrid models of a rotating arm",
         study.conclusion,
         sections,
-        Dataset.merge(records),
+        together({name: held_record(sines) for name, sines in TABLE_F1.items()}),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
@@ -106,8 +103,3 @@ def _one_of_each(runs: NetworkRuns) -> dict[str, np.ndarray]:
     for k in np.argsort(runs.rmse).tolist():
         best.setdefault(runs.shapes[k], k)
     return {shape: TORQUE_UNIT * runs.networks[k](_SPEEDS[:, None] / SPEED_UNIT) for shape, k in best.items()}
-
-
-def _named(name: str) -> Dataset:
-    data = held_record(TABLE_F1[name])
-    return data.with_experiments([replace(run, name=name) for run in data.experiments])

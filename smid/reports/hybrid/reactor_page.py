@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
-from smid.data import Dataset
 from smid.hybrid.estimate import ERRORS
 from smid.hybrid.reactor import ReactorStudy, reactor_record
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import Picture, Section, chapter_report, together
 
 __all__ = ["reactor_page"]
 
@@ -72,12 +70,7 @@ def reactor_page(study: ReactorStudy, path: str | PathLike[str], settings: Mappi
         "Hybrid models of a reactor",
         study.conclusion,
         sections,
-        Dataset.merge([_named(plant) for plant in study.errors.plants]),
+        together({plant: reactor_record(plant) for plant in study.errors.plants}),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
-
-
-def _named(plant: str) -> Dataset:
-    data = reactor_record(plant)
-    return data.with_experiments([replace(run, name=plant) for run in data.experiments])
