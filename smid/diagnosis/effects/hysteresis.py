@@ -5,8 +5,7 @@
 ``x' = x + k z``, k = 0 without the effect.
 
 *Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
-it.  It is written with what each play keeps back, the *stop* ``s_i = x - play_i(x)``: where nothing is known of the
-past that begins at zero, in the middle of its range, and a fit can move it both ways.
+it, written with what each play keeps back.
 
 A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
 and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
@@ -23,6 +22,7 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.stop import stop
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
@@ -90,12 +90,11 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> E
     lines: list[tuple[str, sympy.Expr]] = []
     for share, radius in zip(shares, _RADII, strict=True):
         name = free_name(model, f"{channel}_{'abc'[len(lines)]}_stop")
-        half, stop = number(radius * span), signal(name)
-        lines.append((name, sympy.Max(-half, sympy.Min(half, stop[t - 1] + x[t] - x[t - 1]))))
-        change -= share.symbol * stop[t]
+        lines.append((name, stop(x, signal(name), number(radius * span))))
+        change -= share.symbol * signal(name)[t]
     extended = _put(model, channel, stem, change, shares)
-    for name, stop in lines:
-        extended = extended.with_line(name, stop)
+    for name, line in lines:
+        extended = extended.with_line(name, line)
     starts = tuple(dict.fromkeys((share.name for share in shares), value) for value in (0.2, 0.4, -0.2))
     return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
 

@@ -1,6 +1,6 @@
 """Backlash: the input must cross a gap when it turns round, ``p[t] = max(u - g/2, min(u + g/2, p[t-1]))``.
 
-The play operator; a gap of zero passes the input on.
+The play operator, written with what it keeps back, ``p = u - s``; a gap of zero passes the input on.
 Reference: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
 """
 
@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import sympy
-
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.stop import stop
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]
@@ -24,15 +23,15 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     if not span:
         return
     gap = fresh(model, "backlash_gap", (0, span), site.unit(site.input), 0.0)
-    name = free_name(model, f"{site.input}_play")
-    half = gap.symbol / 2
+    raw, name = signal(signal_of(model, site.input)), free_name(model, f"{site.input}_stop")
+    played = model.insert_before(
+        site.input,
+        lambda u: u - signal(name)[t],
+        [gap],
+        new_name=free_name(model, f"{site.input}_play"),
+    )
     yield Extension(
-        model.insert_before(
-            site.input,
-            lambda u: sympy.Max(u - half, sympy.Min(u + half, signal(name)[t - 1])),
-            [gap],
-            new_name=name,
-        ),
+        played.with_line(name, stop(raw, signal(name), gap.symbol / 2)),
         tuple({gap.name: share * span} for share in (0.1, 0.25, 0.5)),
     )
 

@@ -10,7 +10,7 @@ from smid.models import Model, Parameter
 __all__ = ["find", "free_name", "fresh", "is_brought", "is_helper", "quantity"]
 
 _HELPERS = (
-    *("time", "play", "slew", "gone", "mean", "lag", "mode", "pair", "memory", "direction", "step"),
+    *("time", "play", "stop", "slew", "gone", "mean", "lag", "mode", "pair", "memory", "direction", "step"),
     *("effective", "limited", "curved", "delayed", "joined"),
 )
 _BROUGHT = (

@@ -9,6 +9,8 @@ Reference: hybrid thesis, listings K.13, K.14 and K.22, table F.1.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -120,4 +122,5 @@ def _voltage(sines: Sines, sampling_time: float) -> Array:
 
 
 def _dataset(u: Array, angle: Array, speed: Array) -> Dataset:
-    return Dataset.from_arrays(input={"u": u}, output={"y": angle}, sampling_time=SAMPLING_TIME, speed=speed)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": angle}, sampling_time=SAMPLING_TIME, speed=speed)
+    return replace(data, source="rotating arm (simulated)")

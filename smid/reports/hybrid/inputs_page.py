@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
 from smid.data import Dataset
 from smid.design import InputStudy
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import Picture, Section, chapter_report, together
 
 __all__ = ["inputs_page"]
 
@@ -57,18 +58,18 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
             (Picture(study.plot_spread(), "Inputs, input-output pairs, and autocovariances."),),
         ),
     )
-    records = [
-        Dataset.from_arrays(
-            input={"u": row.input}, output={"angle": row.angle}, sampling_time=study.sampling_time, name=row.name
+    records = {
+        row.name: Dataset.from_arrays(
+            input={"u": row.input}, output={"angle": row.angle}, sampling_time=study.sampling_time
         )
         for row in study.rows
-    ]
+    }
     return chapter_report(
         path,
         "Inputs of the rotating arm",
         study.conclusion,
         sections,
-        Dataset.merge(records),
+        replace(together(records), source="rotating arm (simulated)"),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
