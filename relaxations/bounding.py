@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,12 +13,13 @@ from relaxations.errors import ProblemError
 from relaxations.lasserre import METHODS, lasserre
 from relaxations.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
 from relaxations.moment import Relaxation
-from relaxations.polynomial import Polynomials
+from relaxations.polynomial import Polynomials, pad
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
-from relaxations.solvers import Stop, solve
+from relaxations.solvers import ConicSolution, Stop, attempts, solve
 
 DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
+CLOSE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -48,25 +49,60 @@ class Relaxed:
     program: ConicProgram
     solver: str
 
-    def bound(self, objective: Polynomials) -> Outcome:
-        """Return the certified lower bound of an objective in the problem's own variables."""
+    def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
+        """Return the certified lower bound of an objective in the problem's own variables.
+
+        Parameters
+        ----------
+        objective : Polynomials
+            One row.
+        close : float
+            No other solver or setting is tried for a loss below this share of the scaled coefficients.
+        """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
         np.add.at(cost, self.relaxation.moments_of(scaled), scaled.coefficients.mid)
-        solution = solve(self.program, cost, self.solver)
+        # On a small box the objective hardly moves, and the solver's tolerances would be coarse beside that.
+        largest_cost = float(np.max(np.abs(cost[1:]), initial=0.0))
+        unit = 2.0 ** np.floor(np.log2(largest_cost)) if 0 < largest_cost < 1 else 1.0
+        size = float(np.abs(cost[1:]).sum()) or 1.0
+        best, tried = Outcome(-np.inf, None, ""), list[str]()
+        for attempt in attempts(self.solver):
+            solution = solve(self.program, cost / unit, attempt)
+            best = max(self._certified(scaled, solution, unit), best, key=lambda outcome: outcome.bound)
+            tried.append(f"{attempt}: {solution.status}" if tried else solution.status)
+            if best.bound >= cost @ solution.moments - close * size:
+                break
+        return replace(best, status="; ".join(tried))
+
+    def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> Outcome:
+        """Return what a solution of the objective over ``unit`` proves of the objective, in the scaled variables."""
         if not np.isfinite(solution.dual).all():
-            return Outcome(-np.inf, None, solution.status, None)
+            return Outcome(-np.inf, None, solution.status)
         largest = float(np.max(np.abs(solution.dual), initial=0.0))
         if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
             # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
             ray = multipliers(self.relaxation, self.program, solution.dual / largest)
             proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
             if proof.bound > 0:
-                return Outcome(np.inf, proof, solution.status, None)
-        dual = multipliers(self.relaxation, self.program, solution.dual)
-        proof = certify(self.relaxation, scaled, dual)
+                return Outcome(np.inf, proof, solution.status)
+        dual = multipliers(self.relaxation, self.program, solution.dual * unit)
+        proof = certify(self.relaxation, objective, dual)
         point = self.scaling.recover(self.relaxation.first_order(solution.moments))
-        return Outcome(proof.bound, proof, solution.status, point)
+        return Outcome(proof.bound, proof, solution.status, point, solution.moments)
+
+    def variances(self, outcome: Outcome) -> Array:
+        """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.
+
+        Where all are zero the moments are those of one point.
+        """
+        squares = np.full(self.relaxation.n_variables, np.nan)
+        if outcome.moments is None:
+            return squares
+        monomials = pad(self.relaxation.monomials, 2)
+        own = (self.relaxation.degrees == 2) & (monomials[:, -1] == monomials[:, -2])
+        squares[monomials[own, -1]] = outcome.moments[own]
+        return np.asarray(squares - self.relaxation.first_order(outcome.moments) ** 2, dtype=np.float64)
 
     def emptiness(self, proof: Certificate) -> Emptiness:
         """Return the proof of an empty set with the weight that each equality carries in it."""
@@ -75,12 +111,16 @@ class Relaxed:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven."""
+    """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven.
+
+    ``moments`` are the solver's, of the scaled variables; ``point`` are those of first order, scaled back.
+    """
 
     bound: float
     certificate: Certificate | None
     status: str
-    point: Array | None
+    point: Array | None = None
+    moments: Array | None = None
 
 
 def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:

@@ -1,6 +1,6 @@
 """A certified box for variables that have none.
 
-Let U be the unbounded variables, and let every constraint be affine in them together. Outside the cube
+Let U be the unbounded variables; constraints that are not affine in them together are left out. Outside the cube
 ``|x_k| <= m_k tau`` (k in U, tau >= 1) write ``x_k = m_k tau rho_k`` with ``max |rho_k| = 1`` and ``s = 1 / tau`` in
 [0, 1]. A row times s,
 
@@ -15,7 +15,7 @@ data do not bound the variables (or the order is too low to show it), and that i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,9 +67,7 @@ def derive_box(
     if not len(loose):
         return DerivedBox(problem, (), ())
     names = tuple(problem.names[k] for k in loose)
-    if not _jointly_affine(problem, loose):
-        return DerivedBox(problem, (), names)
-    cone, scale = _homogenise(problem, loose, magnitude)
+    cone, scale = _homogenise(_jointly_affine(problem, loose), loose, magnitude)
     s = problem.n_variables
     largest = 1.0
     for k in loose:
@@ -102,11 +100,13 @@ def _least_scale(face: PolynomialProblem, s: int, solver: str, progress: Progres
     return np.inf if found.empty is not None else found.intervals[0].lower
 
 
-def _jointly_affine(problem: PolynomialProblem, loose: Index) -> bool:
-    return all(
-        int(np.isin(f.factors, loose).sum(axis=1).max(initial=0)) <= 1
-        for f in (problem.equalities, problem.inequalities)
-    )
+def _jointly_affine(problem: PolynomialProblem, loose: Index) -> PolynomialProblem:
+    """Leave out what is not affine in the loose variables together: a box of what is left holds too."""
+    kept = []
+    for family in (problem.equalities, problem.inequalities):
+        curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
+        kept.append(family.take(np.setdiff1d(np.arange(family.n_rows), curved)))
+    return replace(problem, equalities=kept[0], inequalities=kept[1])
 
 
 def _homogenise(problem: PolynomialProblem, loose: Index, magnitude: Array) -> tuple[PolynomialProblem, Array]:

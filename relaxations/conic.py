@@ -9,13 +9,18 @@ over the moments ``y`` without the constant one. Rows of A come in the order: eq
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from relaxations.balls import Array, Index
+from relaxations.errors import ProblemError
 from relaxations.moment import Blocks, Relaxation
+
+BYTES_PER_PAIR = 64  # of entries of a block: measured with Clarabel on widths of 55 to 105
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,32 @@ class Multipliers:
 
     equalities: Array
     factors: tuple[Array, ...]
+
+
+def check_memory(widths: Sequence[int], what: str) -> None:
+    """Raise ProblemError where semidefinite blocks of these widths do not fit the machine's memory.
+
+    A solver keeps a dense matrix over the entries of each block, and its factors.
+
+    Examples
+    --------
+    >>> check_memory([5000], "order 9")
+    Traceback (most recent call last):
+        ...
+    relaxations.errors.ProblemError: order 9 asks for a semidefinite block of width 5000 and about 10004 TB of memory...
+    """
+    entries = np.array(widths, dtype=np.float64)
+    needed = float(np.sum((entries * (entries + 1) / 2) ** 2)) * BYTES_PER_PAIR
+    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
+    if needed > 0.8 * available:
+        raise ProblemError(
+            f"{what} asks for a semidefinite block of width {max(widths)} and about {_size(needed)} of memory; this "
+            f"machine has {_size(available)}: lower the order, or choose method='lift' or 'sparse'"
+        )
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e12:.0f} TB" if count >= 1e13 else f"{count / 1e9:.0f} GB"
 
 
 def conic_program(relaxation: Relaxation) -> ConicProgram:

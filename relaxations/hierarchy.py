@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import partial
 
 import numpy as np
 
 from relaxations.balls import Array, Index
-from relaxations.bounding import Emptiness, Relaxed, lowest, relax, resolve
+from relaxations.bounding import CLOSE, Emptiness, Outcome, Relaxed, lowest, relax, resolve
 from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
 from relaxations.lasserre import groups
@@ -29,6 +31,7 @@ Progress = Callable[[str], None]
 
 WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
 STALLED = 0.01
+LARGE = 10  # moments for each variable
 FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
 
 
@@ -137,6 +140,7 @@ def intervals(
     known: Sequence[Array] = (),
     absolute: float = 0.0,
     nodes: int = 0,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Enclosure:
     """Enclose the range of some variables over a polynomial set.
@@ -163,13 +167,15 @@ def intervals(
         A gap below this is tight too, in the variable's unit.
     nodes : int
         Where contraction has stalled with a gap left, branch with at most so many relaxations for each end.
+    executor : concurrent.futures.Executor, optional
+        Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
     progress : callable, optional
         Called with one line of text now and then.
 
     Raises
     ------
     ProblemError
-        Before any solve: unknown method or solver, order too low, infinite box, block too wide.
+        Before any solve: unknown method or solver, order too low, infinite box, memory too small.
     """
     started = time.perf_counter()
     check_solver(solver)
@@ -193,7 +199,7 @@ def intervals(
             relaxed = relax(current, method, current_order, solver)
             before = (ends.lower.copy(), ends.upper.copy())
             last = done == rounds
-            empty = _round(problem, relaxed, ends, targets, watched, complicating, witnesses, last, say)
+            empty = _round(problem, relaxed, ends, targets, watched, complicating, witnesses, last, executor, say)
             if empty is not None:
                 reason = Reason.EMPTY
                 break
@@ -238,34 +244,45 @@ def _round(
     complicating: Index,
     witnesses: bool,
     last: bool,
+    executor: Executor | None,
     say: Progress,
 ) -> Emptiness | None:
     """Bound every watched variable once; update the ends; return the proof where the set is empty."""
-    for k in watched:
-        for sign in (1, -1):
-            if k in targets and witnesses and _end_tight(ends, k, sign):
-                continue
-            if ends.lower[k] == ends.upper[k]:
-                continue
-            outcome = relaxed.bound(problem.variable(k, sign))
-            ends.solves += 1
-            ends.status[k, sign] = outcome.status
-            proof = outcome.certificate
-            if proof is None:
-                continue
-            if outcome.bound == np.inf:
-                return relaxed.emptiness(proof)
-            width = ends.upper[k] - ends.lower[k]
-            gained = _tighten(ends, k, sign, outcome.bound)
-            if ends.lower[k] > ends.upper[k]:
-                # Two proven bounds that contradict each other: no point satisfies both.
-                return relaxed.emptiness(proof)
-            # A witness is worth its linear programs once an end has settled.
-            settled = last or gained < 0.1 * width
-            if witnesses and k in targets and settled and outcome.point is not None:
-                _try_witness(problem, ends, complicating, outcome.point, (k, sign))
-            say(f"{problem.names[k]} in [{ends.lower[k]:.6g}, {ends.upper[k]:.6g}]")
+    open_ends = [
+        (k, sign)
+        for k in watched
+        for sign in (1, -1)
+        if ends.lower[k] < ends.upper[k] and not (k in targets and witnesses and _end_tight(ends, k, sign))
+    ]
+    # What a solver loses shrinks with the box, so it need not be small beside the gap before the last round.
+    bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
+    # Beside a large relaxation the linear programs of a witness cost little.
+    large = relaxed.relaxation.n_moments > LARGE * problem.n_variables
+    for (k, sign), outcome in zip(
+        open_ends, (map if executor is None else executor.map)(bound, open_ends), strict=True
+    ):
+        ends.solves += 1
+        ends.status[k, sign] = outcome.status
+        proof = outcome.certificate
+        if proof is None:
+            continue
+        if outcome.bound == np.inf:
+            return relaxed.emptiness(proof)
+        width = ends.upper[k] - ends.lower[k]
+        gained = _tighten(ends, k, sign, outcome.bound)
+        if ends.lower[k] > ends.upper[k]:
+            # Two proven bounds that contradict each other: no point satisfies both.
+            return relaxed.emptiness(proof)
+        # Elsewhere it is worth them once an end has settled.
+        settled = last or large or gained < 0.1 * width
+        if witnesses and k in targets and settled and outcome.point is not None:
+            _try_witness(problem, ends, complicating, outcome.point, (k, sign))
+        say(f"{problem.names[k]} in [{ends.lower[k]:.6g}, {ends.upper[k]:.6g}]")
     return None
+
+
+def _bound(problem: PolynomialProblem, relaxed: Relaxed, close: float, end: tuple[int, int]) -> Outcome:
+    return relaxed.bound(problem.variable(*end), close)
 
 
 def _branch(
@@ -291,15 +308,18 @@ def _branch(
                 box,
                 problem.variable(k, sign),
                 complicating,
+                lambda part: relax(part, "lift", order, solver),
                 start=float(start),
-                goal=float(goal),
-                order=order,
+                goal=partial(_fixed, float(goal)),
                 nodes=nodes,
-                solver=solver,
                 progress=say,
             )
             if np.isfinite(bound):  # a witness exists, so the set is not empty
                 _tighten(ends, k, sign, bound)
+
+
+def _fixed(goal: float, _: Outcome | None) -> float:
+    return goal
 
 
 def _tighten(ends: _Ends, k: int, sign: int, bound: float) -> float:

@@ -22,6 +22,7 @@ from math import comb
 import numpy as np
 
 from relaxations.balls import Array, Balls
+from relaxations.conic import check_memory
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
 from relaxations.polynomial import Polynomials
@@ -30,7 +31,6 @@ from relaxations.reductions import facial
 from relaxations.reductions.sparsity import cliques, row_variables
 
 METHODS = ("sparse", "dense", "textbook")
-WIDEST = 500  # a wider semidefinite block does not fit a workstation's memory once it is factorised
 
 
 def lasserre(
@@ -50,7 +50,7 @@ def lasserre(
     Raises
     ------
     ProblemError
-        Where the order is too low (the least one is named) or a block would be too wide for memory.
+        Where the order is too low (the least one is named) or the machine's memory too small.
     """
     own_groups = groups(problem, order, method, objective)
     one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
@@ -88,18 +88,16 @@ def lasserre(
 def groups(
     problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
 ) -> tuple[tuple[int, ...], ...]:
-    """Return the cliques a relaxation is built on; ProblemError where the order is too low or a block too wide."""
+    """Return the cliques a relaxation is built on; ProblemError where the order is too low or memory too small."""
     least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
     found = (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
-    largest = max(len(c) for c in found)
-    widest = comb(largest + order, order)
-    if widest > WIDEST:
-        raise ProblemError(
-            f"order {order} with {largest} variables in a clique asks for a semidefinite block of width {widest} "
-            f"(at most {WIDEST}): lower the order, or choose method='lift' or 'sparse'"
-        )
+    widths = []
+    for clique, own in zip(found, _assign(problem.inequalities, found), strict=True):
+        n = len(clique)
+        widths += [comb(n + order, n), *[comb(n + order - 1, n)] * (n + len(own))]
+    check_memory(widths, f"order {order} with {max(map(len, found))} variables in a clique")
     return found
 
 

@@ -90,6 +90,11 @@ class Relaxation:
         return len(self.monomials)
 
     @property
+    def degrees(self) -> Index:
+        """Return the degree of each moment."""
+        return np.asarray((self.monomials >= 0).sum(axis=1), dtype=np.int64)
+
+    @property
     def largest_block(self) -> int:
         """Return the width of the widest block."""
         return max((b.size for b in self.blocks), default=0)
@@ -111,7 +116,7 @@ class Relaxation:
     def first_order(self, moments: Array) -> Array:
         """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none."""
         point = np.full(self.n_variables, np.nan)
-        single = np.flatnonzero((self.monomials >= 0).sum(axis=1) == 1)
+        single = np.flatnonzero(self.degrees == 1)
         point[self.monomials[single].max(axis=1)] = moments[single]
         return point
 

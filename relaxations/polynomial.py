@@ -178,6 +178,29 @@ class Polynomials:
             self.coefficients[np.repeat(np.arange(terms), count)],
         )
 
+    def times(self, other: Polynomials) -> Polynomials:
+        """Multiply member by member, coefficients with their rounding.
+
+        Examples
+        --------
+        >>> x = Polynomials.variables(np.array([0, 1]), 1.0, 1.0)  # 1 + x0, 1 + x1
+        >>> x.times(x).evaluate(np.array([1.0, 2.0]))
+        array([4., 9.])
+        """
+        order = np.argsort(other.rows, kind="stable")
+        counts = np.bincount(other.rows, minlength=other.n_rows)
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        repeat = counts[self.rows]
+        mine = np.repeat(np.arange(len(self.rows)), repeat)
+        within = np.arange(len(mine)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+        theirs = order[first[self.rows[mine]] + within]
+        return Polynomials(
+            self.n_rows,
+            self.rows[mine],
+            multiply(self.factors[mine], other.factors[theirs]),
+            self.coefficients[mine] * other.coefficients[theirs],
+        ).collect()
+
     def substitute_affine(self, centre: Array, scale: Array) -> Polynomials:
         """Return the family in ``t`` where ``x = centre + scale * t`` elementwise, rounding enclosed."""
         rows, factors, coefficients = self.rows, self.factors, self.coefficients
@@ -199,6 +222,21 @@ class Polynomials:
             factors = np.concatenate([factors, dropped])
             coefficients = concatenate([linear, constant])
         return Polynomials(self.n_rows, rows, trim(np.sort(factors, axis=1)), coefficients).collect()
+
+    def below(self, value: float) -> Polynomials:
+        """Return ``value - member`` for every member: nonnegative where the member is at most the value."""
+        own = np.arange(self.n_rows)
+        minus = Polynomials(self.n_rows, self.rows, self.factors, -self.coefficients)
+        constants = Polynomials(
+            self.n_rows, own, np.full((self.n_rows, 0), -1, dtype=np.int64), Balls.exact(np.full(self.n_rows, value))
+        )
+        degree = self.factors.shape[1]
+        return Polynomials(
+            self.n_rows,
+            np.concatenate([minus.rows, constants.rows]),
+            np.concatenate([minus.factors, pad(constants.factors, degree)]),
+            concatenate([minus.coefficients, constants.coefficients]),
+        ).collect()
 
     def scale_rows(self, powers_of_two: Array) -> Polynomials:
         """Multiply each member by an exact power of two."""
@@ -223,6 +261,14 @@ class Polynomials:
             none = np.zeros(0, dtype=np.int64)
             return none, none, np.zeros(0)
         return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+
+    def at_zero(self, variables: Index, n_variables: int) -> Polynomials:
+        """Put zero for some variables, and number the others anew."""
+        kept = np.setdiff1d(np.arange(n_variables), variables)
+        place = np.full(n_variables + 1, -1, dtype=np.int64)  # the last entry is for padding, -1
+        place[kept] = np.arange(len(kept))
+        left = ~np.isin(self.factors, variables).any(axis=1)
+        return Polynomials(self.n_rows, self.rows[left], trim(place[self.factors[left]]), self.coefficients[left])
 
     def occurring(self) -> Index:
         """Return the numbers of the variables that occur, sorted."""

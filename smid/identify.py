@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
 
@@ -37,6 +38,17 @@ class EmptyFeasibleSetError(ValueError):
         Certified lower end of the least noise bound, where it was computed.
     samples : tuple of (experiment name, sample index, weight)
         The samples that carry most of the proof.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> try:
+    ...     identify(OutputError(stable=True), data, noise_bound=0.001)
+    ... except EmptyFeasibleSetError as proof:
+    ...     print(f"at least {proof.least_bound:.4f}, sample {proof.samples[0][1]} weighs most")
+    at least 0.0339, sample 3 weighs most
     """
 
     def __init__(self, message: str, least_bound: float | None, samples: tuple[tuple[str, int, float], ...]) -> None:
@@ -56,6 +68,7 @@ def identify(
     tolerance: float = 1e-4,
     rounds: int = 10,
     nodes: int = 0,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
@@ -82,6 +95,8 @@ def identify(
     nodes : int
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
         Min, Abs or sign is always branched (:func:`smid.piecewise.piecewise_intervals`).
+    executor : concurrent.futures.Executor, optional
+        Solves bounds side by side (:func:`relaxations.hierarchy.intervals`); a piecewise model runs here.
     progress : callable, optional
         Called with a line of text now and then.
 
@@ -133,6 +148,7 @@ def identify(
         rounds=rounds,
         nodes=nodes,
         known=known,
+        executor=executor,
         progress=progress,
     )
     if enclosure.empty is not None:
@@ -246,7 +262,7 @@ def _proven_empty(
     unit = feasible.data.channel(channel).unit
     proven = f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
     samples_text = f"Samples that carry the proof: {carried}"
-    if feasible.openings:
+    if feasible.structure.hinges:
         return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
     least = error_bound(
         feasible.model, feasible.data, fixed, method=method, order=order, solver=solver, progress=progress

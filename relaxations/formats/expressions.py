@@ -18,17 +18,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from relaxations.balls import Array, Balls, Index, concatenate
-from relaxations.bounding import relax, resolve
+import relaxations.minimise
+from relaxations.balls import Balls, concatenate
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
-from relaxations.witness import Witness, find_witness, verify
 
 Names = tuple[str, ...]  # a monomial: names with repetition, sorted
 Number = int | float | Fraction
@@ -138,40 +137,6 @@ class Constraint:
         return f"{self.expression} {'==' if self.equality else '>='} 0"
 
 
-@dataclass(frozen=True)
-class Minimum:
-    """What is proven of a minimum, and the problem itself.
-
-    Parameters
-    ----------
-    problem : PolynomialProblem
-    objective : Polynomials
-    lower : float
-        Certified: no feasible point has a smaller objective. Infinite where the feasible set is proven empty.
-    upper : float
-        The objective at a feasible point that is proven to exist; NaN where none was found. A local search finds it,
-        so that it may lie above the minimum.
-    point : dict {name: value}
-        That point; empty where none was found.
-    order : int
-        Of the relaxation.
-    """
-
-    problem: PolynomialProblem
-    objective: Polynomials
-    lower: float
-    upper: float
-    point: dict[str, float]
-    order: int
-
-    def __str__(self) -> str:
-        if np.isposinf(self.lower):
-            return "no point satisfies all constraints (proven)"
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.point.items())
-        reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point found)"
-        return f"{self.lower:.9g} <= minimum {reached} (order {self.order})"
-
-
 def variables(names: str) -> tuple[Expression, ...]:
     """Return variables by their names, with spaces or commas between them.
 
@@ -266,56 +231,24 @@ def stated_problem(
 
 
 def minimise(
-    objective: Expression | Number,
-    constraints: Sequence[Constraint] = (),
-    *,
-    method: str = "sparse",
-    order: int | None = None,
-    solver: str = "clarabel",
-) -> Minimum:
-    """Bound a minimum from below by a certificate, and from above by a verified point.
+    objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any
+) -> relaxations.minimise.Minimum:
+    """Enclose a minimum: from below by a certificate, from above by a verified point.
 
     Parameters
     ----------
     objective : Expression or number
     constraints : sequence of Constraint
         Together they must bound every variable.
-    method : {"sparse", "dense", "textbook", "lift"}
-    order : int, optional
-        Of the relaxation; two by default, or the least that the degrees allow.
-    solver : str
+    **options
+        Those of :func:`relaxations.minimise.minimise`: method, order, tolerance, nodes, solver, progress.
 
     Raises
     ------
     ProblemError
         When a variable is not bounded, or the order is too low.
     """
-    problem, goal = problem_of(objective, constraints)
-    method, usual, complicating = resolve(problem, method, order)
-    chosen = order or max(usual, -(-goal.degree // 2))
-    relaxed = relax(problem, method, chosen, solver, goal)
-    outcome = relaxed.bound(goal)
-    found = None
-    if outcome.point is not None and np.isfinite(outcome.point).all():
-        found = _best_witness(problem, goal, complicating, outcome.point)
-    return Minimum(
-        problem,
-        goal,
-        outcome.bound,
-        float("nan") if found is None else found.value,
-        {} if found is None else dict(zip(problem.names, found.point.tolist(), strict=True)),
-        chosen,
-    )
-
-
-def _best_witness(
-    problem: PolynomialProblem, objective: Polynomials, complicating: Index, start: Array
-) -> Witness | None:
-    """Search with the objective's variables moving freely, then in small steps: each finds what the other misses."""
-    curved = objective.factors[objective.term_degrees > 1]
-    held = np.union1d(complicating, curved[curved >= 0])
-    tried = [find_witness(problem, problem, objective, c, start) for c in (complicating, held)]
-    return min((w for w in [verify(problem, objective, start), *tried] if w), key=lambda w: w.value, default=None)
+    return relaxations.minimise.minimise(*problem_of(objective, constraints), **options)
 
 
 def polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:

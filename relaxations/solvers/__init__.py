@@ -1,6 +1,7 @@
-"""Conic solvers behind one call; Clarabel straight, every other one through cvxpy."""
+"""Conic solvers behind one call: a table of back ends, and what to try in turn where one stops short."""
 
-from relaxations.solvers.interface import ConicSolution, available_solvers, solve
+from relaxations.solvers.back_ends import BackEnd, back_ends
+from relaxations.solvers.interface import Attempt, ConicSolution, attempts, available_solvers, solve
 from relaxations.solvers.stop import Stop
 
-__all__ = ["ConicSolution", "Stop", "available_solvers", "solve"]
+__all__ = ["Attempt", "BackEnd", "ConicSolution", "Stop", "attempts", "available_solvers", "back_ends", "solve"]

@@ -4,13 +4,34 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
 from relaxations.errors import ProblemError
+from relaxations.solvers.back_ends import DIRECT, INTERIOR, BackEnd, back_ends, through_cvxpy
+from relaxations.solvers.boxed import boxed
 from relaxations.solvers.stop import Stop
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A solver and how it is set: ``str(attempt)`` names both.
+
+    Parameters
+    ----------
+    solver : str
+    setting : str
+        ``"boxed"`` (:mod:`relaxations.solvers.boxed`), one of the back end's own, or empty for its usual one.
+    """
+
+    solver: str
+    setting: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.solver} {self.setting}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -36,19 +57,56 @@ class ConicSolution:
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Return the names that ``solver=`` takes on this machine: ``clarabel`` and cvxpy's installed solvers."""
-    import cvxpy
+    """Return the names that ``solver=`` takes on this machine."""
+    return tuple(b.name for b in back_ends() if b.installed)
 
-    return ("clarabel", *(name for name in cvxpy.installed_solvers() if name != "CLARABEL"))
+
+def back_end(solver: str) -> BackEnd:
+    """Return a back end by its name.
+
+    Raises
+    ------
+    ProblemError
+        For an unknown solver, or one that is not installed.
+    """
+    # cvxpy is not asked, which takes half a second, where one of our own is meant.
+    found = next((b for b in DIRECT if b.name == solver.lower()), None)
+    found = found or next((b for b in through_cvxpy() if b.name.lower() == solver.lower()), None)
+    if found is None:
+        raise ProblemError(f"unknown solver {solver!r}: choose one of {', '.join(available_solvers())}")
+    if not found.installed:
+        raise ProblemError(
+            f"the solver {found.name!r} is not installed: {found.install}, or choose one of "
+            f"{', '.join(available_solvers())}"
+        )
+    return found
 
 
 def check_solver(solver: str) -> None:
-    """Raise ProblemError unless ``solver`` is known, before any work."""
-    if solver != "clarabel" and solver not in available_solvers():
-        raise ProblemError(f"unknown solver {solver!r}: choose one of {', '.join(available_solvers())}")
+    """Raise ProblemError unless ``solver`` is known and installed, before any work."""
+    back_end(solver)
 
 
-def solve(program: ConicProgram, objective: Array, solver: str = "clarabel") -> ConicSolution:
+def attempts(solver: str) -> tuple[Attempt, ...]:
+    """Return what to try in turn: the solver as it is, its other settings, then the others that are installed.
+
+    Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
+    all those tried counts. First-order methods are no help: they take long and stop farther off.
+
+    Examples
+    --------
+    >>> [str(a) for a in attempts("clarabel")][:3]
+    ['clarabel', 'clarabel boxed', 'clarabel regularised']
+    """
+    own = back_end(solver)
+    others = [b for b in DIRECT if b is not own and b.installed and b.method == INTERIOR]
+    return (
+        *(Attempt(own.name, setting) for setting in ("", *own.settings)),
+        *(Attempt(b.name, "boxed") for b in others),
+    )
+
+
+def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "clarabel") -> ConicSolution:
     """Minimise ``objective`` over a conic program.
 
     Parameters
@@ -56,23 +114,22 @@ def solve(program: ConicProgram, objective: Array, solver: str = "clarabel") -> 
     program : ConicProgram
     objective : ndarray, shape (n_moments,)
         Coefficients of the moments; entry 0 belongs to the constant.
-    solver : str
-        ``"clarabel"``, or the name of any conic solver that cvxpy knows.
+    attempt : Attempt or str
+        A solver's name means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
     Raises
     ------
     ProblemError
-        For an unknown solver.
+        For an unknown solver, or one that is not installed.
     """
-    check_solver(solver)
+    how = Attempt(attempt) if isinstance(attempt, str) else attempt
+    own = back_end(how.solver)
     started = time.perf_counter()
-    # A solver's library is imported when it is asked for.
-    if solver == "clarabel":
-        from relaxations.solvers import clarabel
-
-        stop, status, x, z = clarabel.run(program, objective[1:])
+    run = import_module(f"relaxations.solvers.{own.file}").run
+    if how.setting == "boxed":
+        wider, rows = boxed(program)
+        stop, status, x, z = run(own.name, wider, objective[1:])
+        z = z[rows]
     else:
-        from relaxations.solvers import through_cvxpy
-
-        stop, status, x, z = through_cvxpy.run(solver, program, objective[1:])
+        stop, status, x, z = run(own.name, program, objective[1:], *([how.setting] if how.setting else []))
     return ConicSolution(stop, status, np.concatenate([[1.0], x]), z, time.perf_counter() - started)

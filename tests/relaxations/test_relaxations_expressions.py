@@ -190,7 +190,7 @@ def test_a_minimum_without_a_witness_says_so():
     assert found.lower == pytest.approx(-2, abs=1e-6)
     assert np.isnan(found.upper)
     assert found.point == {}
-    assert "no feasible point found" in str(found)
+    assert "no feasible point was verified" in str(found)
 
 
 def test_an_empty_set_is_proven():

@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy
-from random_problems import RandomProblem, random_problem
 
+from benchmarks.soundness.random_problems import RandomProblem, random_problem
 from relaxations.hierarchy import Proof
-from smid import CentreStatus, Dataset, FeasibleSet, Hammerstein, Model, OutputError, identify
+from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
 from smid.box import Boxed, vanishing_factors, with_finite_box
 
 SEEDS = 16
@@ -113,3 +113,14 @@ def test_bounds_cure_an_unbounded_parameter() -> None:
     assert (estimate["b0"].proof_lower, estimate["b0"].proof_upper) == (Proof.BOX, Proof.BOX)
     assert estimate["a1"].proof_lower is Proof.PROVEN
     assert estimate["a1"].lower <= -0.9 <= estimate["a1"].upper
+
+
+def test_knowledge_that_is_curved_in_the_loose_parameters_is_no_obstacle():
+    # b0^2 >= b1^2 (minimum phase) is left out where a box is derived for b0 and b1.
+    case = random_problem(3, "errors in variables", 30)
+    model = ErrorsInVariables(1, 1, stable=True, minimum_phase=True, dc_gain=(-100, 100))
+    boxed = with_finite_box(FeasibleSet(model, case.data, case.noise_bound))
+    assert boxed.unbounded == ()
+    assert boxed.derived == ("b0", "b1")
+    place = boxed.feasible.problem.names.index("b0")
+    assert boxed.feasible.problem.lower[place] <= case.truth["b0"] <= boxed.feasible.problem.upper[place]

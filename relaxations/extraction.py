@@ -1,0 +1,85 @@
+"""Minimisers read from a moment matrix that is flat: as many as its rank.
+
+Where the moment matrix of order d has the rank of its part of order d - s, the moments are those of finitely many
+points, all of them minimisers, and linear algebra finds them: the matrices of multiplication by the variables, in a
+basis of the column space, share their eigenvectors.
+
+References
+----------
+D. Henrion and J. B. Lasserre, "Detecting global optimality and extracting solutions in GloptiPoly", in Positive
+Polynomials in Control, LNCIS 312, Springer (2005) 293-310.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+from scipy.linalg import qr, schur
+
+from relaxations.balls import Array, Balls
+from relaxations.errors import ProblemError
+from relaxations.moment import Relaxation, monomials_up_to
+from relaxations.polynomial import Factors, Polynomials, multiply, pad
+
+RANK = 1e-3  # eigenvalues below this share of the largest count as zero: solvers leave about 1e-5
+SMALLEST = 1e-8  # moment that is told from zero
+MOST = 30  # minimisers
+
+
+def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array | None:
+    """Return the points that a flat moment matrix stands for, shape (rank, n_variables); None where it is not flat.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+        Of one clique: ``dense``, or ``sparse`` where every variable meets every other.
+    moments : ndarray, shape (n_moments,)
+        A solver's, the constant first.
+    step : int
+        Half the highest degree of the constraints, at least 1: how far the rank must not grow.
+    """
+    n, order = relaxation.n_variables, relaxation.order
+    basis = monomials_up_to(range(n), order)
+    i, j = np.triu_indices(len(basis))
+    try:
+        entries = moments[relaxation.moments_of(_monomials(multiply(basis[i], basis[j])))]
+    except ProblemError:  # a sparse relaxation of several cliques keeps no such matrix
+        return None
+    matrix = np.empty((len(basis), len(basis)))
+    matrix[i, j] = matrix[j, i] = entries
+    # Monomials far inside the box are small: what counts is their size beside themselves.
+    size = np.sqrt(np.maximum(np.diag(matrix), SMALLEST))
+    matrix = matrix / np.outer(size, size)
+    smaller = comb(n + order - step, n) if order >= step else 0
+    rank = _rank(matrix)
+    if rank > MOST or smaller == 0 or rank != _rank(matrix[:smaller, :smaller]):
+        return None
+    # A basis of monomials of low degree, so that its products with variables are still in the matrix.
+    values, vectors = np.linalg.eigh(matrix)
+    columns = vectors[:, -rank:] * np.sqrt(np.maximum(values[-rank:], 0.0))
+    _, _, pivots = qr(columns[:smaller].T, mode="economic", pivoting=True)
+    chosen = np.sort(pivots[:rank])
+    within = np.linalg.lstsq(columns[chosen].T, columns.T, rcond=None)[0].T
+    within *= size[:, None] / size[chosen]  # each monomial in the chosen ones
+    place = {tuple(row): k for k, row in enumerate(basis.tolist())}
+    multiplications = []
+    for v in range(n):
+        moved = multiply(pad(basis[chosen], order), np.array([[v]]))[:, -order:]
+        multiplications.append(within[[place[tuple(row)] for row in pad(moved, order).tolist()]])
+    # A random combination has distinct eigenvalues; the generator is seeded so that a run can be repeated.
+    weights = np.random.default_rng(0).dirichlet(np.ones(n))
+    combined = sum(w * m for w, m in zip(weights, multiplications, strict=True))
+    _, q = schur(combined)
+    points = np.array([[q[:, k] @ m @ q[:, k] for m in multiplications] for k in range(rank)])
+    return points if np.isfinite(points).all() and np.abs(points).max() < 1 + RANK else None
+
+
+def _monomials(factors: Factors) -> Polynomials:
+    count = len(factors)
+    return Polynomials(count, np.arange(count), factors, Balls.exact(np.ones(count)))
+
+
+def _rank(matrix: Array) -> int:
+    values = np.linalg.eigvalsh(matrix)
+    return int((values > RANK * max(float(values[-1]), 0.0)).sum())

@@ -1,0 +1,366 @@
+"""The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
+
+The lower end is certified, whatever the solver says (:mod:`relaxations.certificate`). The upper end is the objective at
+a point that is proven to be feasible (:mod:`relaxations.witness`), where one was found. Orders are raised while their
+blocks are small; what gap is left then is closed by branch and bound with the relaxation of the least order, tightened
+by the products of linear constraints.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from math import comb
+
+import numpy as np
+
+from relaxations.balls import Array, Index
+from relaxations.bounding import Outcome, Relaxed, lowest, relax, resolve
+from relaxations.branching import branch_and_bound
+from relaxations.errors import ProblemError
+from relaxations.extraction import minimisers
+from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
+from relaxations.lasserre import groups
+from relaxations.lift import nonlinear_variables
+from relaxations.local_search import local_minimum
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+from relaxations.reductions.products import with_products
+from relaxations.reductions.vanishing import Piece, Product, piece, products, settle
+from relaxations.solvers.interface import check_solver
+from relaxations.witness import MARGINS, Witness, definition_order, find_witness, verify
+
+WIDEST = 70  # an order whose widest block is beyond this is not tried unasked: a bound would cost minutes
+HIGHEST = 6  # nor an order beyond this
+BRANCHES = 400
+NODE_WIDEST = 20
+STARTS = 8  # of the local search, beside the points of the relaxations
+CONTRACTIONS = 5  # of the box before branching
+
+
+class Reason(Enum):
+    """Why the search for a minimum stopped."""
+
+    TIGHT = "the bound meets a feasible value within the tolerance"
+    EMPTY = "no point satisfies all constraints (proven)"
+    ORDERS = "the orders and branches allowed are used up: raise order or nodes"
+    INTERRUPTED = "interrupted; the bound proven so far is returned"
+    MEMORY = "out of memory; the bound proven so far is returned"
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """What is proven of a minimum, and the problem itself.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+    lower : float
+        Certified: no feasible point has a smaller objective. Infinite where the feasible set is proven empty.
+    upper : float
+        The objective at a feasible point that is proven to exist; NaN where none was found.
+    points : tuple of ndarray, each (n_variables,)
+        Verified feasible points whose objective lies within the tolerance of the best, the best first.
+    order : int
+        Highest order of a relaxation that was used.
+    nodes : int
+        Relaxations solved in branch and bound.
+    reason : Reason
+    seconds : float
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    lower: float
+    upper: float
+    points: tuple[Array, ...]
+    order: int
+    nodes: int
+    reason: Reason
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Return ``upper - lower``; NaN without a verified point."""
+        return self.upper - self.lower
+
+    @property
+    def point(self) -> dict[str, float]:
+        """Return the best point by names; empty where none was found."""
+        return dict(zip(self.problem.names, self.points[0].tolist(), strict=True)) if self.points else {}
+
+    def __str__(self) -> str:
+        if self.reason is Reason.EMPTY:
+            return str(self.reason.value)
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.point.items())
+        reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point was verified)"
+        branches = f", {self.nodes} branches" if self.nodes else ""
+        return f"{self.lower:.9g} <= minimum {reached} (order {self.order}{branches})"
+
+
+@dataclass
+class _Search:
+    """What is known so far."""
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    vanishing: tuple[Product, ...]
+    tolerance: float
+    lower: float = -np.inf
+    best: float = np.inf  # at a point that a local search calls feasible
+    points: list[tuple[float, Array]] = field(default_factory=list)
+    order: int = 0
+    nodes: int = 0
+
+    @property
+    def goal(self) -> float:
+        """Return the bound that is good enough."""
+        return self.best - self.tolerance * max(1.0, abs(self.best)) if np.isfinite(self.best) else np.inf
+
+    def improve(self, start: Array | None) -> None:
+        """Search from a point, and keep what is found."""
+        if start is None or not np.isfinite(start).all():
+            return
+        part = piece(self.problem, self.objective, self.vanishing, start)
+        point = local_minimum(part.problem, part.objective, start[part.kept])
+        if point is not None:
+            value = float(part.objective.evaluate(point)[0])
+            self.points.append((value, part.whole(point)))
+            self.best = min(self.best, value)
+
+
+def minimise(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    *,
+    method: str = "sparse",
+    order: int | None = None,
+    tolerance: float = 1e-6,
+    nodes: int = BRANCHES,
+    solver: str = "clarabel",
+    progress: Progress | None = None,
+) -> Minimum:
+    """Enclose the minimum of a polynomial over a polynomial set.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    objective : Polynomials
+        One row.
+    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    order : int, optional
+        Highest relaxation order; by default as high as blocks of width 70 allow.
+    tolerance : float
+        Stop once the gap is below this share of the minimum's magnitude, or of one.
+    nodes : int
+        At most so many relaxations in branch and bound.
+    solver : str
+    progress : callable, optional
+        Called with one line of text now and then.
+
+    Returns
+    -------
+    Minimum
+
+    Raises
+    ------
+    ProblemError
+        Before any solve: unknown method or solver, order too low, infinite box, memory too small.
+
+    Examples
+    --------
+    >>> from relaxations.library import load
+    >>> case = load("gms_st_e01")
+    >>> found = minimise(case.problem, case.objective)
+    >>> round(found.lower, 6), round(found.upper, 6), case.optimum
+    (-6.666667, -6.666667, -6.6666667)
+    """
+    started = time.perf_counter()
+    check_solver(solver)
+    if problem.unbounded:
+        raise ProblemError(
+            f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: give bounds"
+        )
+    method, *_ = resolve(problem, method, None)
+    orders = _orders(problem, objective, method, order)
+    search = _Search(problem, objective, products(problem), tolerance, order=orders[0])
+    say = progress or (lambda _: None)
+    reason = Reason.ORDERS
+    try:
+        # Seeded, so that a run can be repeated.
+        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+            search.improve(problem.lower + share * (problem.upper - problem.lower))
+        for current in orders:
+            relaxed = relax(_tightened(problem, method, current, objective), method, current, solver, objective)
+            outcome = relaxed.bound(objective)
+            search.order, search.lower = current, max(search.lower, outcome.bound)
+            if search.lower == np.inf:
+                break
+            search.improve(outcome.point)
+            for point in _extracted(relaxed, outcome):
+                search.improve(point)
+            say(f"order {current}: bound {search.lower:.9g}, best point {search.best:.9g}")
+            if search.lower >= search.goal:
+                break
+        if nodes and search.lower < search.goal:
+            _branch(search, method, _node_order(problem, objective, method, orders), nodes, solver, say)
+        if search.lower == np.inf:
+            reason = Reason.EMPTY
+        elif search.lower >= search.goal:
+            reason = Reason.TIGHT
+    except KeyboardInterrupt:
+        reason = Reason.INTERRUPTED
+    except MemoryError:
+        reason = Reason.MEMORY
+    verified = _verified(search)
+    return Minimum(
+        problem,
+        objective,
+        search.lower,
+        min((value for value, _ in verified), default=float("nan")),
+        tuple(point for _, point in verified),
+        search.order,
+        search.nodes,
+        reason,
+        time.perf_counter() - started,
+    )
+
+
+def _orders(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> list[int]:
+    """Return the orders to try, lowest first."""
+    lift = method == "lift"
+    _, usual, complicating = resolve(problem, method, None)
+    least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
+    if highest is not None and highest < least:
+        raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
+    if not lift:  # refuses blocks that are too wide
+        largest = max(len(c) for c in groups(problem, highest or least, method, objective))
+    elif highest is None:
+        highest = max(usual, least)
+    if highest is not None:
+        return list(range(least, highest + 1))
+    small = [d for d in range(least + 1, HIGHEST + 1) if comb(largest + d, d) <= WIDEST]
+    return [least, *small]
+
+
+def _node_order(problem: PolynomialProblem, objective: Polynomials, method: str, orders: list[int]) -> int:
+    """Return the order of the relaxations in branch and bound: where blocks are small a higher one saves nodes."""
+    if method == "lift":
+        return orders[0]
+    largest = max(len(c) for c in groups(problem, orders[0], method, objective))
+    return max(d for d in orders if d == orders[0] or comb(largest + d, d) <= NODE_WIDEST)
+
+
+def _tightened(
+    problem: PolynomialProblem, method: str, order: int, objective: Polynomials | None = None
+) -> PolynomialProblem:
+    return with_products(problem, objective) if order == 1 and method in ("sparse", "dense") else problem
+
+
+def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
+    """Return the minimisers that the moments show, in the problem's own variables."""
+    if outcome.moments is None or relaxed.relaxation.method == "lift":
+        return []
+    step = max(1, -(-relaxed.problem.degree // 2))
+    found = minimisers(relaxed.relaxation, outcome.moments, step)
+    return [] if found is None else [relaxed.scaling.recover(point) for point in found]
+
+
+def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, say: Progress) -> None:
+    """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
+    best = search.best
+    better = _better(search)
+    variables = _curved(search.problem.with_inequalities(search.objective))
+    found = uninterrupted(
+        intervals(
+            _tightened(better, method, order, search.objective),
+            range(search.problem.n_variables),
+            method=method,
+            order=order,
+            solver=solver,
+            rounds=CONTRACTIONS,
+            witnesses=False,
+            progress=say,
+        )
+    )
+    smaller = None if found.empty is not None else settle(contracted(better, found), search.vanishing)
+    if smaller is None:
+        search.lower = max(search.lower, best)
+        return
+
+    def bounded(part: PolynomialProblem) -> Relaxed:
+        search.nodes += 1
+        return relax(_tightened(part, method, order, search.objective), method, order, solver, search.objective)
+
+    def goal(outcome: Outcome | None) -> float:
+        point = None if outcome is None else outcome.point
+        if point is not None and np.isfinite(point).all() and search.objective.evaluate(point)[0] < search.best:
+            search.improve(point)
+        return search.goal
+
+    bound = branch_and_bound(
+        smaller,
+        search.objective,
+        variables,
+        bounded,
+        start=search.lower,
+        goal=goal,
+        nodes=nodes,
+        progress=say,
+    )
+    # Outside of the contracted box the objective is above the value that the box was contracted with.
+    search.lower = max(search.lower, min(bound, best))
+
+
+def _curved(problem: PolynomialProblem) -> Index:
+    """Return the variables that occur in monomials of degree two and more."""
+    high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities)]
+    return np.setdiff1d(np.concatenate(high), [-1])
+
+
+def _better(search: _Search) -> PolynomialProblem:
+    """Return the problem without the points that are worse than the best one known."""
+    if not np.isfinite(search.best):
+        return search.problem
+    return search.problem.with_inequalities(search.objective.below(search.best))
+
+
+def _verified(search: _Search) -> list[tuple[float, Array]]:
+    """Return the distinct best points that are proven to be feasible, with their values, the best first."""
+    width = np.where(search.problem.upper > search.problem.lower, search.problem.upper - search.problem.lower, 1.0)
+    near = max(search.tolerance, 1e-6) * max(1.0, abs(search.best))
+    kept: list[tuple[float, Array]] = []
+    for value, point in sorted(search.points, key=lambda p: p[0]):
+        if value > search.best + near or any(np.abs((point - other) / width).max() < 1e-4 for _, other in kept):
+            continue
+        part = piece(search.problem, search.objective, search.vanishing, point)
+        found = _proven(search, part, point[part.kept], value)
+        if found is not None:
+            kept.append((found.value, part.whole(found.point)))
+    return sorted(kept, key=lambda p: p[0])
+
+
+def _proven(search: _Search, part: Piece, point: Array, value: float) -> Witness | None:
+    """Prove a point feasible, or the best of several beside it that keep a distance from every limit."""
+    best: Witness | None = None
+    for found in _beside(part.problem, part.objective, point):
+        if found is not None and (best is None or found.value < best.value):
+            best = found
+        if best is not None and best.value <= value + 0.1 * search.tolerance * max(1.0, abs(value)):
+            break
+    return best
+
+
+def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+    if definition_order(problem.equalities) is None:
+        return
+    yield verify(problem, objective, point)
+    yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
+    for margin in MARGINS:
+        beside = local_minimum(problem, objective, point, margin)
+        yield None if beside is None else verify(problem, objective, beside)
+    yield find_witness(problem, problem, objective, _curved(problem.with_inequalities(objective)), point)

@@ -1,0 +1,55 @@
+"""SCS, called straight: a first-order method, for programs too large to factorise and bounds of few digits."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from relaxations.balls import Array, Index
+from relaxations.conic import ConicProgram
+from relaxations.solvers.stop import Stop
+
+TOLERANCE = 1e-7  # absolute and relative; its default of 1e-4 costs a bound another digit or two
+ITERATIONS = 20_000
+
+_STOPS = {
+    1: Stop.SOLVED,
+    2: Stop.INEXACT,
+    -1: Stop.UNBOUNDED,
+    -2: Stop.INFEASIBLE,
+    -6: Stop.UNBOUNDED,
+    -7: Stop.INFEASIBLE,
+}
+
+
+def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
+    """Solve; see :func:`relaxations.solvers.solve`."""
+    import scs  # here, for the package is optional
+
+    order = _rows(program)
+    cones = program.cones
+    solver = scs.SCS(
+        {"A": sparse.csc_matrix(program.matrix)[order], "b": program.rhs[order], "c": objective},
+        {"z": cones.zero, "l": cones.nonnegative, "q": list(cones.second_order), "s": list(cones.semidefinite)},
+        eps_abs=TOLERANCE,
+        eps_rel=TOLERANCE,
+        max_iters=ITERATIONS,
+        verbose=False,
+    )
+    found = solver.solve()
+    dual = np.empty(program.n_rows)
+    dual[order] = found["y"]
+    info = found["info"]
+    return _STOPS.get(info["status_val"], Stop.FAILED), str(info["status"]), np.asarray(found["x"]), dual
+
+
+def _rows(program: ConicProgram) -> Index:
+    """Return where SCS's rows stand among ours: it stacks the columns of the lower triangle, we of the upper one."""
+    cones = program.cones
+    position = cones.zero + cones.nonnegative + sum(cones.second_order)
+    parts = [np.arange(position)]
+    for width in cones.semidefinite:
+        j, i = np.triu_indices(width)  # the lower triangle (i, j), column by column
+        parts.append(position + i * (i + 1) // 2 + j)
+        position += width * (width + 1) // 2
+    return np.concatenate(parts)

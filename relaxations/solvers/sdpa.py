@@ -1,0 +1,96 @@
+"""SDPA through the package ``sdpa-python``, called below its modelling layer; optional, for it is under the GPL.
+
+In SeDuMi's form ``minimise b'z : A'z = -q``, z the dual vector: multipliers of equalities as differences of nonnegative
+ones, second-order cones of size 3 as blocks of width 2, semidefinite blocks in full.
+
+References
+----------
+M. Yamashita, K. Fujisawa and M. Kojima, "Implementation and evaluation of SDPA 6.0", Optimization Methods and Software
+18 (2003) 491-505.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from scipy import sparse
+
+from relaxations.balls import Array
+from relaxations.conic import Cones, ConicProgram
+from relaxations.solvers.stop import Stop
+
+TOLERANCE = 1e-7  # of gap and feasibility, its own; asked for more it is stuck more often, and farther off
+
+_STOPS = {
+    "pdOPT": Stop.SOLVED,
+    "pdFEAS": Stop.INEXACT,
+    "pFEAS": Stop.INEXACT,
+    "dFEAS": Stop.INEXACT,
+    "noINFO": Stop.INEXACT,
+    # Its primal problem is the dual of ours.
+    "pUNBD": Stop.INFEASIBLE,
+    "pFEAS_dINF": Stop.INFEASIBLE,
+    "dUNBD": Stop.UNBOUNDED,
+    "pINF_dFEAS": Stop.UNBOUNDED,
+    "pdINF": Stop.INFEASIBLE,  # of one of the two; the certificate tells
+}
+
+
+def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
+    """Solve; see :func:`relaxations.solvers.solve`."""
+    # Here, for the package is optional.
+    from sdpap.param import param
+    from sdpap.sdpacall import sdpacall
+    from sdpap.symcone import SymCone
+
+    full, widths = _in_full(program.cones)
+    columns = sparse.csc_matrix((full @ program.matrix).T)
+    cost = full @ program.rhs
+    free = program.cones.zero
+    columns = sparse.csc_matrix(sparse.hstack([columns[:, :free], -columns[:, :free], columns[:, free:]]))
+    cost = np.concatenate([cost[:free], -cost[:free], cost[free:]])
+    options = {"print": "no", "numThreads": 1, "epsilonStar": TOLERANCE, "epsilonDash": TOLERANCE}
+    with _silent():
+        z, y, _, info = sdpacall.solve_sdpa(
+            columns,
+            sparse.csc_matrix(-objective.reshape(-1, 1)),
+            sparse.csc_matrix(cost.reshape(-1, 1)),
+            SymCone(l=2 * free + program.cones.nonnegative, s=widths),
+            param(options, sdpacall.get_backend_info()["gmp"]),
+        )
+    z, y = z.toarray().ravel(), y.toarray().ravel()
+    dual = full.T @ np.concatenate([z[:free] - z[free : 2 * free], z[2 * free :]])
+    status = str(info["phasevalue"])
+    return _STOPS.get(status, Stop.FAILED), status, y, dual
+
+
+def _in_full(cones: Cones) -> tuple[sparse.csr_matrix, tuple[int, ...]]:
+    """Return the matrix from our rows to SDPA's, and the widths of its blocks; its transpose takes a dual back."""
+    from_lorentz = sparse.csr_matrix([[0.5, 0.5, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.5, -0.5, 0.0]])
+    parts = [sparse.identity(cones.zero + cones.nonnegative), *[from_lorentz] * len(cones.second_order)]
+    for width in cones.semidefinite:
+        j, i = np.tril_indices(width)
+        place, off = np.arange(len(i)), i != j
+        rows = np.concatenate([i * width + j, (j * width + i)[off]])
+        values = np.where(off, np.sqrt(0.5), 1.0)
+        entries = (np.concatenate([values, values[off]]), (rows, np.concatenate([place, place[off]])))
+        parts.append(sparse.csr_matrix(entries, shape=(width * width, len(i))))
+    return sparse.csr_matrix(sparse.block_diag(parts)), (*[2] * len(cones.second_order), *cones.semidefinite)
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Discard what the library writes past Python to the standard output, its ``print`` option notwithstanding."""
+    sys.stdout.flush()
+    kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nothing)
