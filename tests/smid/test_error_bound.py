@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 from first_order import first_order
-from random_problems import random_problem
 
+from benchmarks.soundness.random_problems import random_problem
 from relaxations.hierarchy import Reason
 from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, ModelError, OutputError, error_bound, identify
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy
-from piecewise_problems import KINDS, piecewise_problem
 from scipy.optimize import linprog, minimize_scalar
 
+from benchmarks.soundness.piecewise_problems import KINDS, piecewise_problem
 from relaxations.polynomial import Polynomials
 from smid import (
     Dataset,

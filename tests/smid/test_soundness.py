@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from random_problems import random_problem
 
 import relaxations.bounding
+from benchmarks.soundness.random_problems import random_problem
 from relaxations.certificate import Certificate
 from smid import EmptyFeasibleSetError, identify
 
-PROBLEMS, CHUNK = 300, 10
+PROBLEMS, CHUNK = 120, 10  # `python -m benchmarks.soundness` runs thousands
 
 
 def escapes(seed: int, **settings: object) -> list[str]:

@@ -1,0 +1,77 @@
+"""Identify random sets and count what is false: ``python -m benchmarks.soundness``.
+
+Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
+Delete the cache when the bounds have changed. The command fails where a statement was false.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from pathlib import Path
+
+from benchmarks.soundness.check_case import check_case
+from benchmarks.soundness.score import Outcome, markdown
+
+
+def _cached(path: Path) -> list[Outcome]:
+    if not path.exists():
+        return []
+    outcomes = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            outcomes.append(Outcome(**json.loads(line)))
+        except json.JSONDecodeError:  # an empty line, or what an interrupted run left unfinished
+            continue
+    return outcomes
+
+
+def main() -> None:
+    """Read the arguments, run what is not in the cache, and print (and write) the section."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.soundness", description=__doc__)
+    parser.add_argument("--feasible", type=int, default=2000, help="number of sets that hold the truth")
+    parser.add_argument("--infeasible", type=int, default=500, help="number of empty sets")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="first seed of both")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--output", type=Path, help="Markdown file for the section")
+    parser.add_argument("--cache", type=Path, default=Path(".cache/soundness.jsonl"))
+    given = parser.parse_args()
+
+    wanted = [(True, seed) for seed in range(given.first, given.first + given.feasible)]
+    wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
+    known = {(o.is_feasible, o.seed): o for o in _cached(given.cache)}
+    outcomes = [known[key] for key in wanted if key in known]
+    missing = [key for key in wanted if key not in known]
+    print(f"{len(wanted)} sets, {len(outcomes)} of them in {given.cache}", flush=True)
+    given.cache.parent.mkdir(parents=True, exist_ok=True)
+    started = time.perf_counter()
+    with (
+        ProcessPoolExecutor(given.workers) as pool,
+        given.cache.open("a", encoding="utf-8") as cache,
+    ):
+        cache.write("\n")  # ends a line that an interrupted run left unfinished; empty lines are skipped
+        futures = [pool.submit(check_case, feasible, seed) for feasible, seed in missing]
+        for future in as_completed(futures):
+            outcome = future.result()
+            outcomes.append(outcome)
+            cache.write(json.dumps(asdict(outcome)) + "\n")
+            cache.flush()
+            if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
+                print(
+                    f"{len(outcomes):4d}/{len(wanted)} {outcome.verdict}: {outcome.kind}, {outcome.construction}, "
+                    f"seed {outcome.seed} ({outcome.seconds:.1f} s) {outcome.message}",
+                    flush=True,
+                )
+    section = markdown(outcomes, time.perf_counter() - started)
+    print(f"\n{section}", flush=True)
+    if given.output:
+        given.output.write_text(section, encoding="utf-8")
+    sys.exit(any(o.is_false for o in outcomes))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+"""One case, drawn and identified in this process; a module of its own, so that worker processes can import it."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from benchmarks.soundness.cases import SMOOTH, empty_case, feasible_case
+from benchmarks.soundness.score import Outcome
+from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
+
+__all__ = ["check_case"]
+
+
+def check_case(feasible: bool, seed: int) -> Outcome:
+    """Draw a case, identify it and judge the answer; orders and rounds vary with the seed."""
+    case = feasible_case(seed) if feasible else empty_case(seed)
+    started = time.perf_counter()
+    message = ""
+    try:
+        estimate = identify(
+            case.model,
+            case.data,
+            case.noise_bound,
+            order=1 if seed % 4 else None,
+            rounds=1 + seed % 3,
+            tolerance=0.5 if case.kind not in SMOOTH else 1e-2,
+        )
+    except EmptyFeasibleSetError as error:
+        verdict = "called empty" if feasible else "certified empty"
+        message = str(error)[:200] if feasible else ""
+    except Exception as error:  # one broken case must not end a long run; it is reported
+        verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
+    else:
+        verdict, message = _inside(estimate, case.truth) if feasible else _never_feasible(estimate)
+    return Outcome(
+        case.kind, case.construction, seed, len(case.data.values("y")), verdict, time.perf_counter() - started, message
+    )
+
+
+def _inside(estimate: Estimate, truth: dict[str, float]) -> tuple[str, str]:
+    """Compare the intervals with the parameters that made the data, and with their own witnesses."""
+    for interval in estimate.intervals:
+        true = truth[interval.name]
+        if not interval.lower <= true <= interval.upper:
+            return "truth outside", f"{interval.name} = {true!r} outside [{interval.lower!r}, {interval.upper!r}]"
+        inner = interval.inner_lower, interval.inner_upper
+        if not np.isnan(inner[0]) and not interval.lower <= inner[0] <= inner[1] <= interval.upper:
+            return "witness outside", f"{interval.name}: {inner} outside [{interval.lower!r}, {interval.upper!r}]"
+    if estimate.unbounded:
+        return "inside, no box", ""
+    return "inside", ""
+
+
+def _never_feasible(estimate: Estimate) -> tuple[str, str]:
+    """Look for a verified witness or centre: it would call an empty set feasible."""
+    witnessed = [i.name for i in estimate.intervals if not (np.isnan(i.inner_lower) and np.isnan(i.inner_upper))]
+    if witnessed or estimate.centre_status is CentreStatus.FEASIBLE or estimate.nearest is not None:
+        return "called feasible", f"witness for {', '.join(witnessed)}; centre {estimate.centre_status.name}"
+    return "undecided", estimate.reason.name.lower()

@@ -1,0 +1,173 @@
+"""Every public function and class has a complete numpydoc docstring with an example; pytest runs the examples.
+
+Public is what a package offers by ``__all__``; in `relaxations`, which offers modules, all names without underscore.
+A class that a public function returns is shown by that function's example, a protocol by what fits it.
+"""
+
+import ast
+import enum
+import importlib
+import inspect
+import pkgutil
+import re
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import relaxations
+import smid
+
+API = Path(__file__).parents[2] / "docs" / "api.md"
+HEADINGS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples", "References", "See Also", "Notes")
+SECTION = re.compile(rf"^({'|'.join(HEADINGS)})\n-+\n", re.MULTILINE)
+
+YET_TO_COME = {
+    "relaxations.balls": "concatenate gram",
+    "relaxations.bounding": "Emptiness Outcome Relaxed equality_weights lowest relax resolve",
+    "relaxations.boxes": "DerivedBox derive_box",
+    "relaxations.branching": "branch_and_bound",
+    "relaxations.certificate": "Certificate certify residual_polynomial",
+    "relaxations.certificate_file": "Step",
+    "relaxations.check": "Polynomial Refused Unreadable check main multiply read substitute sum_of_squares",
+    "relaxations.conic": "Cones ConicProgram Multipliers check_memory conic_program multipliers",
+    "relaxations.errors": "ProblemError",
+    "relaxations.extraction": "minimisers",
+    "relaxations.fixed_point": "divide from_float middle multiply to_floats widened",
+    "relaxations.formats.as_json": "listed read_json statement write_json",
+    "relaxations.formats.expressions": "Constraint constant minimise polynomials problem_of stated_problem variables",
+    "relaxations.formats.gams": "read_gams",
+    "relaxations.formats.implied_box": "implied_box",
+    "relaxations.formats.sdpa": "conic_of parse_sdpa read_sdpa sdp_of write_sdpa",
+    "relaxations.formats.text": "Token parse parse_tokens tokens",
+    "relaxations.hierarchy": "Enclosure Proof Reason contracted intervals uninterrupted",
+    "relaxations.lasserre": "groups lasserre",
+    "relaxations.library": "load names",
+    "relaxations.lift": "complicating_variables degrees_in least_order lift nonlinear_variables",
+    "relaxations.local_search": "local_minimum",
+    "relaxations.minimise": "Reason",
+    "relaxations.moment": "Blocks Localiser Relaxation assemble localise merge monomials_up_to",
+    "relaxations.polynomial": "multiply pad trim unique",
+    "relaxations.problem": "exact_ball from_sympy polynomials_from_sympy with_fractions",
+    "relaxations.reductions.facial": "complement coordinates independent multiples multiplied",
+    "relaxations.reductions.products": "with_products",
+    "relaxations.reductions.scaling": "Scaling",
+    "relaxations.reductions.sparsity": "cliques row_variables",
+    "relaxations.reductions.vanishing": "Piece cases piece products settle",
+    "relaxations.solvers.back_ends": "back_ends",
+    "relaxations.solvers.boxed": "boxed",
+    "relaxations.solvers.clarabel": "run",
+    "relaxations.solvers.interface": "ConicSolution attempts available_solvers back_end check_solver solve",
+    "relaxations.solvers.scs": "run",
+    "relaxations.solvers.sdpa": "run",
+    "relaxations.solvers.stop": "Stop",
+    "relaxations.solvers.through_cvxpy": "run",
+    "relaxations.witness": "Witness definition_order find_witness search verify",
+    "smid.clutch.sensor_study": "SingleSensorStudy single_sensor_study train_single_sensor",
+    "smid.reports.clutch": "hammerstein_page recursive_page sensors_page",
+    "smid.reports.hybrid": "arm_page inputs_page reactor_page",
+    "smid.study": "Outcome Settings Status dask_executor",
+}
+"""Modules, and the names there whose docstrings are not complete yet: empty it."""
+EXEMPT = {f"{module}.{name}" for module, names in YET_TO_COME.items() for name in names.split()}
+
+
+def offered():
+    """Return the public functions and classes by their full names, each once."""
+    found = {}
+    packages = ["smid", *(m.name for m in pkgutil.walk_packages(smid.__path__, "smid.") if m.ispkg)]
+    for package in packages:
+        module = importlib.import_module(package)
+        for name in getattr(module, "__all__", ()):
+            found[f"{package}.{name}"] = getattr(module, name)
+    for info in pkgutil.walk_packages(relaxations.__path__, "relaxations."):
+        if not info.name.endswith("__main__"):
+            for name, item in vars(importlib.import_module(info.name)).items():
+                if getattr(item, "__module__", None) == info.name and not name.startswith("_"):
+                    found[f"{info.name}.{name}"] = item
+    once = {id(item): (name, item) for name, item in found.items() if inspect.isfunction(item) or inspect.isclass(item)}
+    return dict(sorted(once.values()))
+
+
+OFFERED = offered()
+
+
+def sections(item):
+    """Return the summary under the empty heading, and the text of each section under its own."""
+    pieces = SECTION.split(inspect.getdoc(item) or "")
+    return {"": pieces[0].strip(), **dict(zip(pieces[1::2], pieces[2::2], strict=True))}
+
+
+def listed(text):
+    """Return the names that a section of parameters describes."""
+    heads = [line.split(" :")[0] for line in text.splitlines() if line and not line.startswith(" ")]
+    return {name.strip().lstrip("*") for head in heads for name in head.split(",")}
+
+
+def raised(function):
+    """Return the errors that a function raises itself, by name."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    calls = [node.exc.func for node in ast.walk(tree) if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call)]
+    return {call.id for call in calls if isinstance(call, ast.Name) and call.id.endswith("Error")}
+
+
+def shown_by():
+    """Return the names of classes that public functions with an example return."""
+    functions = [item for item in OFFERED.values() if inspect.isfunction(item) and example(item)]
+    texts = [str(inspect.signature(function).return_annotation) for function in functions]
+    return {word for text in texts for word in re.findall(r"\w+", text)}
+
+
+def example(item):
+    """Tell whether a docstring has an example."""
+    return ">>> " in sections(item).get("Examples", "")
+
+
+SHOWN = shown_by()
+
+
+def fields(item):
+    """Return the arguments that a caller gives; none for what is not made by calling it."""
+    if inspect.isclass(item) and (issubclass(item, enum.Enum | BaseException) or getattr(item, "_is_protocol", False)):
+        return set()
+    return set(inspect.signature(item).parameters)
+
+
+def missing(item):
+    """Return what a docstring lacks, in words."""
+    has = sections(item)
+    lacks = [] if has[""] else ["a summary"]
+    undescribed = fields(item) - listed(has.get("Parameters", "") + "\n" + has.get("Attributes", ""))
+    lacks += [f"the parameter {name}" for name in sorted(undescribed)]
+    if inspect.isfunction(item):
+        gives = str(inspect.signature(item).return_annotation)
+        if gives != "None" and not {"Returns", "Yields"} & set(has):
+            lacks.append("Returns")
+        lacks += [f"{name} under Raises" for name in sorted(raised(item)) if name not in has.get("Raises", "")]
+    elif item.__name__ in SHOWN or getattr(item, "_is_protocol", False):
+        return lacks
+    return lacks if example(item) else [*lacks, "an example"]
+
+
+@pytest.mark.parametrize("name", sorted(set(OFFERED) - EXEMPT))
+def test_docstring_is_complete(name):
+    assert missing(OFFERED[name]) == []
+
+
+@pytest.mark.parametrize("name", sorted(EXEMPT))
+def test_names_leave_the_list_of_what_is_yet_to_come(name):
+    assert name in OFFERED, f"{name} is gone: take it off the list"
+    assert missing(OFFERED[name]) != [], f"{name} is complete: take it off the list"
+
+
+def test_every_package_is_in_the_reference():
+    listed = re.findall(r"^   (smid[\w.]*)$", API.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    packages = {name.rpartition(".")[0] for name in OFFERED if name.startswith("smid.")}
+    assert packages - set(listed) == set()
+
+
+@pytest.mark.parametrize("name", [name for name, item in OFFERED.items() if inspect.isclass(item)])
+def test_methods_have_a_summary(name):
+    own = {k: getattr(v, "__func__", v) for k, v in vars(OFFERED[name]).items() if not k.startswith("_")}
+    methods = {k: v for k, v in own.items() if inspect.isfunction(v) or isinstance(v, property)}
+    assert [k for k, v in methods.items() if not inspect.getdoc(v)] == []

@@ -1,0 +1,103 @@
+"""The random cases of ``python -m benchmarks.soundness``: the truth is inside, the empty sets are empty."""
+
+import numpy as np
+import pytest
+
+from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case
+from benchmarks.soundness.check_case import check_case
+from benchmarks.soundness.emptiness import Record, least_noise_bound
+from benchmarks.soundness.score import Outcome, markdown
+from smid import FeasibleSet
+
+COUNT = len(KINDS)
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_a_seed_gives_the_same_case(seed: int) -> None:
+    for draw in (feasible_case, empty_case):
+        one, other = draw(seed), draw(seed)
+        assert (one.kind, one.construction, one.noise_bound, one.truth) == (
+            other.kind,
+            other.construction,
+            other.noise_bound,
+            other.truth,
+        )
+        assert one.data.checksum == other.data.checksum
+        assert one.kind == KINDS[seed % COUNT]
+
+
+@pytest.mark.parametrize("seed", range(2 * COUNT))
+def test_the_truth_lies_within_the_priors(seed: int) -> None:
+    case = feasible_case(seed)
+    parameters = FeasibleSet(case.model, case.data, case.noise_bound).model.parameters
+    assert {p.name for p in parameters} == set(case.truth)
+    assert all(p.lower <= case.truth[p.name] <= p.upper for p in parameters)
+
+
+def test_an_outlier_is_out_of_reach_of_any_parameters() -> None:
+    """Random parameters within their boxes, from the record's own past: none comes near."""
+    rng = np.random.default_rng(0)
+    for seed in (0, 1, 2 * COUNT):
+        case = empty_case(seed)
+        u, y = case.data.values("u"), case.data.values("y")
+        bound, second = case.noise_bound["y"], case.kind == "output error 2"
+        reached = np.full(len(y), -np.inf)
+        for _ in range(300):
+            noise = rng.choice([-bound, bound], len(y))
+            w = y - noise
+            radius, angle = np.sqrt(rng.uniform(0, 1)), rng.uniform(0, np.pi)
+            a = (-2 * radius * np.cos(angle), radius**2) if second else (rng.uniform(-1, 1), 0.0)
+            b = rng.uniform(-3, 3, 2) * (1.0, 1.0 if second else 0.0)
+            for t in range(2, len(y)):
+                found = -a[0] * w[t - 1] - a[1] * w[t - 2] + b[0] * u[t - 1] + b[1] * u[t - 2]
+                reached[t] = max(reached[t], np.sign(y[t]) * found)
+        assert (np.abs(y) - bound > reached)[2:].any()
+
+
+def test_the_oracle_lies_below_the_noise_that_made_the_data_and_close_to_the_least() -> None:
+    rng = np.random.default_rng(1)
+    u = rng.uniform(-1, 1, 20)
+    w = np.zeros(20)
+    for t in range(1, 20):
+        w[t] = 0.6 * w[t - 1] + 1.2 * u[t - 1]
+    noise = rng.uniform(-0.1, 0.1, 20)
+    record = Record(w + noise, np.r_[0.0, u[:-1]][:, None])
+    found = least_noise_bound(record)
+    assert 0.02 < found <= np.abs(noise).max()
+    assert least_noise_bound(record, 20) <= found
+    # Without noise nothing is needed.
+    assert least_noise_bound(Record(w, np.r_[0.0, u[:-1]][:, None])) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if k in SMOOTH or k in STATIC])
+def test_a_small_bound_is_below_what_the_true_noise_needed(kind: str) -> None:
+    seed = COUNT + KINDS.index(kind)
+    case = empty_case(seed)
+    assert case.construction == "small bound"
+    assert 0 < case.noise_bound["y"] < drawn(kind, seed, LEVELS).noise_bound["y"]
+
+
+@pytest.mark.parametrize("seed", [0, 4, 16, 18])
+@pytest.mark.parametrize("feasible", [True, False])
+def test_nothing_false_is_said(feasible: bool, seed: int) -> None:
+    outcome = check_case(feasible, seed)
+    assert not outcome.is_false, outcome
+    assert outcome.verdict in ("inside", "inside, no box", "certified empty", "undecided"), outcome
+
+
+@pytest.mark.parametrize("seed", [9, 51])
+def test_a_set_whose_kinks_are_all_decided_is_certified_empty(seed: int) -> None:
+    assert check_case(False, seed).verdict == "certified empty"
+
+
+def test_the_section_counts_what_is_false_and_names_its_seed() -> None:
+    outcomes = [
+        Outcome("relay", "feasible", 1, 10, "inside", 1.0),
+        Outcome("relay", "feasible", 2, 10, "truth outside", 1.0, "d = 0.3 outside"),
+        Outcome("relay", "outlier", 3, 10, "certified empty", 2.0),
+        Outcome("relay", "outlier", 4, 10, "undecided", 2.0),
+    ]
+    text = markdown(outcomes, 6.0)
+    assert "False statements: 1" in text
+    assert "- truth outside, relay, feasible, seed 2: d = 0.3 outside" in text
+    assert "| relay, outlier | 2 | 1 | 1 | 0 | 0 | 2.00 | 2.0 |" in text
