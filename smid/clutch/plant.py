@@ -69,6 +69,12 @@ class ClutchPlant:
         Whether the current acts with hysteresis.
     temperature : bool
         Whether viscosity and leakage vary; else it behaves as at 20 degC.
+
+    Examples
+    --------
+    >>> steady = simulate_clutch([500.0] * 400, plant=ClutchPlant(hysteresis=False))[-1]
+    >>> bool(simulate_clutch([500.0] * 400, 60.0, ClutchPlant(hysteresis=False))[-1] < steady)  # hot oil leaks
+    True
     """
 
     level: bool = True

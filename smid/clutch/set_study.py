@@ -270,7 +270,7 @@ def set_study(
 
     Examples
     --------
-    >>> study = set_study(load_clutch_records("20C_step_b").crop(0, 400), batch=200)
+    >>> study = set_study(load_clutch_records("20C_step_b").crop(0, 300), batch=150)
     >>> study.never_left, study.known.names
     (True, ('a1', 'b0_v5', 'b0_v4', 'b0_v3'))
 

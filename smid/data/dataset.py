@@ -381,8 +381,8 @@ class Dataset:
             Every `factor`-th sample is kept.
         antialias : bool
             Filter every channel first with a zero-phase FIR low-pass (no phase shift between input and
-            output). The noise bounds of the raw samples hold no more then: the filter h turns |noise| <= D
-            into D sum|h|, and the ends of the record are extrapolated. False keeps the raw samples, and with
+            output). The noise bounds of the raw samples hold no more then: the filter h turns ``|noise| <= D``
+            into ``D sum|h|``, and the ends of the record are extrapolated. False keeps the raw samples, and with
             them their noise bounds.
 
         Returns

@@ -41,7 +41,7 @@ class Resampling:
     n_original : int
         Number of samples before resampling.
     curvature_error : mapping of str to float
-        Per channel, in its unit: estimate max |second difference| / 8 of what linear interpolation adds to
+        Per channel, in its unit: estimate ``max |second difference| / 8`` of what linear interpolation adds to
         the error of a sample. The estimate contains the noise of the samples (up to D / 2), so it errs on the
         large side.
 

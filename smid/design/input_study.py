@@ -237,6 +237,13 @@ def input_study(
     ------
     ModelError
         If there are too few samples.
+
+    Examples
+    --------
+    >>> voltage = np.repeat([6.0, -6.0, 3.0, -3.0], 25)
+    >>> study = input_study({"steps": voltage}, samples=100, budget=0)
+    >>> [row.name for row in study.rows]
+    ['steps']
     """
     if samples < 100:
         raise ModelError(f"samples = {samples} are too few for the slowest sine: give at least 100")

@@ -23,6 +23,11 @@ class CauseParameter:
         Value at which the effect vanishes.
     proven : bool
         Whether the interval is certified; otherwise it is linearised, three standard deviations either side.
+
+    Examples
+    --------
+    >>> print(CauseParameter("delay", "samples", 2.1, 1.9, 2.3, 0.0, proven=False))
+    delay = 2.1 samples in [1.9, 2.3]; no effect at 0
     """
 
     name: str
@@ -53,6 +58,11 @@ class Rival:
         How many times likelier the named effect makes the data, as Schwarz's criterion tells; at most 1e12.
     why : str
         Why it lost, in words.
+
+    Examples
+    --------
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="leaves a held-out RMSE of 0.31 instead of 0.12").effect
+    'extra_lag'
     """
 
     effect: str
@@ -80,6 +90,13 @@ class Cause:
         ``rmse_before``, ``rmse_after`` (held out, without and with it beside the other causes), ``chance``,
         ``score_drop``, ``structure_before`` and
         ``structure_after``; what a detection on the noise found instead.
+
+    Examples
+    --------
+    >>> dead = CauseParameter("upper", "mA", 40.0, 38.0, 42.0, 0.0, proven=False)
+    >>> cause = Cause("input_dead_zone", "", "No response below 40 mA.", 0.98, (dead,), (), {})
+    >>> f"{cause.effect} ({cause.confidence:.0%})"
+    'input_dead_zone (98%)'
     """
 
     effect: str

@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 
 class Verdict(StrEnum):
-    """What a diagnosis says."""
+    """What a diagnosis says.
+
+    Examples
+    --------
+    >>> Verdict("none").sentence
+    'No effect explains more of the data than chance would.'
+    """
 
     NAMED = "named"
     NONE = "none"

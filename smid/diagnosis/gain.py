@@ -28,6 +28,12 @@ class Gain:
         Samples whose error exceeds the given noise bound.
     samples : int
         Held-out samples.
+
+    Examples
+    --------
+    >>> paid = Gain(0.4, 0.1, 80.0, 95.0, 1.2, 0.3, 60, 0, 100)
+    >>> f"{1 - paid.rmse_after / paid.rmse_before:.0%} less"
+    '75% less'
     """
 
     rmse_before: float

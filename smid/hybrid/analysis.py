@@ -216,6 +216,16 @@ def network_alone(hybrid: HybridModel) -> Model:
     ------
     ModelError
         If the network stands elsewhere.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from smid.hybrid import BackCouplings, parallel
+    >>> from smid.models import Reactor
+    >>> hybrid = parallel(Reactor(2.0, sampling_time=1.0), BackCouplings(1, 1), hidden=(1,))
+    >>> weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
+    >>> network_alone(replace(hybrid, model=hybrid.model.with_values(weights))).output_channels
+    ('y',)
     """
     refuse_unknown("topology", [hybrid.topology], TOPOLOGIES)
     line = next(line for line in hybrid.model.lines if line.signal == HYBRID)
@@ -251,6 +261,17 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
     ------
     ModelError
         If the network stands elsewhere, or leaves the finite range.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from smid.hybrid import BackCouplings, parallel
+    >>> from smid.models import Reactor
+    >>> hybrid = parallel(Reactor(2.0, sampling_time=1.0), BackCouplings(1, 1), hidden=(1,))
+    >>> weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
+    >>> hybrid = replace(hybrid, model=hybrid.model.with_values(weights))
+    >>> learned_response(hybrid, [0.0], count=3, amplitude=1.0).shape
+    (3,)
     """
     alone = network_alone(hybrid)
     constant = np.full(count, amplitude)

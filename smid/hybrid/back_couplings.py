@@ -26,7 +26,13 @@ __all__ = ["EXTRA", "SIMPLE", "STATIC", "BackCouplingWarning", "BackCouplings", 
 
 
 class BackCouplingWarning(UserWarning):
-    """A network has fewer back couplings than the analysis asks for."""
+    """A network has fewer back couplings than the analysis asks for.
+
+    Examples
+    --------
+    >>> issubclass(BackCouplingWarning, UserWarning)
+    True
+    """
 
 
 @dataclass(frozen=True)

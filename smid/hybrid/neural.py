@@ -158,6 +158,14 @@ def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
     ------
     ModelError
         If the sizes differ, there are several networks, or a weight lies beyond the term's limit.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError, signal, t
+    >>> term = NeuralTerm("N", (signal("u")[t],), (1,))
+    >>> model = OutputError().with_parameter(*term.parameters).add_term("w", term.expression)
+    >>> with_network(model, term, TanhNetwork((1, 1), np.array([1.0, 0.0, 2.0, 3.0]))).values["N_w2_1_1"]
+    2.0
     """
     if network.sizes != term.sizes or network.weights.ndim != 1:
         raise ModelError(

@@ -31,7 +31,16 @@ from smid.models.errors import refuse_unknown
 from smid.models.reactor import REACTION_RATE
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 
-__all__ = ["MISMATCHES", "Mismatch", "arm_base", "reactor_base", "reactor_plant", "simulate_arm", "simulate_reactor"]
+__all__ = [
+    "MISMATCHES",
+    "Mismatch",
+    "arm_base",
+    "arm_friction",
+    "reactor_base",
+    "reactor_plant",
+    "simulate_arm",
+    "simulate_reactor",
+]
 
 Array = NDArray[np.float64]
 
@@ -52,6 +61,11 @@ class Mismatch:
         Time constant of a second tank that the first one feeds, in seconds.
     curve : sympy.Expr or None
         What is measured of the last concentration, an expression in ``smid.models.VALUE``.
+
+    Examples
+    --------
+    >>> Mismatch(tau=4.0).base_tau  # the plant is slower than its first principles
+    2.0
     """
 
     tau: float = 2.0
@@ -235,6 +249,30 @@ def arm_base(measured: str = "angle") -> Model:
     return RotatingArm(measured=measured)
 
 
+def arm_friction(speed: float, ws: float, eps: float, wd: float, b: float) -> float:
+    """Evaluate friction and drag of the arm, (5.7)-(5.8).
+
+    Parameters
+    ----------
+    speed : float
+        In rad/s.
+    ws, eps, wd, b : float
+        Sticking and where it ends, gliding, drag: in Nm, rad/s, Nm and Nm s2/rad2.
+
+    Returns
+    -------
+    float
+        In Nm.
+
+    Examples
+    --------
+    >>> arm_friction(-10.0, 1.2, 0.03, 0.43, 0.0027)
+    -0.7
+    """
+    held = ws * speed / eps if abs(speed) < eps else math.copysign(wd, speed)
+    return held + b * speed * abs(speed)
+
+
 def simulate_arm(
     u: ArrayLike,
     sampling_time: float,
@@ -283,8 +321,7 @@ def simulate_arm(
     b = DRAG["b"][0] if drag else 0.0
 
     def rate(speed: float, torque: float) -> float:
-        held = ws * speed / eps if abs(speed) < eps else math.copysign(wd, speed)
-        return theta * (torque - held - b * speed * abs(speed))
+        return theta * (torque - arm_friction(speed, ws, eps, wd, b))
 
     steps = math.ceil(sampling_time / ARM_STEP)
     h = sampling_time / steps

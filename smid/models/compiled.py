@@ -5,9 +5,8 @@ Three kinds of group (see `smid.models.structure.groups`), in the order of prefe
 - *static*: one line outside any loop through time; one NumPy expression over all samples.
 - *filter*: one line that is linear in its own past with coefficients free of signals,
   ``w[t] = sum_k c_k w[t-k] + f[t]``; f is static and the rest is `scipy.signal.lfilter`.
-- *loop*: everything else, sample by sample; on Python floats for one parameter vector (ten times faster than
-NumPy
-  scalars) and on arrays of shape (B,) for B of them.
+- *loop*: everything else, sample by sample; on Python floats for one parameter vector or a few (ten times faster than
+  NumPy scalars) and on arrays of shape (B,) for many of them.
 
 Arrays have shape (n,), or (B, n) when parameters are batched.
 """
@@ -33,6 +32,8 @@ __all__ = ["Array", "Group", "compile_lines"]
 Array = NDArray[np.float64]
 Function = Callable[..., Any]
 Reference = tuple[str, int]
+
+_MANY = 20  # parameter vectors from which a loop on arrays is faster than one on Python floats for each
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,11 @@ class Group:
             self._filter(known, values, start, count)
         elif known[self.signals[0]].ndim == 1:
             self._scalar_loop(known, values, start, count)
+        elif len(known[self.signals[0]]) < _MANY:
+            for k in range(len(known[self.signals[0]])):
+                row = {name: samples if samples.ndim == 1 else samples[k] for name, samples in known.items()}
+                constants = {name: np.ravel(values[name])[k % np.size(values[name])] for name in self.parameters}
+                self._scalar_loop(row, constants, start, count)
         else:
             self._batch_loop(known, values, start, count)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -33,12 +35,16 @@ MODEL_CLASSES: dict[str, Callable[..., Model]] = {
 """The model classes a file may name; a new one is one line here."""
 
 
+def _is_end(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and not math.isnan(value)
+
+
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return _is_end(value) and math.isfinite(value)
 
 
 def _is_range(value: Any) -> bool:
-    return isinstance(value, list | tuple) and len(value) == 2 and all(map(_is_number, value))
+    return isinstance(value, list | tuple) and len(value) == 2 and all(map(_is_end, value))
 
 
 def _is_integer(value: Any) -> bool:
@@ -47,8 +53,8 @@ def _is_integer(value: Any) -> bool:
 
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "int": ("a whole number", _is_integer),
-    "float": ("a number", _is_number),
-    "float | None": ("a number", _is_number),
+    "float": ("a finite number", _is_number),
+    "float | None": ("a finite number", _is_number),
     "bool": ("true or false", lambda value: isinstance(value, bool)),
     "str": ("a string", lambda value: isinstance(value, str)),
     "Sequence[int]": (
@@ -102,7 +108,7 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
     2
     """
     if not isinstance(content.get("class"), str):
-        raise ModelError(f'the model names no class: add class = "..." with one of {", ".join(MODEL_CLASSES)}')
+        raise ModelError(_no_class(content))
     refuse_unknown("class", [content["class"]], MODEL_CLASSES)
     build = MODEL_CLASSES[content["class"]]
     given = {name: value for name, value in content.items() if name != "class"}
@@ -113,6 +119,16 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
         if not accepts(value):
             raise ModelError(f"field {name!r} of {content['class']} is {value!r}: give {expected}")
     return build(**given)
+
+
+def _no_class(content: Mapping[str, Any]) -> str:
+    near = [name for name in content if get_close_matches("class", [name.lower()])]
+    trouble = "the model names no class"
+    if "class" in content:
+        trouble = f"class is {content['class']!r}, no string"
+    elif near:
+        trouble += f", did you mean class by {near[0]!r}"
+    return f'{trouble}; write class = "..." with one of {", ".join(MODEL_CLASSES)}'
 
 
 def load_model(path: str | PathLike[str]) -> Model:

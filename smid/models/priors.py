@@ -51,6 +51,15 @@ class Priors:
     ------
     ModelError
         If options contradict each other or ranges are empty.
+
+    Examples
+    --------
+    >>> Priors(stable=True, dc_gain=(0.5, 2.0)).pole_radius is None
+    True
+    >>> Priors(pole_radius=-1.0)
+    Traceback (most recent call last):
+        ...
+    smid.models.errors.ModelError: pole_radius = -1.0 leaves no pole: give a positive radius
     """
 
     stable: bool = False

@@ -9,6 +9,9 @@ then NumPy expressions over time, and what remains is a *linear* recursion. Writ
 unit lower triangular banded system with one right-hand side per parameter, which LAPACK's dtbtrs solves: no loop
 through time in Python, whether the model is linear or not.
 
+Many parameter vectors run in lockstep: one loop through time, then the derivatives of a few of them at a time, so that
+what is computed for these stays in the cache.
+
 Before sample 0 states are given, and inputs are constant: at their first value, or, where a line looks further back
 than one sample, at a value that is given like a state. At a kink (Max, Abs, sign) one of the one-sided derivatives, or
 their mean, is taken.  Reference: Khalil, Nonlinear Systems, 3rd ed., section 3.3 (sensitivity equations).
@@ -23,6 +26,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 from scipy.linalg.lapack import dtbtrs
 
 from smid.models.compiled import Array, Group, compile_lines
@@ -50,12 +54,13 @@ class _Slopes:
     by_parameter: tuple[str, ...]
     function: Callable[..., Any]
 
-    def along(self, known: Mapping[str, Array], values: Mapping[str, float], start: int) -> list[Array]:
-        """Evaluate every derivative from sample `start` on, each of shape (count,)."""
-        count = known[self.signal].shape[0]
-        arguments = [known[name][start - lag : count - lag] for name, lag in self.reads]
+    def along(self, known: Mapping[str, Array], values: Mapping[str, Any], start: int) -> list[Array]:
+        """Evaluate every derivative from sample `start` on, each of shape (..., count)."""
+        *lead, count = known[self.signal].shape
+        shape = (*lead, count - start)
+        arguments = [known[name][..., start - lag : count - lag] for name, lag in self.reads]
         found = self.function(*(values[name] for name in self.parameters), *arguments)
-        return [np.broadcast_to(np.asarray(item, float), (count - start,)) for item in found]
+        return [item if np.shape(item) == shape else np.broadcast_to(item, shape) for item in found]
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,7 @@ class FreeRun:
     _fixed: Mapping[str, float]
 
     def run(
-        self, inputs: Mapping[str, Array], values: Mapping[str, float], initial: Initial, *, jacobian: bool = True
+        self, inputs: Mapping[str, Array], values: Mapping[str, Any], initial: Initial, *, jacobian: bool = True
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Simulate one experiment.
 
@@ -88,7 +93,7 @@ class FreeRun:
         inputs : Mapping of str to numpy.ndarray
             Input signals, shape (n,).
         values : Mapping of str to float
-            Values of `parameters`.
+            Values of `parameters`; arrays of shape (B,) belong to `trajectory` and `slopes`.
         initial : mapping (state, k) -> float
             Values of `states`.
         jacobian : bool
@@ -106,100 +111,146 @@ class FreeRun:
         slopes = self.slopes(known, values) if jacobian else {}
         return self.cut(known), self.cut(slopes)
 
-    def cut(self, found: Mapping[str, Array]) -> dict[str, Array]:
-        """Leave out what stands before sample 0."""
-        return {name: samples[self._history :] for name, samples in found.items()}
+    def cut(self, found: Mapping[str, Array], *, time: int = 0) -> dict[str, Array]:
+        """Leave out what stands before sample 0, along the axis that is `time`."""
+        samples = (slice(None),) * time + (slice(self._history, None),)
+        return {name: item[samples] for name, item in found.items()}
 
-    def trajectory(
-        self, inputs: Mapping[str, Array], values: Mapping[str, float], initial: Initial
-    ) -> dict[str, Array]:
-        """Return every signal, with the samples before the first that are read."""
+    def trajectory(self, inputs: Mapping[str, Array], values: Mapping[str, Any], initial: Initial) -> dict[str, Array]:
+        """Return every signal, with the samples before the first that are read.
+
+        Values of shape (B,) run B parameter vectors in lockstep: the signals that lines define have shape (B, n) then.
+        """
         history = self._history
         everything = {**self._fixed, **values}
+        lead = next((value.shape for value in values.values() if isinstance(value, np.ndarray)), ())
         known = {
             name: np.concatenate([np.full(history, initial.get((name, 1), x[0])), x]) for name, x in inputs.items()
         }
-        count = len(next(iter(known.values())))
+        shape = (*lead, len(next(iter(known.values()))))
         with np.errstate(all="ignore"):
             for group, _, clock in self._groups:
-                self._values(group, clock, known, everything, initial, count)
+                self._values(group, clock, known, everything, initial, shape)
         return known
 
-    def slopes(self, known: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
-        """Return the derivatives along a trajectory, with the samples before the first; none where it is not finite."""
-        if not all(np.isfinite(known[line]).all() for group, _, _ in self._groups for line in group.signals):
+    def finite(self, known: Mapping[str, Array]) -> NDArray[np.bool_]:
+        """Tell which of the runs in lockstep, or whether the one, stay in the finite range."""
+        lines = (line for group, _, _ in self._groups for line in group.signals)
+        return np.asarray(np.logical_and.reduce([np.isfinite(known[line]).all(axis=-1) for line in lines]))
+
+    def slopes(self, known: Mapping[str, Array], values: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the derivatives along a trajectory, with the samples before the first; none where it is not finite.
+
+        Of runs in lockstep, shape (B, n, n_parameters + n_states), and none where one of them is not finite.
+        """
+        if not self.finite(known).all():
             return {}
+        columns = {
+            name: value[:, None] if isinstance(value, np.ndarray) else value
+            for name, value in {**self._fixed, **values}.items()
+        }
         with np.errstate(all="ignore"):
-            return self._sensitivities(known, {**self._fixed, **values}, len(next(iter(known.values()))))
+            found = self._sensitivities(known, columns)
+        return {name: np.swapaxes(item, -1, -2) for name, item in found.items()}
 
     def _values(
         self,
         group: Group,
         clock: bool,
         known: dict[str, Array],
-        values: Mapping[str, float],
+        values: Mapping[str, Any],
         initial: Initial,
-        count: int,
+        shape: tuple[int, ...],
     ) -> None:
         history = self._history
         for name in group.signals:
-            known[name] = np.zeros(count)
+            samples = known[name] = np.zeros(shape)
             for lag in range(1, history + 1):
                 # Older samples than any that is read do not matter; held, they are harmless.
-                known[name][history - lag] = initial.get((name, lag), known[name][history - lag + 1] if lag > 1 else 0)
+                held = samples[..., history - lag + 1] if lag > 1 else 0.0
+                samples[..., history - lag] = initial.get((name, lag), held)
         group.evaluate(known, values, history + clock)
         if not group.recursive:
-            known[group.signals[0]][:history] = known[group.signals[0]][history]
+            samples = known[group.signals[0]]
+            samples[..., :history] = samples[..., history, None]
 
-    def _sensitivities(self, known: Mapping[str, Array], values: Mapping[str, float], count: int) -> dict[str, Array]:
+    def _sensitivities(self, known: Mapping[str, Array], values: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the derivatives, shape (..., width, n): samples side by side, as every step here runs along them."""
         history, width = self._history, len(self.parameters) + len(self.states)
-        column = {name: k for k, name in enumerate(self.parameters)}
+        *lead, count = known[self._groups[-1][0].signals[0]].shape
+        n = count - history
+        column = {name: k for k, name in enumerate((*self.parameters, *self.states))}
         found: dict[str, Array] = {}
-        for k, (name, _) in enumerate(self.states):
-            if name in self._before:
-                found[name] = np.zeros((count, width))
-                found[name][:history, len(self.parameters) + k] = 1.0
+        for state in self.states:
+            if state[0] in self._before:
+                found[state[0]] = np.zeros((*lead, width, count))
+                found[state[0]][..., column[state], :history] = 1.0
         for group, slopes, clock in self._groups:
             if clock or not any(s.by_signal or s.by_parameter for s in slopes):
                 continue
-            members = {name: k for k, name in enumerate(group.signals)}
-            prefix = {name: np.zeros((history, width)) for name in members}
-            for k, (name, lag) in enumerate(self.states):
-                if name in members:
-                    # Older samples are held at the oldest that is a state, so they move with it only.
-                    prefix[name][: history - lag + 1] = 0.0
-                    prefix[name][: history - lag + 1, len(self.parameters) + k] = 1.0
-            size, n = len(members), count - history
-            forcing = np.zeros((n, size, width))
-            bands: dict[int, Array] = {}
+            # With what it reads at the same time put in, a member is its forcing and what it takes of the past.
+            forcing: dict[str, Array] = {}
+            past: dict[str, dict[Reference, Array]] = {}
             for slope in slopes:
-                i = members[slope.signal]
+                own = np.zeros((*lead, width, n))
+                taken: dict[Reference, Array] = {}
                 along = slope.along(known, values, history)
                 for (name, lag), derivative in zip(slope.by_signal, along, strict=False):
-                    if name not in members:
-                        if name in found:
-                            forcing[:, i] += derivative[:, None] * found[name][history - lag : count - lag]
-                        continue
-                    early = min(lag, n)
-                    forcing[:early, i] += derivative[:early, None] * prefix[name][history - lag : history - lag + early]
-                    offset = lag * size + i - members[name]
-                    band = bands.setdefault(offset, np.zeros(n * size))
-                    # LAPACK's band storage is by column: the row of (t, i) meets the column of (t - lag, j).
-                    band[members[name] : (n - early) * size : size] = -derivative[lag:]
+                    if name in found:
+                        own += derivative[..., None, :] * found[name][..., history - lag : count - lag]
+                    elif lag and name in group.signals:
+                        taken[name, lag] = taken.get((name, lag), 0.0) + derivative
+                    elif name in group.signals:
+                        own += derivative[..., None, :] * forcing[name]
+                        for early, share in past[name].items():
+                            taken[early] = taken.get(early, 0.0) + derivative * share
                 for name, derivative in zip(slope.by_parameter, along[len(slope.by_signal) :], strict=True):
-                    forcing[:, i, column[name]] += derivative
-            solution = forcing.reshape(n * size, width)
-            if bands:
-                banded = np.zeros((max(bands) + 1, n * size))
-                for offset, band in bands.items():
-                    banded[offset] = band
-                solution, _ = dtbtrs(banded, np.asfortranarray(solution), uplo="L", diag="U")
-            columns = solution.reshape(n, size, width)
-            for name, k in members.items():
-                if not group.recursive:
-                    prefix[name][:] = columns[0, k]
-                found[name] = np.concatenate([prefix[name], columns[:, k]])
+                    own[..., column[name], :] += derivative
+                forcing[slope.signal], past[slope.signal] = own, taken
+            remembered = [name for name in group.signals if any(name == read for p in past.values() for read, _ in p)]
+            for name in remembered:
+                found[name] = np.zeros((*lead, width, count))
+                for state in self.states:
+                    if state[0] == name:
+                        # Older samples are held at the oldest that is a state, so they move with it only.
+                        found[name][..., : history - state[1] + 1] = 0.0
+                        found[name][..., column[state], : history - state[1] + 1] = 1.0
+            if remembered:
+                self._recur(remembered, forcing, past, found)
+            for name in group.signals:
+                if name not in found:
+                    for (read, lag), share in past[name].items():
+                        forcing[name] += share[..., None, :] * found[read][..., history - lag : count - lag]
+                    first = forcing[name][..., :1].repeat(history, axis=-1) * (not group.recursive)
+                    found[name] = np.concatenate([first, forcing[name]], axis=-1)
         return found
+
+    def _recur(
+        self,
+        members: Sequence[str],
+        forcing: Mapping[str, Array],
+        past: Mapping[str, Mapping[Reference, Array]],
+        found: dict[str, Array],
+    ) -> None:
+        """Complete, from sample 0 on, the derivatives of signals that follow from their common past and a forcing."""
+        history, size = self._history, len(members)
+        *lead, width, n = forcing[members[0]].shape
+        deepest = max(lag for name in members for _, lag in past[name])
+        right = np.empty((*lead, width, n, size))
+        bands = np.zeros((*lead, n * size, deepest * size + size))
+        for i, name in enumerate(members):
+            right[..., i] = forcing[name]
+            for (read, lag), share in past[name].items():
+                early, k = min(lag, n), members.index(read)
+                before = found[read][..., history - lag : history - lag + early]
+                right[..., :early, i] += share[..., None, :early] * before
+                # LAPACK's band storage is by column: the row of (t, i) meets the column of (t - lag, k).
+                bands[..., k : (n - early) * size : size, lag * size + i - k] = -share[..., lag:]
+        systems = bands.reshape(-1, *bands.shape[-2:]), right.reshape(-1, width, n * size)
+        for band, columns in zip(*systems, strict=True):
+            dtbtrs(band.T, columns.T, uplo="L", diag="U", overwrite_b=True)
+        for i, name in enumerate(members):
+            found[name][..., history:] = right[..., i]
 
 
 def compile_free_run(model: Model) -> FreeRun:

@@ -56,6 +56,14 @@ class Simulation:
         Per experiment, every signal; NaN before the first sample that inputs and initial states determine.
     skip : int
         Samples at the start of each experiment that come from the initial state, not from the model.
+
+    Examples
+    --------
+    >>> from smid.data import Dataset
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 0]}, output={"y": [0.0, 1, 0.5]}, sampling_time=1.0)
+    >>> OutputError().with_values({"a1": -0.5, "b0": 1.0}).simulate(data).outputs[0]["y"]
+    array([0. , 1. , 0.5])
     """
 
     model: Model

@@ -6,6 +6,7 @@ from smid.networks.gauss_newton import gauss_newton
 from smid.networks.gradient_descent import gradient_descent
 from smid.networks.least_squares import Iterate, LeastSquares, Method, NormalEquations, sum_normal_equations
 from smid.networks.levenberg_marquardt import levenberg_marquardt
+from smid.networks.lockstep import Points, lockstep, stacked_normal_equations
 from smid.networks.multistart import MultiStart, multistart
 from smid.networks.network import Array, Linearisation, TanhNetwork, weight_count
 from smid.networks.scaling import Scaling, fold, scaling_of
@@ -23,6 +24,7 @@ __all__ = [
     "MultiStart",
     "NetworkError",
     "NormalEquations",
+    "Points",
     "Progress",
     "ProgressCallback",
     "Scaling",
@@ -36,10 +38,12 @@ __all__ = [
     "gauss_newton",
     "gradient_descent",
     "levenberg_marquardt",
+    "lockstep",
     "multistart",
     "nguyen_widrow",
     "random_split",
     "scaling_of",
+    "stacked_normal_equations",
     "sum_normal_equations",
     "train",
     "weight_count",

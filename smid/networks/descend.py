@@ -21,7 +21,13 @@ SLOW, WINDOW = 1e-4, 20
 
 
 class Stop(Enum):
-    """Why a descent ended."""
+    """Why a descent ended.
+
+    Examples
+    --------
+    >>> Stop.CONVERGED.value
+    'the error falls no more'
+    """
 
     CONVERGED = "the error falls no more"
     VALIDATION = "the validation error no longer fell"
@@ -41,6 +47,13 @@ class Progress:
         Accepted steps so far.
     training, validation : float
         Mean squared errors; without a validation part both are the same.
+
+    Examples
+    --------
+    >>> def tell(progress: Progress) -> None:
+    ...     print(f"step {progress.iteration}: {progress.training:.3g}")
+    >>> tell(Progress(start=0, iteration=3, training=0.25, validation=0.3))
+    step 3: 0.25
     """
 
     start: int
@@ -119,6 +132,15 @@ def descend(
         If the error at the start is not finite.
     KeyboardInterrupt
         Only if the error at the start is not known yet; later, the best so far is returned.
+
+    Examples
+    --------
+    >>> from smid.networks import NetworkError, levenberg_marquardt
+    >>> x = np.linspace(-1.0, 1.0, 20)[:, None]
+    >>> problem = NetworkError((1, 1), x, np.tanh(2.0 * x[:, 0]))
+    >>> found = descend(levenberg_marquardt, problem, np.array([1.0, 0.1, 0.5, 0.0]))
+    >>> bool(problem.error(found.theta) < 1e-12)
+    True
     """
     training: list[float] = []
     validated: list[float] = []

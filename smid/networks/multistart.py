@@ -75,6 +75,15 @@ def multistart(
         If there is no start, or the error at one is not finite.
     KeyboardInterrupt
         Only if nothing is known yet.
+
+    Examples
+    --------
+    >>> from smid.networks import NetworkError, levenberg_marquardt
+    >>> x = np.linspace(-1.0, 1.0, 20)[:, None]
+    >>> problem = NetworkError((1, 1), x, np.tanh(2.0 * x[:, 0]))
+    >>> starts = [np.array([1.0, 0.1, 0.5, 0.0]), np.array([-1.0, 0.2, 0.5, 0.0])]
+    >>> len(multistart(levenberg_marquardt, problem, starts).descents)
+    2
     """
     descents: list[Descent] = []
     try:

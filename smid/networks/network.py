@@ -40,6 +40,13 @@ class Linearisation:
         Derivatives with respect to the weights, in the order of `TanhNetwork.weights`.
     by_inputs : ndarray, shape (..., n, k)
         Derivatives with respect to the inputs.
+
+    Examples
+    --------
+    >>> network = TanhNetwork((1, 1), np.array([1.0, 0.0, 2.0, 3.0]))
+    >>> there = network.linearise(np.array([[0.0]]))
+    >>> there.outputs, there.by_inputs
+    (array([3.]), array([[2.]]))
     """
 
     outputs: Array

@@ -40,6 +40,12 @@ class NetworkError:
         Number of inputs, then of neurons in each hidden layer.
     inputs : ndarray, shape (n, k)
     targets : ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> x = np.linspace(-1.0, 1.0, 20)[:, None]
+    >>> NetworkError((1, 1), x, np.tanh(x[:, 0])).error(np.array([1.0, 0.0, 1.0, 0.0]))
+    0.0
     """
 
     sizes: tuple[int, ...]

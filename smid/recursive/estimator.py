@@ -37,6 +37,16 @@ class History:
         The same with the parameters from after the sample.
     put_inside : ndarray of bool, shape (N,)
         Where the stability rule put poles back.
+
+    Examples
+    --------
+    >>> from smid.recursive import Arx, ForgettingFactor
+    >>> estimator = RecursiveEstimator(Arx(), ForgettingFactor(1.0))
+    >>> u, y = [1.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.5, 1.2]
+    >>> for sample in zip(u, y):
+    ...     _ = estimator.update(*sample)
+    >>> estimator.history.parameters.shape
+    (4, 2)
     """
 
     parameters: Array

@@ -17,11 +17,26 @@ __all__ = ["DivergenceError", "Method"]
 
 
 class DivergenceError(ModelError):
-    """The parameters of a recursive estimator grow without bound; the message names the sample and the cure."""
+    """The parameters of a recursive estimator grow without bound; the message names the sample and the cure.
+
+    Examples
+    --------
+    >>> raise DivergenceError("the parameters are not finite after sample 7: take a smaller gain")
+    Traceback (most recent call last):
+        ...
+    smid.recursive.method.DivergenceError: the parameters are not finite after sample 7: take a smaller gain
+    """
 
 
 class Method(ABC):
-    """One way to correct the parameters by a new sample."""
+    """One way to correct the parameters by a new sample.
+
+    Examples
+    --------
+    >>> from smid.recursive import ForgettingFactor
+    >>> isinstance(ForgettingFactor(0.99), Method)
+    True
+    """
 
     @abstractmethod
     def start(self, n: int) -> Array:

@@ -49,6 +49,13 @@ class SetHistory:
     lower, upper : ndarray, shape (N, n)
         After each sample.
     changes : tuple of Change
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> history = SetHistory(("a1",), np.array([[-1.0], [-0.6]]), np.array([[1.0], [-0.4]]), ())
+    >>> history.upper[-1] - history.lower[-1]
+    array([0.2])
     """
 
     names: tuple[str, ...]

@@ -39,6 +39,12 @@ class Residual:
         Measured minus computed, in the output's unit; NaN where nothing is computed.
     rmse, largest : float
         Root mean square and largest magnitude over the samples that count; NaN where one of them is missing.
+
+    Examples
+    --------
+    >>> residual = Residual.of(np.array([0.3, -0.4]), 0)
+    >>> round(residual.rmse, 4), residual.largest
+    (0.3536, 0.4)
     """
 
     samples: Array

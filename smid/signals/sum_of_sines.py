@@ -26,7 +26,13 @@ __all__ = ["TABLE_F1", "Sines", "sum_of_sines"]
 
 @dataclass(frozen=True)
 class Sines:
-    """Frequencies in rad/s and amplitudes in V of one row of table F.1."""
+    """Frequencies in rad/s and amplitudes in V of one row of table F.1.
+
+    Parameters
+    ----------
+    frequencies, amplitudes : tuple of float
+        As above, one of each for every sine.
+    """
 
     frequencies: tuple[float, ...]
     amplitudes: tuple[float, ...]

@@ -38,6 +38,11 @@ class IntervalRow:
         Share of the record's positions inside.
     mean_width : float
         In mm.
+
+    Examples
+    --------
+    >>> IntervalRow("20C_ramp_b", margin=0.1, coverage=0.99, mean_width=0.4).coverage
+    0.99
     """
 
     record: str

@@ -64,6 +64,11 @@ class StructureRow:
         Mean squared error on our record, in mm^2.
     printed : float, optional
         Mean squared error that the thesis prints, of normalised data.
+
+    Examples
+    --------
+    >>> StructureRow("CPX20", n_parameters=121, mse=0.005, printed=None).n_parameters
+    121
     """
 
     name: str
@@ -176,6 +181,19 @@ def table_5_2(
 ) -> StructureTable:
     """Compare networks for PX; the parameters are those of `table_5_1`.
 
+    Parameters
+    ----------
+    seed : int
+        Of splits and starts.
+    structures : sequence of tuple of int
+        Neurons of each hidden layer, among those of the thesis.
+    report : callable, optional
+        Told what is being trained.
+
+    Returns
+    -------
+    StructureTable
+
     Examples
     --------
     >>> table_5_2(structures=[(2,)]).rows[0].n_parameters
@@ -187,6 +205,17 @@ def table_5_2(
 
 def table_5_3(seed: int = 1, report: Report | None = None) -> StructureTable:
     """Compare orders of the polynomial of CFPX; the parameters are those of `table_5_1`.
+
+    Parameters
+    ----------
+    seed : int
+        Of splits and starts.
+    report : callable, optional
+        Told what is being trained.
+
+    Returns
+    -------
+    StructureTable
 
     Examples
     --------
@@ -202,6 +231,22 @@ def table_5_4(seed: int = 1, report: Report | None = None) -> StructureTable:
 
     The thesis counts the parameters without the two of the dead zone.  Its median of order 250 takes half a second, as
     long as our records hold a level: so CFPX20 stands there without it too.
+
+    Parameters
+    ----------
+    seed : int
+        Of splits and starts.
+    report : callable, optional
+        Told what is being trained.
+
+    Returns
+    -------
+    StructureTable
+
+    Examples
+    --------
+    >>> [row.name for row in table_5_4().rows][0]
+    'CPX20'
     """
     sensors: list[tuple[str, VirtualSensor, float | None]] = [
         ("CPX20", final_form(CPX(), CPX_ORDER), FINAL_PRINTED["CPX20"]),

@@ -53,6 +53,12 @@ class IntervalPrediction:
         In mm, one array per record.
     warnings : tuple of str
         What limits the answer.
+
+    Examples
+    --------
+    >>> told = IntervalPrediction(("20C_ramp_b",), (np.ones(2),), (np.zeros(2),), (np.full(2, 2.0),))
+    >>> told.records, told.upper[0] - told.lower[0]
+    (('20C_ramp_b',), array([2., 2.]))
     """
 
     records: tuple[str, ...]
@@ -106,6 +112,12 @@ class IntervalEstimate:
         In mm.
     warnings : tuple of str
         What limits the answer.
+
+    Examples
+    --------
+    >>> now = IntervalEstimate(time=0.5, position=1.2, lower=1.1, upper=1.3)
+    >>> now.lower < now.position < now.upper
+    True
     """
 
     time: float
@@ -177,7 +189,25 @@ class BoundedSensor:
 
 
 class IntervalStream:
-    """A bounded sensor that is given one sample after the other."""
+    """A bounded sensor that is given one sample after the other.
+
+    Parameters
+    ----------
+    stream : Stream
+        The sensor's own.
+    bound : object
+        Gives half the width of the interval, from its memory of the speed.
+
+    Examples
+    --------
+    >>> from smid.clutch import load_clutch_records
+    >>> from smid.clutch.virtual_sensors import PX
+    >>> data = load_clutch_records("20C_ramp_a")
+    >>> sensor = PX(hidden=(3,)).fit(data, seed=1, starts=1)
+    >>> now = bound_error(sensor, data, margin=0.0).stream().update(0.0, pressure=0.0)
+    >>> now.lower <= now.position <= now.upper
+    True
+    """
 
     def __init__(self, stream: Stream, bound: _Bound) -> None:
         self._stream, self._bound = stream, bound

@@ -133,6 +133,14 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
         Trained or not.
     path : path
         Of the JSON file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "sensor.json"
+    >>> save_sensor(CPX(hidden=(5,)), file)
+    >>> load_sensor(file).n_parameters
+    31
     """
     Path(path).write_text(json.dumps(sensor_to_dict(sensor), indent=1) + "\n", encoding="utf-8")
 

@@ -24,6 +24,11 @@ class Prediction:
         In mm, one array per record.
     warnings : tuple of str
         What limits the answer, such as a temperature outside the trained range.
+
+    Examples
+    --------
+    >>> Prediction(("20C_ramp_b",), (np.array([1.0, 1.5]),)).position[0].max()
+    np.float64(1.5)
     """
 
     records: tuple[str, ...]

@@ -49,6 +49,15 @@ class Stream:
         In seconds.
     cautions : callable
         What must be said about samples.
+
+    Examples
+    --------
+    >>> from smid.clutch import load_clutch_records
+    >>> from smid.clutch.virtual_sensors import PX
+    >>> sensor = PX(hidden=(3,)).fit(load_clutch_records("20C_ramp_a"), seed=1, starts=1)
+    >>> stream = sensor.stream()
+    >>> stream.update(0.0, pressure=0.0).time
+    0.0
     """
 
     def __init__(

@@ -33,6 +33,13 @@ class Site:
         Channels of the model's main input and output.
     residual : tuple of ndarray, shape (n,)
         Per experiment, output minus the base model's free run, in the output's unit.
+
+    Examples
+    --------
+    >>> data = Dataset.from_arrays(input={"u": [0.0, 2, 1]}, output={"y": [0.0, 0, -3]}, sampling_time=0.5)
+    >>> site = Site(data, "u", "y")
+    >>> site.duration, site.span("u"), site.scale("y"), site.other_channels
+    (1.5, (0.0, 2.0), 3.0, ())
     """
 
     data: Dataset
@@ -89,6 +96,14 @@ class Extension:
     inside : mapping name -> (float, float)
         Where parameters have to be: elsewhere the effect is another one, as a dead zone that no sample enters is a
         bias.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError, Parameter
+    >>> shift = Parameter("shift", -10, 10, "bar", 0.0)
+    >>> pushed = Extension(OutputError().add_term("w", shift.symbol, [shift]), ({"shift": 0.1}, {"shift": -0.1}))
+    >>> len(pushed.starts), pushed.model.parameter("shift").null
+    (2, 0.0)
     """
 
     model: Model
@@ -116,6 +131,13 @@ class Detection:
         where it does not compete with them.
     glitches : tuple of ndarray of bool, shape (n,), optional
         Per experiment, samples that no fit should see.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> found = Detection(OutputError(), {"step": 0.01}, confidence=0.99, evidence={"shared digits": 1.0})
+    >>> found.values["step"], found.glitches is None
+    (0.01, True)
     """
 
     model: Model

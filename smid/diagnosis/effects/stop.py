@@ -20,7 +20,8 @@ def stop(x: sympy.IndexedBase, state: sympy.IndexedBase, half: sympy.Expr) -> sy
     Examples
     --------
     >>> import sympy
-    >>> stop(sympy.IndexedBase("u"), sympy.IndexedBase("s"), sympy.Integer(1))
-    Max(-1, Min(1, s[t - 1] + u[t] - u[t - 1]))
+    >>> u, s = sympy.IndexedBase("u"), sympy.IndexedBase("s")
+    >>> stop(u, s, sympy.Integer(1)) == sympy.Max(-1, sympy.Min(1, s[t - 1] + u[t] - u[t - 1]))
+    True
     """
     return sympy.Max(-half, sympy.Min(half, state[t - 1] + x[t] - x[t - 1]))

@@ -18,11 +18,26 @@ from smid.hybrid.arm.embedded_arm import (
     random_start,
     true_friction,
 )
-from smid.hybrid.arm.embedded_study import WAYS, EmbeddedRuns, EmbeddedStudy, Way, embedded_study, run_embedded
+from smid.hybrid.arm.embedded_study import (
+    COMPARED,
+    WAYS,
+    EmbeddedRuns,
+    EmbeddedStudy,
+    Way,
+    embedded_study,
+    run_embedded,
+)
 from smid.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.hybrid.arm.free_run_error import FreeRunError
+from smid.hybrid.arm.free_run_error import FreeRunError, FreeRuns
+from smid.hybrid.arm.friction_start import certified_start, friction_start, white_start
 from smid.hybrid.arm.global_start import global_start, multistart_start
-from smid.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error, modulate_motion
+from smid.hybrid.arm.input_error import (
+    InputError,
+    Motion,
+    estimate_by_input_error,
+    modulate_motion,
+    quiet_filter,
+)
 from smid.hybrid.arm.modulating_filter import ModulatingFilter
 from smid.hybrid.arm.records import held_record, similar, thesis_record
 from smid.hybrid.arm.white import (
@@ -36,6 +51,7 @@ from smid.hybrid.arm.white import (
 
 __all__ = [
     "ARM",
+    "COMPARED",
     "INTEGRATIONS",
     "SHAPES",
     "TABLE_F2_START",
@@ -46,6 +62,7 @@ __all__ = [
     "EmbeddedRuns",
     "EmbeddedStudy",
     "FreeRunError",
+    "FreeRuns",
     "InputError",
     "ModulatingFilter",
     "Motion",
@@ -55,6 +72,7 @@ __all__ = [
     "alternate",
     "alternating_runs",
     "arm_study",
+    "certified_start",
     "cost_surface",
     "embedded_arm",
     "embedded_error",
@@ -64,11 +82,13 @@ __all__ = [
     "exact_motion",
     "figure_6_9",
     "friction_curve",
+    "friction_start",
     "global_start",
     "held_record",
     "input_error_runs",
     "modulate_motion",
     "multistart_start",
+    "quiet_filter",
     "random_start",
     "run_embedded",
     "shape_of",
@@ -77,4 +97,5 @@ __all__ = [
     "true_friction",
     "white_arm",
     "white_free_run",
+    "white_start",
 ]

@@ -23,7 +23,7 @@ from smid.hybrid.arm.embedded_arm import (
     random_start,
     true_friction,
 )
-from smid.hybrid.arm.embedded_study import WAYS, EmbeddedStudy, embedded_study
+from smid.hybrid.arm.embedded_study import COMPARED, WAYS, EmbeddedStudy, embedded_study
 from smid.hybrid.arm.exact_motion import ARM
 from smid.hybrid.arm.input_error import INERTIA_UNIT, InputError, Motion, estimate_by_input_error, modulate_motion
 from smid.hybrid.arm.records import held_record, thesis_record
@@ -169,6 +169,11 @@ class ArmStudy:
         By what was estimated how.
     alternating, input_error : NetworkRuns
     embedded : EmbeddedStudy
+
+    Examples
+    --------
+    >>> sorted(ArmStudy.__dataclass_fields__)
+    ['alternating', 'embedded', 'input_error', 'white']
     """
 
     white: Mapping[str, WhiteEstimate]
@@ -254,7 +259,7 @@ def arm_study(
     starts: int = 100,
     *,
     inputs: Iterable[str] = tuple(TABLE_F1),
-    ways: Iterable[str] = tuple(WAYS),
+    ways: Iterable[str] = COMPARED,
     progress: Callable[[str], None] | None = None,
 ) -> ArmStudy:
     """Repeat section 6.3.
@@ -278,6 +283,15 @@ def arm_study(
     ------
     ModelError
         If there is no such input or way, or no start.
+
+    Examples
+    --------
+    >>> from smid.models import ModelError
+    >>> try:
+    ...     arm_study(0)
+    ... except ModelError as error:
+    ...     print(error)
+    starts = 0: give one or more
     """
     embedded = embedded_study(inputs, ways, starts=starts, progress=progress)
     sampled, held = thesis_record(TABLE_F1["one_sine"]), held_record(TABLE_F1["one_sine"])

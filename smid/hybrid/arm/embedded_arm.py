@@ -22,6 +22,7 @@ from smid.hybrid.arm.free_run_error import FreeRunError
 from smid.hybrid.embedded import embedded
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.neural import network_of
+from smid.hybrid.plants import arm_friction
 from smid.models import RotatingArm, signal, t
 from smid.networks import TanhNetwork
 
@@ -85,6 +86,15 @@ def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
     -------
     FreeRunError
         Of (1/J in 16 / (kg m2), weights).
+
+    Examples
+    --------
+    >>> from smid.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> hybrid = embedded_arm((1,))
+    >>> problem = embedded_error(hybrid, held_record(TABLE_F1["one_sine"]))
+    >>> bool(problem.error(random_start(hybrid, 0.01, seed=1)) > 0)
+    True
     """
     units = np.ones(1 + len(hybrid.term.parameters))
     units[0] = INERTIA_START
@@ -169,6 +179,5 @@ def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
     array([0.4, 0.7])
     """
     v = np.asarray(speed, dtype=np.float64)
-    sticks = np.abs(v) < values["eps"]
-    held = np.where(sticks, values["Ws"] * v / values["eps"], values["Wd"] * np.sign(v))
-    return np.asarray(held + values["b"] * v * np.abs(v))
+    law = [values[name] for name in ("Ws", "eps", "Wd", "b")]
+    return np.array([arm_friction(item, *law) for item in v.ravel().tolist()]).reshape(v.shape)

@@ -2,28 +2,30 @@
 
     r(theta) = angle of the free run at the parameters ``units * theta``, minus the measured one
 
-Derivatives come from `smid.models.sensitivities`.  Where the run leaves the finite range there is no error, and no
-method steps there; where only its sensitivities do, that direction is left out of the step.
+Many points are run in lockstep.  Derivatives come from `smid.models.sensitivities`, along the runs that there are
+already.  Where a run leaves the finite range there is no error, and no method steps there; where only its sensitivities
+do, that direction is left out of the step.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from smid.binding import bind
 from smid.data import Dataset
-from smid.models import Model, ModelError, simulate
+from smid.models import Model, ModelError
 from smid.models.sensitivities import FreeRun, compile_free_run
-from smid.networks import NormalEquations, sum_normal_equations
+from smid.networks import NormalEquations, lockstep, stacked_normal_equations
 
-__all__ = ["FreeRunError"]
+__all__ = ["FreeRunError", "FreeRuns"]
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 RUNAWAY, STEEPEST = 1e8, 1e100  # squares beyond overflow
 
@@ -80,104 +82,111 @@ class FreeRunError:
         """Return the numbers that stand for parameters."""
         return np.array([values[name] for name in self.run.parameters]) / self.units
 
-    def error(self, theta: Array) -> float:
-        """Return the mean squared error; infinite outside the boxes, and where the run leaves the finite range."""
-        boxes = ((self.model.parameter(name), value) for name, value in self.values(theta).items())
-        if not all(box.lower <= value <= box.upper for box, value in boxes):
-            return np.inf
-        residual, _ = self.evaluate(theta, jacobian=False)
-        return float(np.mean(residual**2)) if np.abs(residual).max() < RUNAWAY else np.inf
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """The sides of the box of theta, shape (p,) each."""
+        parameters = [self.model.parameter(name) for name in self.run.parameters]
+        return np.array([p.lower for p in parameters]) / self.units, np.array(
+            [p.upper for p in parameters]
+        ) / self.units
+
+    def runs(self, thetas: Array) -> FreeRuns:
+        """Run freely at many points, shape (B, p)."""
+        names = list(zip(self.model.inputs, self.model.input_channels, strict=True))
+        rest = dict.fromkeys([*self.run.states, *((name, 1) for name in self.model.inputs)], 0.0)
+        values = dict(zip(self.run.parameters, (thetas * self.units).T, strict=True))
+        records = self.data.experiments
+        inputs = [{name: record.values[channel] for name, channel in names} for record in records]
+        return FreeRuns(self, thetas, tuple(self.run.trajectory(given, values, rest) for given in inputs))
 
     def errors(self, thetas: Array) -> Array:
-        """Return the mean squared error of many points at once.
+        """Return the mean squared errors at many points, shape (B, p)."""
+        return self.runs(thetas).errors
 
-        Parameters
-        ----------
-        thetas : ndarray, shape (B, p)
-
-        Returns
-        -------
-        ndarray, shape (B,)
-        """
-        values = dict(zip(self.run.parameters, (thetas * self.units).T, strict=True))
-        total = np.zeros(len(thetas))
-        count = 0
-        with np.errstate(over="ignore", invalid="ignore"):
-            for record in self.data.experiments:
-                before = {channel: np.append(0.0, record.values[channel]) for channel in self.model.input_channels}
-                run = simulate(self.model, before, values, check=False)
-                channel = self.model.output_channels[0]
-                total += np.sum((run[channel][:, 1:] - record.values[channel]) ** 2, axis=1)
-                count += record.n_samples
-        return np.where(np.isfinite(total), total, np.inf) / count
+    def error(self, theta: Array) -> float:
+        """Return the mean squared error; infinite outside the box, and where the run leaves the finite range."""
+        return float(self.errors(theta[None])[0])
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations."""
-        return sum_normal_equations([self.evaluate(theta, jacobian=True)])
+        runs = self.runs(theta[None])
+        gradient, gram = runs.normal_equations(np.arange(1))
+        return NormalEquations(float(runs.errors[0]), gradient[0], gram[0])
 
-    @cached_property
-    def _inputs(self) -> list[dict[str, Array]]:
-        names = list(zip(self.model.inputs, self.model.input_channels, strict=True))
-        return [{name: run.values[channel] for name, channel in names} for run in self.data.experiments]
-
-    @cached_property
-    def _rest(self) -> dict[tuple[str, int], float]:
-        return dict.fromkeys([*self.run.states, *((name, 1) for name in self.model.inputs)], 0.0)
-
-    def evaluate(self, theta: Array, *, jacobian: bool) -> tuple[Array, Array]:
-        """Return the residuals, shape (n,), and their Jacobian, shape (n, p), or none.
-
-        Residuals are infinite where the run leaves the finite range; a column that does is zero.
-        """
-        values, shown, p = self.values(theta), self.model.measurements[0], self.units.size
-        residuals, rows = [], []
-        for record, inputs in zip(self.data.experiments, self._inputs, strict=True):
-            signals, slopes = self.run.run(inputs, values, self._rest, jacobian=jacobian)
-            # Not a number is no error either.
-            residuals.append(np.nan_to_num(signals[shown.signal] - record.values[shown.channel], nan=np.inf))
-            if jacobian:
-                rows.append(slopes.get(shown.signal, np.zeros((record.n_samples, p)))[:, :p] * self.units)
-        steep = np.concatenate(rows) if jacobian else np.empty((0, p))
-        steep[:, ~(np.abs(steep).max(axis=0, initial=0.0) < STEEPEST)] = 0.0
-        return np.concatenate(residuals), steep
-
-    def lower(self, start: Array, *, evaluations: int = 100) -> Array:
-        """Descend from a start by SciPy's trust-region reflective method, which keeps the boxes.
-
-        It scales each number by its column of the Jacobian.  The jump's weights are hundreds of times larger than the
-        others: without that scale, as `smid.networks.levenberg_marquardt` is for networks whose weights are alike, it
-        takes four times the evaluations.
+    def lower(self, starts: Array, *, evaluations: int = 100) -> Array:
+        """Descend from one start or many, in lockstep; see `smid.networks.lockstep`.
 
         Parameters
         ----------
-        start : ndarray, shape (p,)
+        starts : ndarray, shape (p,) or (B, p)
         evaluations : int
-            At most so many.
+            At most so many for each start.
 
         Returns
         -------
-        ndarray, shape (p,)
-            The start itself where its error is not finite.
+        ndarray, shape (p,) or (B, p)
+            A start itself where its error is not finite.
         """
-        if not np.isfinite(self.error(start)):
-            return start
-        boxes = [self.model.parameter(name) for name in self.run.parameters]
-        lower, upper = (np.array(ends) / self.units for ends in zip(*((p.lower, p.upper) for p in boxes), strict=True))
-        # The run is the greater part of a Jacobian, and most points are stepped to: each is evaluated once, with both.
-        last: dict[bytes, tuple[Array, Array]] = {}
+        lower, upper = self.box
+        found, _ = lockstep(self.runs, np.atleast_2d(starts), lower, upper, evaluations=evaluations)
+        return found.reshape(starts.shape)
 
-        def both(theta: Array) -> tuple[Array, Array]:
-            key = theta.tobytes()
-            if key not in last:
-                last.clear()
-                last[key] = self.evaluate(theta, jacobian=True)
-            return last[key]
 
-        def residual(theta: Array) -> Array:
-            return np.clip(both(theta)[0], -RUNAWAY, RUNAWAY)
+@dataclass(frozen=True, eq=False)
+class FreeRuns:
+    """Free runs in lockstep.
 
-        def steep(theta: Array) -> Array:
-            return both(theta)[1]
+    Parameters
+    ----------
+    problem : FreeRunError
+    thetas : ndarray, shape (B, p)
+    known : tuple of mapping
+        Per record, every signal, from before the first sample.
 
-        found = least_squares(residual, start, jac=steep, bounds=(lower, upper), x_scale="jac", max_nfev=evaluations)
-        return np.asarray(found.x)
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"u": [1.0, 1, 1]}, output={"y": [0.0, 1.0, 1.5]}, sampling_time=1.0)
+    >>> problem = FreeRunError(OutputError(), data, np.ones(2))
+    >>> problem.runs(np.array([[-0.5, 1.0], [0.0, 0.0]])).errors[0]
+    np.float64(0.0)
+    """
+
+    problem: FreeRunError
+    thetas: Array
+    known: tuple[Mapping[str, Array], ...]
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Simulated minus measured, all records in a row, shape (B, n); not finite where a run leaves that range."""
+        shown, run = self.problem.model.measurements[0], self.problem.run
+        simulated = [run.cut({"y": known[shown.signal]}, time=1)["y"] for known in self.known]
+        measured = [record.values[shown.channel] for record in self.problem.data.experiments]
+        return np.concatenate([y - seen for y, seen in zip(simulated, measured, strict=True)], axis=1)
+
+    @cached_property
+    def errors(self) -> Array:
+        """Mean squared errors, shape (B,); infinite outside the box, and where the run leaves the finite range."""
+        lower, upper = self.problem.box
+        inside = np.all((self.thetas >= lower) & (self.thetas <= upper), axis=1)
+        for known in self.known:
+            inside &= self.problem.run.finite(known)
+        with np.errstate(over="ignore", invalid="ignore"):
+            inside &= np.abs(self.residuals).max(axis=1) < RUNAWAY
+            return np.where(inside, np.mean(self.residuals**2, axis=1), np.inf)
+
+    def jacobian(self, rows: Rows) -> Array:
+        """Return the derivatives of some runs' residuals by theta, shape (K, n, p); a column that overflows is zero."""
+        problem, p = self.problem, self.problem.units.size
+        values = dict(zip(problem.run.parameters, (self.thetas[rows] * problem.units).T, strict=True))
+        parts = []
+        for known in self.known:
+            chosen = {name: samples if samples.ndim == 1 else samples[rows] for name, samples in known.items()}
+            slopes = problem.run.cut(problem.run.slopes(chosen, values), time=1)
+            parts.append(slopes[problem.model.measurements[0].signal][..., :p] * problem.units)
+        steep = np.concatenate(parts, axis=1)
+        return np.where(np.abs(steep).max(axis=1, keepdims=True) < STEEPEST, steep, 0.0)
+
+    def normal_equations(self, rows: Rows) -> tuple[Array, Array]:
+        """Return ``J'r / n``, shape (K, p), and ``J'J / n``, shape (K, p, p), of some of the runs."""
+        return stacked_normal_equations(self.residuals, self.jacobian, rows)

@@ -28,9 +28,9 @@ from smid.data import DataError
 from smid.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT
 from smid.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error
 from smid.models import ModelError
-from smid.networks import nguyen_widrow
+from smid.networks import lockstep, nguyen_widrow
 
-__all__ = ["global_start", "multistart_start"]
+__all__ = ["global_start", "jump_start", "multistart_start"]
 
 Array = NDArray[np.float64]
 
@@ -150,13 +150,35 @@ def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed:
     if hidden < 1 or starts < 1:
         raise ModelError(f"hidden = {hidden}, starts = {starts}: give a neuron or more, and a start or more")
     problem, generator = InputError(motion, (hidden,)), np.random.default_rng(seed)
-    found = []
-    for _ in range(starts):
-        weights = nguyen_widrow((1, hidden), generator).weights.copy()
-        weights[0], weights[hidden] = JUMP, 0.0
-        found.append(estimate_by_input_error(problem, np.append(1.0, weights), iterations=DESCENT))
-    best = min(found, key=lambda descent: descent.best).theta
-    return _for_free_run(problem, best)
+    points = np.array([np.append(1.0, jump_start(hidden, generator)) for _ in range(starts)])
+    if points.shape[1] > motion.speed.size:
+        raise DataError(f"{points.shape[1]} numbers but {motion.speed.size} samples: give more, or fewer neurons")
+    free = np.full(points.shape[1], np.inf)
+    found, errors = lockstep(problem.points, points, -free, free, evaluations=DESCENT)
+    return _for_free_run(problem, found[np.argmin(errors)])
+
+
+def jump_start(hidden: int, generator: np.random.Generator) -> Array:
+    """Draw the weights of a network of one input in which one neuron is a jump at rest.
+
+    Parameters
+    ----------
+    hidden : int
+        Neurons.
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (3 hidden + 1,)
+
+    Examples
+    --------
+    >>> jump_start(2, np.random.default_rng(1))[[0, 2]]
+    array([240.,   0.])
+    """
+    weights = nguyen_widrow((1, hidden), generator).weights.copy()
+    weights[0], weights[hidden] = JUMP, 0.0
+    return weights
 
 
 def _for_free_run(problem: InputError, theta: Array) -> Array:

@@ -14,7 +14,9 @@ Reference: hybrid thesis, sections 3.1 and 6.3.5, figures 6.10 and 6.11, listing
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +31,17 @@ from smid.networks import (
     TanhNetwork,
     descend,
     levenberg_marquardt,
+    stacked_normal_equations,
     sum_normal_equations,
 )
 
-__all__ = ["INERTIA_UNIT", "InputError", "Motion", "estimate_by_input_error", "modulate_motion"]
+__all__ = ["INERTIA_UNIT", "InputError", "Motion", "estimate_by_input_error", "modulate_motion", "quiet_filter"]
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
-INERTIA_UNIT = TORQUE_UNIT / 400.0  # kg m2, with accelerations in 400 rad/s2
+ACCELERATION_UNIT = 400.0  # rad/s2
+INERTIA_UNIT = TORQUE_UNIT / ACCELERATION_UNIT  # kg m2
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +61,31 @@ class Motion:
     speed: Array
     acceleration: Array
     torque: Array
+
+
+def quiet_filter(noise_bound: float, sampling_time: float) -> ModulatingFilter:
+    """Choose the least width at which uniform noise on the angle makes accelerations off by 1 % of 400 rad/s2 at most.
+
+    Two differences over the width w = m T of an average over m samples: ``sqrt(6 / m) sigma / w^2``, an RMS value.
+
+    Parameters
+    ----------
+    noise_bound : float
+        In rad.
+    sampling_time : float
+        T, in seconds.
+
+    Returns
+    -------
+    ModulatingFilter
+
+    Examples
+    --------
+    >>> quiet_filter(0.0, 0.02).width, quiet_filter(0.002, 0.02).width, quiet_filter(1.0, 0.02).width
+    (2, 2, 16)
+    """
+    noise = math.sqrt(6.0) * noise_bound / math.sqrt(3.0) / (sampling_time**2 * 0.01 * ACCELERATION_UNIT)
+    return ModulatingFilter(width=max(2, 2 * math.ceil(noise**0.4 / 2.0)))
 
 
 def modulate_motion(data: Dataset, modulating: ModulatingFilter | None = None) -> Motion:
@@ -108,6 +138,13 @@ class InputError:
     motion : Motion
     hidden : tuple of int
         Neurons of each hidden layer.
+
+    Examples
+    --------
+    >>> v = np.linspace(-80.0, 80.0, 81)
+    >>> problem = InputError(Motion(v, np.zeros(81), np.zeros(81)), hidden=(1,))
+    >>> problem.error(np.zeros(5))
+    0.0
     """
 
     motion: Motion
@@ -130,6 +167,10 @@ class InputError:
         jacobian = np.column_stack([self.pull, part.by_weights])
         return sum_normal_equations([(residual, jacobian)])
 
+    def points(self, thetas: Array) -> InputErrors:
+        """Evaluate many points, shape (B, p), for `smid.networks.lockstep`."""
+        return InputErrors(self, thetas)
+
     @property
     def speed(self) -> Array:
         """Scaled speed, shape (n, 1)."""
@@ -148,6 +189,41 @@ class InputError:
     def reciprocal_inertia(self, theta: Array) -> float:
         """Return 1/J in 1/(kg m2)."""
         return float(1.0 / (theta[0] * INERTIA_UNIT))
+
+
+@dataclass(frozen=True, eq=False)
+class InputErrors:
+    """The input error at many points.
+
+    Parameters
+    ----------
+    problem : InputError
+    thetas : ndarray, shape (B, p)
+    """
+
+    problem: InputError
+    thetas: Array
+
+    @cached_property
+    def residuals(self) -> Array:
+        """In 16 Nm, shape (B, n)."""
+        network = TanhNetwork(self.problem.sizes, self.thetas[:, 1:])
+        return self.thetas[:, :1] * self.problem.pull + network(self.problem.speed) - self.problem.torque
+
+    @property
+    def errors(self) -> Array:
+        """Mean squared errors, shape (B,)."""
+        return np.asarray(np.mean(self.residuals**2, axis=1))
+
+    def jacobian(self, rows: Rows) -> Array:
+        """Return the derivatives of some of the residuals by theta, shape (K, n, p)."""
+        part = TanhNetwork(self.problem.sizes, self.thetas[rows, 1:]).linearise(self.problem.speed)
+        pull = np.broadcast_to(self.problem.pull[:, None], (*part.by_weights.shape[:2], 1))
+        return np.concatenate([pull, part.by_weights], axis=2)
+
+    def normal_equations(self, rows: Rows) -> tuple[Array, Array]:
+        """Return ``J'r / n``, shape (K, p), and ``J'J / n``, shape (K, p, p), of some of the points."""
+        return stacked_normal_equations(self.residuals, self.jacobian, rows)
 
 
 def estimate_by_input_error(problem: InputError, start: Array, *, iterations: int = 300) -> Descent:
@@ -169,6 +245,15 @@ def estimate_by_input_error(problem: InputError, start: Array, *, iterations: in
     ------
     DataError
         If there are more numbers than samples.
+
+    Examples
+    --------
+    >>> v = np.linspace(-80.0, 80.0, 81)
+    >>> a = 100.0 * np.cos(v)
+    >>> problem = InputError(Motion(v, a, a / 20.0 + 4.0 * np.tanh(v / 80.0)), hidden=(1,))
+    >>> found = estimate_by_input_error(problem, np.array([1.0, 0.5, 0.0, 0.5, 0.0]))
+    >>> problem.error(found.theta) < 1e-6
+    True
     """
     if start.size > problem.motion.speed.size:
         raise DataError(

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from smid.data import DataError, Dataset
 from smid.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.hybrid.plants import arm_friction
 from smid.signals import Sines
 
 __all__ = ["SAMPLING_TIME", "held_record", "similar", "thesis_record"]
@@ -26,10 +27,10 @@ SAMPLING_TIME, KEPT, DURATION = 0.02, 10, 10.0  # s, of how many, s
 
 
 def similar(sines: Sines) -> Sines:
-    """Give sines to validate with: like those of the record, 10 % faster and 10 % weaker.
+    """Give sines to validate with: like those of the record, 10 % slower and 10 % weaker.
 
-    Weaker, so that the speeds stay within those that a network has seen; figure F.4 validates with "a similar input
-    signal" too.
+    So the arm's speeds stay within those that a network has seen, for every input of table F.1; 10 % faster they do
+    not for two.  Figure F.4 validates with "a similar input signal" too.
 
     Parameters
     ----------
@@ -42,9 +43,9 @@ def similar(sines: Sines) -> Sines:
     Examples
     --------
     >>> similar(Sines((1.5,), (1.0,)))
-    Sines(frequencies=(1.65,), amplitudes=(0.9,))
+    Sines(frequencies=(1.35,), amplitudes=(0.9,))
     """
-    frequencies = tuple(round(1.1 * frequency, 6) for frequency in sines.frequencies)
+    frequencies = tuple(round(0.9 * frequency, 6) for frequency in sines.frequencies)
     return Sines(frequencies, tuple(0.9 * amplitude for amplitude in sines.amplitudes))
 
 
@@ -78,25 +79,29 @@ def held_record(
     array([0.     , 0.01995, 0.01995])
     """
     inputs = _voltage(u, SAMPLING_TIME) if isinstance(u, Sines) else np.asarray(u, dtype=np.float64)
-    if not (np.isfinite(noise_bound) and noise_bound >= 0) or (noise_bound and seed is None):
-        raise DataError(f"noise_bound = {noise_bound}, seed = {seed}: give a bound that is not negative, and a seed")
     angle, speed = exact_motion(inputs, SAMPLING_TIME).T
-    noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, angle.size) if noise_bound else 0.0
-    return _dataset(inputs, angle + noise, speed)
+    return _dataset(inputs, angle, speed, noise_bound, seed)
 
 
-def thesis_record(sines: Sines) -> Dataset:
+def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None) -> Dataset:
     """Simulate the arm as the thesis did: Euler's method, 0.002 s, every tenth sample kept.
 
     Parameters
     ----------
     sines : Sines
         Motor voltage.
+    noise_bound, seed
+        As for `held_record`.
 
     Returns
     -------
     Dataset
         Channels as in `held_record`.
+
+    Raises
+    ------
+    DataError
+        If the bound is negative, or there is noise without a seed.
 
     Examples
     --------
@@ -105,22 +110,26 @@ def thesis_record(sines: Sines) -> Dataset:
     """
     step = SAMPLING_TIME / KEPT
     inputs = _voltage(sines, step)
+    law = [ARM[name] for name in ("Ws", "eps", "Wd", "b")]
     angle = speed = 0.0
     states = []
     for voltage in inputs.tolist():
         states.append((angle, speed))
-        sticks = abs(speed) < ARM["eps"]
-        friction = ARM["Ws"] * speed / ARM["eps"] if sticks else ARM["Wd"] * np.sign(speed)
-        rate = ARM["theta"] * (ARM["c"] * voltage - friction - ARM["b"] * speed * abs(speed))
+        rate = ARM["theta"] * (ARM["c"] * voltage - arm_friction(speed, *law))
         angle, speed = angle + step * speed, speed + step * rate
     kept = np.array(states)[::KEPT]
-    return _dataset(inputs[::KEPT], kept[:, 0], kept[:, 1])
+    return _dataset(inputs[::KEPT], kept[:, 0], kept[:, 1], noise_bound, seed)
 
 
 def _voltage(sines: Sines, sampling_time: float) -> Array:
     return sines.signal(round(DURATION / sampling_time) + 1, sampling_time)
 
 
-def _dataset(u: Array, angle: Array, speed: Array) -> Dataset:
-    data = Dataset.from_arrays(input={"u": u}, output={"y": angle}, sampling_time=SAMPLING_TIME, speed=speed)
+def _dataset(
+    u: Array, angle: Array, speed: Array, noise_bound: float, seed: int | np.random.Generator | None
+) -> Dataset:
+    if not (np.isfinite(noise_bound) and noise_bound >= 0) or (noise_bound and seed is None):
+        raise DataError(f"noise_bound = {noise_bound}, seed = {seed}: give a bound that is not negative, and a seed")
+    noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, angle.size) if noise_bound else 0.0
+    data = Dataset.from_arrays(input={"u": u}, output={"y": angle + noise}, sampling_time=SAMPLING_TIME, speed=speed)
     return replace(data, source="rotating arm (simulated)")

@@ -143,6 +143,12 @@ def output_errors(
     ------
     ModelError
         If a plant is not known.
+
+    Examples
+    --------
+    >>> table = output_errors(["factor"], starts=1, iterations=1)
+    >>> table.plants, bool(table.alone[0] > 0.01)
+    (('factor',), True)
     """
     records = {plant: reactor_record(plant, "constant") for plant in plants}
     largest: dict[tuple[str, str], list[float]] = {}

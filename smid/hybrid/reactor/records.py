@@ -92,6 +92,11 @@ def white_reactor(plant: str) -> Model:
     ------
     ModelError
         If the plant is not known.
+
+    Examples
+    --------
+    >>> white_reactor("time_constant").parameter("tau").lower  # s; the plant's is 2 s
+    4.0
     """
     refuse_unknown("plant", [plant], PLANTS)
     return replace(Reactor(2.0) if plant == FULL else reactor_base(plant), substeps=SUBSTEPS)

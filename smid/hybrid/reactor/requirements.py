@@ -199,6 +199,12 @@ def requirement_study(
     ------
     ModelError
         If a plant is not known, or not linear.
+
+    Examples
+    --------
+    >>> study = requirement_study(["factor"], ["series, extra"], starts=1, iterations=2)
+    >>> {learned.plant for learned in study.learned}
+    {'factor'}
     """
     learned = []
     for plant in plants:

@@ -124,6 +124,11 @@ def time_constant_study(
     Returns
     -------
     TimeConstants
+
+    Examples
+    --------
+    >>> sorted(time_constant_study(starts=1, iterations=1).tau) == sorted(WAYS)
+    True
     """
     data, held_out = reactor_record(PLANT, seed=seed), reactor_record(PLANT, "constant")
     base = white_reactor(PLANT)

@@ -77,6 +77,31 @@ def test_free_run_is_the_simulators() -> None:
     assert signals["w"] == pytest.approx(simulate(model, {"u": u}, values)["w"], abs=1e-12)
 
 
+@pytest.mark.parametrize("count", [3, 25])
+@pytest.mark.parametrize("name", CASES)
+def test_runs_in_lockstep_are_those_of_each_alone(name: str, count: int) -> None:
+    model, values = CASES[name]
+    run = compile_free_run(model)
+    initial = {state: 0.1 * (k + 1) for k, state in enumerate(run.states)}
+    factors = np.linspace(0.9, 1.1, count)
+    many = {parameter: value * factors for parameter, value in values.items()}
+    known = run.trajectory({"u": U}, many, initial)
+    shown = model.measurements[0].signal
+    slopes = run.cut(run.slopes(known, many), time=1)[shown]
+    for k in range(0, count, 2):
+        one, steep = run.run({"u": U}, {parameter: value[k] for parameter, value in many.items()}, initial)
+        assert run.cut({shown: known[shown]}, time=1)[shown][k] == pytest.approx(one[shown], rel=1e-10, abs=1e-12)
+        assert slopes[k] == pytest.approx(steep[shown], rel=1e-8, abs=1e-9)
+
+
+def test_of_runs_in_lockstep_those_that_run_away_are_named() -> None:
+    run = compile_free_run(OutputError())
+    values = {"a1": np.array([-0.5, -3.0]), "b0": np.ones(2)}
+    known = run.trajectory({"u": np.ones(3000)}, values, {("w", 1): 0.0})
+    assert run.finite(known).tolist() == [True, False]
+    assert run.slopes(known, values) == {}
+
+
 def test_clock_shows_zero_at_the_first_sample_and_is_no_state() -> None:
     model, values = CASES["clock"]
     run = compile_free_run(model)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from smid.data import DataError
 from smid.hybrid.arm import (
@@ -21,6 +22,7 @@ from smid.hybrid.arm import (
     input_error_runs,
     modulate_motion,
     multistart_start,
+    quiet_filter,
     random_start,
     run_embedded,
     shape_of,
@@ -56,6 +58,27 @@ def test_many_points_at_once_have_the_errors_of_each():
     problem = embedded_error(embedded_arm((2,)), held_record(SINE))
     points = np.array([_numbers(seed) for seed in range(3)])
     np.testing.assert_allclose(problem.errors(points), [problem.error(point) for point in points], rtol=1e-9)
+
+
+def test_training_in_lockstep_finds_what_training_alone_does():
+    """25 starts at once, in one loop through time, beside SciPy's trust region and one start alone."""
+    record = held_record(SINE)
+    problem = embedded_error(embedded_arm((2,)), record)
+    motion = modulate_motion(record)
+    starts = np.array([multistart_start(motion, 2, starts=1, seed=seed) for seed in range(25)])
+    found = problem.errors(problem.lower(starts, evaluations=60))
+    for k in (0, 19):
+        alone = problem.error(problem.lower(starts[k], evaluations=60))
+        oracle = least_squares(
+            lambda theta: problem.runs(theta[None]).residuals[0],
+            starts[k],
+            jac=lambda theta: problem.runs(theta[None]).jacobian(np.arange(1))[0],
+            x_scale="jac",
+            max_nfev=60,
+        )
+        error = 2.0 * oracle.cost / record.experiments[0].n_samples
+        assert found[k] == pytest.approx(alone, rel=1e-3)
+        assert found[k] <= 1.02 * error
 
 
 def test_the_plants_own_friction_runs_like_the_plant():
@@ -151,6 +174,13 @@ def test_good_moderate_and_bad_are_all_runs():
     assert study.to_dict()["runs"][0]["counts"]["good"] == runs.counts[0]
 
 
+@pytest.mark.parametrize("way", ["white", "certified"])
+def test_what_is_known_of_the_arm_is_a_good_start(way):
+    runs = run_embedded("six_two_negative", way, range(2), noise_bound=0.002, noise_seed=5)
+    assert runs.counts == (2, 0, 0)
+    assert runs.theta == pytest.approx(ARM["theta"], rel=0.005)
+
+
 def test_ours_is_good_where_the_thesis_had_24_of_100():
     runs = run_embedded("six_unequal", "multistart", [0])
     assert runs.counts == (1, 0, 0)
@@ -165,8 +195,21 @@ def test_records_are_what_they_say():
     coarse, fine = thesis_record(SINE).experiments[0].values, held.experiments[0].values
     assert np.abs(coarse["u"] - fine["u"]).max() < 1e-12
     assert 0.05 < np.abs(coarse["y"] - fine["y"]).max() < 2.0  # what Euler and the held input make
-    speeds = [held_record(item).experiments[0].values["speed"] for item in (SINE, similar(SINE))]
-    assert np.abs(speeds[1]).max() < np.abs(speeds[0]).max()
+    assert thesis_record(SINE, noise_bound=0.01, seed=1).experiments[0].values["y"] != pytest.approx(coarse["y"])
+
+
+@pytest.mark.parametrize("sines", TABLE_F1.values(), ids=TABLE_F1)
+def test_validation_stays_within_the_speeds_of_the_record(sines):
+    seen, checked = (held_record(item).experiments[0].values["speed"] for item in (sines, similar(sines)))
+    assert seen.min() <= checked.min() + ARM["eps"]
+    assert checked.max() <= seen.max()
+
+
+def test_the_filter_is_as_wide_as_the_noise_asks_for():
+    bound, still = 0.5, np.zeros(4000)
+    noise = np.random.default_rng(1).uniform(-bound, bound, still.size)
+    chosen = quiet_filter(bound, 0.02)
+    assert 2.0 < np.std(chosen.derivative(still + noise, 0.02, 2)) < 5.0
 
 
 def test_says_what_is_wrong():
