@@ -21,6 +21,7 @@ from smid.models import (
     load_model,
 )
 from smid.reports import report
+from smid.study import order_study
 from smid.validate import Validation, validate
 
 __version__ = "0.1.0"
@@ -52,6 +53,7 @@ __all__ = [
     "identify",
     "load_model",
     "lowest_order",
+    "order_study",
     "report",
     "validate",
 ]

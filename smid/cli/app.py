@@ -7,10 +7,12 @@ import click
 from smid.cli.clutch import clutch
 from smid.cli.demo import demo
 from smid.cli.diagnose import diagnose
+from smid.cli.doctor import doctor
 from smid.cli.error_bound import error_bound
 from smid.cli.face import Face
 from smid.cli.hybrid import hybrid
 from smid.cli.identify import identify
+from smid.cli.study import study
 from smid.cli.validate import validate
 
 
@@ -26,5 +28,5 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (demo, identify, error_bound, validate, diagnose, clutch, hybrid):
+for command in (demo, identify, error_bound, validate, diagnose, clutch, hybrid, study, doctor):
     main.add_command(command)

@@ -10,6 +10,7 @@ from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data
 from smid.cli.options import json_option, record_options, report_option
 from smid.cli.outputs import Outputs
+from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.diagnosis import EFFECTS, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.models import load_model
@@ -61,6 +62,7 @@ def _list_effects(context: click.Context, _parameter: click.Parameter, asked: bo
 )
 @json_option
 @report_option
+@verbose_option
 @click.pass_context
 def diagnose(
     context: click.Context,
@@ -102,6 +104,7 @@ def diagnose(
         )
         if prove is not None and noise_bound is not None and diagnosis.causes:
             diagnosis = prove_parameters(diagnosis, noise_bound, prove)
+    log_diagnosis(diagnosis)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
     if report is not None:

@@ -18,7 +18,7 @@ from smid.reports import versions, write_text
 from smid.validate import Validation
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
-DIAGNOSE = "smid.diagnose/1"
+DIAGNOSE, DOCTOR = "smid.diagnose/1", "smid.doctor/1"
 
 Document = dict[str, Any]
 

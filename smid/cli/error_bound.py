@@ -10,6 +10,7 @@ from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import data_options, json_option, report_option, solver_options
 from smid.cli.outputs import Outputs
+from smid.cli.verbose import log_error_bound, verbose_option
 from smid.error_bound import error_bound as least_bound
 from smid.reports import data_report
 
@@ -19,6 +20,7 @@ from smid.reports import data_report
 @solver_options
 @json_option
 @report_option
+@verbose_option
 @click.pass_context
 def error_bound(
     context: click.Context,
@@ -43,6 +45,7 @@ def error_bound(
     bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
     with Progress() as progress:
         bound = least_bound(bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress)
+    log_error_bound(bound)
     outputs.say(bound)
     outputs.write(error_bound_document(bound, bound_model, dataset))
     if report is not None:

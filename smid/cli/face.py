@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import sys
 from types import TracebackType
@@ -15,6 +16,9 @@ from smid.models import ModelError
 
 EMPTY, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes beside 0. What a shell gives a program stopped by Ctrl-C is 130."""
+
+
+LOGGER = logging.getLogger("smid")
 
 
 class Face(click.Group):
@@ -51,6 +55,8 @@ def _fail(message: str, code: int = BAD_INPUT) -> int:
 class Progress:
     """One line on the terminal that is written over again and again; silent where stderr is no terminal.
 
+    Every line also goes to the logger ``smid``; where that is heard (``--verbose``) the terminal is left to it.
+
     Examples
     --------
     >>> with Progress() as progress:
@@ -58,10 +64,11 @@ class Progress:
     """
 
     def __init__(self) -> None:
-        self._shown = sys.stderr.isatty()
+        self._shown = sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO)
 
     def __call__(self, line: str) -> None:
         """Show a line in place of the one before."""
+        LOGGER.info(line)
         if self._shown:
             width = shutil.get_terminal_size().columns - 1
             click.echo(f"\r\x1b[K{line[:width]}", nl=False, err=True)

@@ -20,6 +20,7 @@ from smid.cli.options import (
     solver_options,
 )
 from smid.cli.outputs import Outputs
+from smid.cli.verbose import log_error_bound, log_estimate, verbose_option
 from smid.data import Dataset
 from smid.error_bound import ErrorBound
 from smid.error_bound import error_bound as least_bound
@@ -63,6 +64,7 @@ DEFAULT = NoiseBound(1.2, True)
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
 @json_option
 @report_option
+@verbose_option
 @click.pass_context
 def identify(
     context: click.Context,
@@ -112,6 +114,7 @@ def identify(
             enclosure = least_bound(
                 bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress
             )
+            log_error_bound(enclosure)
             value = asked.value * enclosure.upper
         if enclosure is None or enclosure.reason is not Reason.INTERRUPTED:
             try:
@@ -138,6 +141,7 @@ def identify(
         chosen = "as asked" if noise_bound else "no --noise-bound was given"
         product = f"{asked.value:g} x {enclosure.upper:.6g} = {value:.6g} {unit}".rstrip()
         outputs.say(f"noise bound used: {product} ({chosen})")
+    log_estimate(estimate)
     runs = validations(estimate, records)
     publish(outputs, estimate, enclosure, runs, settings)
     if interrupted(estimate):

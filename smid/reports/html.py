@@ -103,6 +103,14 @@ def data_report(
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from smid.models import OutputError
+    >>> page = Path(tempfile.mkdtemp()) / "validation.html"
+    >>> data_report(page, "A first-order model", "No record was simulated yet.", OutputError()).name
+    'validation.html'
     """
     check_writable(path)
     page = _render(

@@ -11,6 +11,11 @@ PACKAGES = ("smid", "numpy", "scipy", "sympy", "cvxpy", "clarabel")
 def versions() -> dict[str, str]:
     """Return the versions of Python, of the packages that compute, and the platform.
 
+    Returns
+    -------
+    dict of str to str
+        Package to version.
+
     Examples
     --------
     >>> list(versions())

@@ -36,6 +36,13 @@ def records_page(
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from smid.clutch.overview import record_overview
+    >>> records_page(record_overview(), Path(tempfile.mkdtemp()) / "records.html").name
+    'records.html'
     """
     picture = Picture(overview.plot(), "Current, pressure and position of each record, in percent of the largest.")
     count = len(overview.data.experiments)

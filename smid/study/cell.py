@@ -1,0 +1,122 @@
+"""A cell of a study: one identification among the combinations that are asked for, and the key it is kept under."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from smid.data import Dataset
+from smid.models import Model
+from smid.study.versions import computing_versions
+
+__all__ = ["Cell", "Job", "Settings"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all cells of a study share; see :func:`smid.identify`.
+
+    Parameters
+    ----------
+    solver : str
+    tolerance : float
+    rounds, nodes : int
+    """
+
+    solver: str = "clarabel"
+    tolerance: float = 1e-4
+    rounds: int = 10
+    nodes: int = 0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One combination.
+
+    Parameters
+    ----------
+    record : str
+        Name of the record.
+    samples : int
+        So many first samples of each of the record's experiments.
+    noise_bound : tuple of (channel, bound)
+        Of every noisy channel, in the channel's unit.
+    method : str
+    order : int
+
+    Examples
+    --------
+    >>> print(Cell("run", 40, (("y", 0.1),), "auto", 2))
+    run, N = 40, bound 0.1, auto, order 2
+    """
+
+    record: str
+    samples: int
+    noise_bound: tuple[tuple[str, float], ...]
+    method: str
+    order: int
+
+    @property
+    def bound_text(self) -> str:
+        """Return the noise bounds in words; one alone needs no channel."""
+        if len(self.noise_bound) == 1:
+            return f"{self.noise_bound[0][1]:.6g}"
+        return ", ".join(f"{bound:.6g} on {channel}" for channel, bound in self.noise_bound)
+
+    def __str__(self) -> str:
+        return f"{self.record}, N = {self.samples}, bound {self.bound_text}, {self.method}, order {self.order}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "record": self.record,
+            "samples": self.samples,
+            "noise_bound": dict(self.noise_bound),
+            "method": self.method,
+            "order": self.order,
+        }
+
+
+@dataclass(frozen=True)
+class Job:
+    """A cell with all that its computation needs, ready to travel to a worker.
+
+    Parameters
+    ----------
+    cell : Cell
+    model : Model
+        Bound to the data.
+    data : Dataset
+        The samples of this cell.
+    settings : Settings
+    versions : mapping str -> str
+        Of the process that keeps the results: a worker with others must not compute.
+    """
+
+    cell: Cell
+    model: Model
+    data: Dataset
+    settings: Settings
+    versions: Mapping[str, str]
+
+    @staticmethod
+    def of(cell: Cell, model: Model, record: Dataset, settings: Settings) -> Job:
+        """Cut the cell's samples from its record."""
+        return Job(cell, model, record.crop(0, cell.samples), settings, computing_versions())
+
+    @property
+    def key(self) -> str:
+        """Return the SHA-256 of data, model, settings and versions: equal keys stand for equal intervals."""
+        content = {
+            "data": self.data.checksum,
+            "model": self.model.to_dict(),
+            "noise_bound": dict(self.cell.noise_bound),
+            "method": self.cell.method,
+            "order": self.cell.order,
+            "settings": vars(self.settings),
+            "versions": dict(self.versions),
+        }
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,206 @@
+"""Identify over orders, methods, noise bounds, sample sizes and records: what tightens the intervals, at what cost."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from itertools import product
+from pathlib import Path
+
+from relaxations.lasserre import METHODS
+from relaxations.solvers.interface import check_solver
+from smid.binding import bind
+from smid.data import DataError, Dataset
+from smid.feasible import check_data, check_noise_bound
+from smid.models import Model, ModelError
+from smid.study.cell import Cell, Job, Settings
+from smid.study.outcome import Outcome, Status
+from smid.study.run_all import Pool, run_all
+from smid.study.store import open_store
+from smid.study.study import Study
+from smid.study.time_left import time_left
+from smid.study.versions import computing_versions
+from smid.study.workers import local_workers
+
+__all__ = ["order_study"]
+
+NoiseBound = float | Mapping[str, float]
+_METHODS = ("auto", "lift", *METHODS)
+
+
+def order_study(
+    model: Model,
+    data: Dataset | Mapping[str, Dataset],
+    noise_bound: NoiseBound | Iterable[NoiseBound],
+    *,
+    orders: Iterable[int] = (1, 2, 3),
+    methods: Iterable[str] = ("auto",),
+    sample_sizes: Iterable[int] | None = None,
+    solver: str = "clarabel",
+    tolerance: float = 1e-4,
+    rounds: int = 10,
+    nodes: int = 0,
+    workers: int = 1,
+    executor: Executor | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Study:
+    """Identify every combination of record, sample size, noise bound, method and relaxation order.
+
+    A cell that does not apply, an order below the least one, say, is a result with its message. Ctrl-C stops the study
+    and returns what is done.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset or mapping name -> Dataset
+        The records.
+    noise_bound : float, mapping channel -> float, or iterable of these
+        In the channel's unit, as in :func:`smid.identify`.
+    orders : iterable of int
+        Highest relaxation orders.
+    methods : iterable of {"auto", "lift", "sparse", "dense", "textbook"}
+    sample_sizes : iterable of int, optional
+        Numbers of first samples of each experiment; by default all.
+    solver, tolerance, rounds, nodes
+        See :func:`smid.identify`.
+    workers : int
+        Processes on this machine, of one thread each. More finish sooner; times are measured best with one. In a
+        script the call then belongs under ``if __name__ == "__main__":``.
+    executor : concurrent.futures.Executor, optional
+        Where to run instead: ``distributed.Client(address).get_executor()`` for a Dask cluster.
+    folder : path, optional
+        Where to keep each outcome as it comes, in an SQLite file.
+    resume : bool
+        Go on with the study in ``folder``. Data, model, settings and versions must be the same, the combinations may
+        differ: what is there is taken, what failed is tried again.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    ModelError, DataError, ProblemError
+        Bad input, before any solve.
+    StudyError
+        Where the folder holds something else than what is to be resumed, the disk is full (what is done is kept), or
+        the workers do not start.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> study = order_study(OutputError(na=1, stable=True), data, [0.1, 0.2], orders=[1])
+    >>> [outcome.status.value for outcome in study.outcomes]
+    ['certified', 'certified']
+    >>> narrow, wide = (outcome.intervals[0].width for outcome in study.outcomes)
+    >>> narrow < wide
+    True
+    """
+    check_solver(solver)
+    if workers < 1:
+        raise ModelError(f"{workers} workers cannot run anything: give at least 1")
+    if resume and folder is None:
+        raise ModelError("resume needs the folder that the study is in: give folder=...")
+    settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
+    records = dict(data) if isinstance(data, Mapping) else {_name(data): data}
+    bound = {name: bind(model, record) for name, record in records.items()}
+    cells = _grid(bound, records, noise_bound, orders, methods, sample_sizes)
+    jobs = [Job.of(cell, bound[cell.record], records[cell.record], settings) for cell in cells]
+    for job in jobs:
+        check_data(job.model, job.data)
+    subject = {
+        "data": {name: record.checksum for name, record in records.items()},
+        "model": model.to_dict(),
+        "settings": vars(settings),
+        "versions": computing_versions(),
+    }
+    local = Pool(lambda: local_workers(workers), 2 * workers)
+    pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
+    with open_store(None if folder is None else Path(folder), subject, resume) as store:
+        done = _known(jobs, store.outcomes())
+        interrupted = False
+        begun = time.monotonic()
+        fresh: dict[Cell, Outcome] = {}
+
+        def take(job: Job, outcome: Outcome) -> None:
+            store.add(job, outcome)
+            fresh[job.cell] = outcome
+
+        def tick() -> None:
+            if progress is not None:
+                missing = [cell for cell in cells if cell not in done and cell not in fresh]
+                left = time_left(missing, fresh, time.monotonic() - begun)
+                progress(f"{len(done) + len(fresh)} of {len(cells)} cells{left}")
+
+        try:
+            tick()
+            run_all([job for job in jobs if job.cell not in done], pool, take, tick)
+        except KeyboardInterrupt:
+            interrupted = True
+    found = {**done, **fresh}
+    return Study(
+        next(iter(bound.values())),
+        records,
+        settings,
+        cells,
+        tuple(found.get(cell) for cell in cells),
+        interrupted,
+    )
+
+
+def _grid(
+    models: Mapping[str, Model],
+    records: Mapping[str, Dataset],
+    noise_bound: NoiseBound | Iterable[NoiseBound],
+    orders: Iterable[int],
+    methods: Iterable[str],
+    sample_sizes: Iterable[int] | None,
+) -> tuple[Cell, ...]:
+    """Return all combinations, records first, orders last; ModelError or DataError for one that cannot be."""
+    if isinstance(noise_bound, Mapping) or not isinstance(noise_bound, Iterable):
+        bounds: list[NoiseBound] = [noise_bound]
+    else:
+        bounds = list(noise_bound)
+    orders, methods = list(orders), list(methods)
+    sizes = None if sample_sizes is None else list(sample_sizes)
+    for name, given in (("records", records), ("noise_bound", bounds), ("orders", orders), ("methods", methods)):
+        if not given:
+            raise ModelError(f"{name} is empty: a study needs at least one")
+    for method in methods:
+        if method not in _METHODS:
+            raise ModelError(f"unknown method {method!r}: choose among {', '.join(_METHODS)}")
+    for name, numbers in (("order", orders), ("sample size", sizes or [])):
+        for number in numbers:
+            if number < 1 or number != int(number):
+                raise ModelError(f"{name} {number} is no positive whole number: give 1, 2, ...")
+    cells: list[Cell] = []
+    for name, record in records.items():
+        longest = max(run.n_samples for run in record.experiments)
+        for size in sizes or []:
+            if size > longest:
+                raise DataError(f"record {name!r} has {longest} samples, {size} are asked for: take smaller sizes")
+        named = [tuple(check_noise_bound(models[name], bound, None).items()) for bound in bounds]
+        cells += [
+            Cell(name, int(size), bound, method, int(order))
+            for size, bound, method, order in product(sizes or [longest], named, methods, orders)
+        ]
+    return tuple(dict.fromkeys(cells))
+
+
+def _known(jobs: Sequence[Job], kept: Mapping[str, Outcome]) -> dict[Cell, Outcome]:
+    """Return what is kept of these jobs; what failed may go well on another day."""
+    found = {job.cell: kept[job.key] for job in jobs if job.key in kept}
+    return {cell: outcome for cell, outcome in found.items() if outcome.status is not Status.FAILED}
+
+
+def _name(data: Dataset) -> str:
+    return data.experiments[0].name if len(data.experiments) == 1 else "all"

@@ -1,0 +1,128 @@
+"""What a cell gave: intervals, a proof that there are none, or the reason why neither could be had."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from relaxations.hierarchy import Proof
+from smid.estimate import ParameterInterval
+
+__all__ = ["Outcome", "Status"]
+
+
+class Status(Enum):
+    """How a cell ended."""
+
+    CERTIFIED = "certified"
+    EMPTY = "proven empty"
+    REFUSED = "does not apply"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a cell.
+
+    Parameters
+    ----------
+    status : Status
+        ``CERTIFIED``: the ends of the intervals are proven. ``EMPTY``: no parameters explain the data, proven.
+        ``REFUSED``: method, order or data do not fit together; nothing was solved. ``FAILED``: an error, or its worker
+        died again and again.
+    message : str
+        Why the computation stopped, or what was wrong.
+    intervals : tuple of ParameterInterval
+        Empty but for certified cells.
+    method : str
+        The method that "auto" chose.
+    complicating : tuple of str
+        Variables that the lift lifted.
+    solves : int
+        Certified solves.
+    moments, largest_block : int
+        Size of the last relaxation.
+    seconds : float
+        Wall clock.
+    peak_memory : float
+        Largest resident memory of the process that ran the cell, while it ran, in MB; NaN where it is not known.
+    """
+
+    status: Status
+    message: str
+    intervals: tuple[ParameterInterval, ...] = ()
+    method: str = ""
+    complicating: tuple[str, ...] = ()
+    solves: int = 0
+    moments: int = 0
+    largest_block: int = 0
+    seconds: float = float("nan")
+    peak_memory: float = float("nan")
+
+    @property
+    def gap(self) -> float:
+        """Return the largest gap as a share of its interval's width; NaN where an end has no witness."""
+        shares = [i.gap / i.width if i.width > 0 else 0.0 for i in self.intervals]
+        return float(np.max(shares)) if shares else float("nan")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; missing numbers become None."""
+        return {
+            "status": self.status.name.lower(),
+            "message": self.message,
+            "parameters": [i.to_dict() for i in self.intervals],
+            "relaxation": self.method,
+            "complicating": list(self.complicating),
+            "solves": self.solves,
+            "moments": self.moments,
+            "largest_block": self.largest_block,
+            "seconds": _or_none(self.seconds),
+            "peak_memory": _or_none(self.peak_memory),
+        }
+
+    @staticmethod
+    def from_dict(content: dict[str, Any]) -> Outcome:
+        """Return the outcome that :meth:`to_dict` wrote.
+
+        Examples
+        --------
+        >>> outcome = Outcome(Status.REFUSED, "order 1 is too low", seconds=0.25, peak_memory=80.0)
+        >>> Outcome.from_dict(outcome.to_dict()) == outcome
+        True
+        """
+        return Outcome(
+            Status[content["status"].upper()],
+            content["message"],
+            tuple(_interval(i) for i in content["parameters"]),
+            content["relaxation"],
+            tuple(content["complicating"]),
+            content["solves"],
+            content["moments"],
+            content["largest_block"],
+            _number(content["seconds"], float("nan")),
+            _number(content["peak_memory"], float("nan")),
+        )
+
+
+def _interval(content: dict[str, Any]) -> ParameterInterval:
+    return ParameterInterval(
+        content["name"],
+        content["unit"],
+        _number(content["lower"], -np.inf),
+        _number(content["upper"], np.inf),
+        _number(content["inner_lower"], np.nan),
+        _number(content["inner_upper"], np.nan),
+        Proof[content["proof_lower"].upper()],
+        Proof[content["proof_upper"].upper()],
+    )
+
+
+def _number(value: float | None, missing: float) -> float:
+    return missing if value is None else float(value)
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

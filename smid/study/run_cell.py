@@ -1,0 +1,103 @@
+"""Run one cell: whatever comes of it, other than a dead worker, is a result."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from relaxations.errors import ProblemError
+from relaxations.hierarchy import Reason
+from smid.data import DataError
+from smid.estimate import Estimate
+from smid.identify import EmptyFeasibleSetError, identify
+from smid.models import ModelError
+from smid.study.cell import Job
+from smid.study.errors import StudyError
+from smid.study.memory import forget_peak, peak_memory
+from smid.study.outcome import Outcome, Status
+from smid.study.versions import computing_versions
+
+__all__ = ["run_cell"]
+
+
+def run_cell(job: Job) -> Outcome:
+    """Identify the model on the samples of a cell.
+
+    Parameters
+    ----------
+    job : Job
+
+    Returns
+    -------
+    Outcome
+        Also where the cell does not apply or fails: one cell must not end a study.
+
+    Raises
+    ------
+    StudyError
+        Where this process has other versions than the one that keeps the results.
+    KeyboardInterrupt
+        Where the computation was interrupted: a part of a cell is not kept.
+
+    Examples
+    --------
+    >>> from smid import Dataset, OutputError
+    >>> from smid.study.cell import Cell, Settings
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> cell = Cell("run", 8, (("y", 0.1),), "auto", 1)
+    >>> run_cell(Job.of(cell, OutputError(na=1, stable=True), data, Settings())).status.value
+    'certified'
+    """
+    _check_versions(job)
+    forget_peak()
+    started = time.perf_counter()
+    try:
+        outcome = _outcome(
+            identify(
+                job.model,
+                job.data,
+                dict(job.cell.noise_bound),
+                method=job.cell.method,
+                order=job.cell.order,
+                solver=job.settings.solver,
+                tolerance=job.settings.tolerance,
+                rounds=job.settings.rounds,
+                nodes=job.settings.nodes,
+            )
+        )
+    except EmptyFeasibleSetError as proof:
+        outcome = Outcome(Status.EMPTY, str(proof))
+    except (ModelError, DataError, ProblemError) as error:
+        outcome = Outcome(Status.REFUSED, str(error))
+    except MemoryError:
+        outcome = Outcome(Status.FAILED, "out of memory: take fewer samples, a lower order or a sparser method")
+    except Exception as error:
+        outcome = Outcome(Status.FAILED, f"{type(error).__name__}: {error}")
+    return replace(outcome, seconds=time.perf_counter() - started, peak_memory=peak_memory())
+
+
+def _check_versions(job: Job) -> None:
+    own = computing_versions()
+    other = [f"{name} {own[name]}, not {job.versions[name]}" for name in own if own[name] != job.versions[name]]
+    if other:
+        raise StudyError(f"a worker has {'; '.join(other)}: install the same versions on every machine of the cluster")
+
+
+def _outcome(estimate: Estimate) -> Outcome:
+    if estimate.reason is Reason.INTERRUPTED:
+        raise KeyboardInterrupt
+    e = estimate.enclosure
+    if e is None:
+        return Outcome(Status.CERTIFIED, estimate.summary, estimate.intervals)
+    message = f"{e.reason.value[0].upper()}{e.reason.value[1:]}."
+    return Outcome(
+        Status.CERTIFIED,
+        message,
+        estimate.intervals,
+        e.method,
+        e.complicating,
+        e.solves,
+        e.n_moments,
+        e.largest_block,
+    )

@@ -1,0 +1,203 @@
+"""What a study gives: the outcome of every cell, as a table, a figure, plain data or a pandas frame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from smid.data import DataError, Dataset
+from smid.estimate import ParameterInterval, round_down, round_up, shown_digits
+from smid.models import Model
+from smid.study.cell import Cell, Settings
+from smid.study.figures import study_figure
+from smid.study.outcome import Outcome, Status
+from smid.table import Table, figure
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Study"]
+
+_FACTORS = (
+    ("record", "l", lambda cell: cell.record),
+    ("N", "r", lambda cell: str(cell.samples)),
+    ("bound", "r", lambda cell: cell.bound_text),
+    ("method", "l", lambda cell: cell.method),
+    ("order", "r", lambda cell: str(cell.order)),
+)
+
+
+@dataclass(frozen=True)
+class Study:
+    """The outcomes of a grid of cells.
+
+    Parameters
+    ----------
+    model : Model
+    records : mapping name -> Dataset
+    settings : Settings
+    cells : tuple of Cell
+        All that were asked for, records first, orders last.
+    outcomes : tuple of Outcome or None
+        One for each cell; None where the study was stopped before it.
+    interrupted : bool
+        Whether Ctrl-C stopped the study.
+    """
+
+    model: Model
+    records: Mapping[str, Dataset]
+    settings: Settings
+    cells: tuple[Cell, ...]
+    outcomes: tuple[Outcome | None, ...]
+    interrupted: bool
+
+    @property
+    def done(self) -> tuple[tuple[Cell, Outcome], ...]:
+        """Return the cells that have an outcome, with it."""
+        pairs = zip(self.cells, self.outcomes, strict=True)
+        return tuple((cell, outcome) for cell, outcome in pairs if outcome is not None)
+
+    @property
+    def conclusion(self) -> str:
+        """Return how the cells ended, in one sentence."""
+        counts = Counter(outcome.status for _, outcome in self.done)
+        parts = [f"{counts[status]} {status.value}" for status in Status if counts[status]]
+        missing = len(self.cells) - len(self.done)
+        parts += [f"{missing} not run"] if missing else []
+        return f"{len(self.cells)} cells: {', '.join(parts)}."
+
+    @property
+    def table(self) -> Table:
+        """Return a row for each cell that is done; columns of what varies, the rest in the caption."""
+        varying, fixed = self._factors()
+        names = [p.name for p in self.model.parameters]
+        header = (*(name for name, _, _ in varying), *names, "gap", "time [s]", "memory [MB]", "ended")
+        rows = tuple(
+            (
+                *(text(cell) for _, _, text in varying),
+                *_interval_texts(outcome, len(names)),
+                figure(outcome.gap),
+                figure(outcome.seconds),
+                f"{outcome.peak_memory:.0f}" if np.isfinite(outcome.peak_memory) else "-",
+                outcome.status.value,
+            )
+            for cell, outcome in self.done
+        )
+        align = "".join(side for _, side, _ in varying) + "r" * (len(names) + 3) + "l"
+        same = f"; {', '.join(f'{name} {value}' for name, value in fixed)}" if fixed else ""
+        caption = f"{self.model.name}{same}. Ends rounded outwards; gap as a share of the width."
+        return Table(caption, header, rows, align)
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """Return, for cells without intervals, why: each message once, with the cells it is about."""
+        about: dict[str, list[str]] = {}
+        for cell, outcome in self.done:
+            if outcome.status is not Status.CERTIFIED:
+                about.setdefault(outcome.message, []).append(str(cell))
+        return tuple(
+            f"{cells[0]}{f' and {len(cells) - 1} more' if len(cells) > 1 else ''}: {message}"
+            for message, cells in about.items()
+        )
+
+    def _factors(self) -> tuple[list[Any], list[tuple[str, str]]]:
+        """Return the factors that vary, and the others with their value."""
+        seen = {name: {text(cell) for cell in self.cells} for name, _, text in _FACTORS}
+        varying = [factor for factor in _FACTORS if len(seen[factor[0]]) > 1]
+        return varying, [(name, next(iter(seen[name]))) for name, _, _ in _FACTORS if len(seen[name]) == 1]
+
+    def __str__(self) -> str:
+        return "\n".join([str(self.table), *self.messages, self.conclusion])
+
+    def _repr_html_(self) -> str:
+        table = self.table
+        head = "".join(f"<th>{escape(name)}</th>" for name in table.header)
+        body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
+        words = "".join(f"<p>{escape(text)}</p>" for text in (*self.messages, self.conclusion))
+        return f"<p>{escape(table.caption)}</p><table><tr>{head}</tr>{body}</table>{words}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the fields of ``smid.study/1`` in docs/json.md."""
+        return {
+            "model": self.model.to_dict(),
+            "records": {
+                name: {"source": record.source, "checksum": record.checksum} for name, record in self.records.items()
+            },
+            "settings": dict(vars(self.settings)),
+            "cells": [{**cell.to_dict(), **outcome.to_dict()} for cell, outcome in self.done],
+            "missing": len(self.cells) - len(self.done),
+            "interrupted": self.interrupted,
+        }
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a frame with a row for each cell and parameter; cells without intervals have one row without.
+
+        Raises
+        ------
+        DataError
+            When pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise DataError("to_pandas needs pandas; install it with: pip install smid[pandas]") from None
+        return pandas.DataFrame(list(self._rows()))
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for cell, outcome in self.done:
+            about = {
+                "record": cell.record,
+                "samples": cell.samples,
+                **{f"bound of {channel}": bound for channel, bound in cell.noise_bound},
+                "method": cell.method,
+                "order": cell.order,
+                "status": outcome.status.value,
+                "seconds": outcome.seconds,
+                "peak_memory": outcome.peak_memory,
+                "solves": outcome.solves,
+            }
+            for interval in outcome.intervals:
+                yield {**about, "parameter": interval.name, **_ends(interval)}
+            if not outcome.intervals:
+                yield about
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw bounds against order, width against noise bound and against N, and time against N, where they vary.
+
+        Parameters
+        ----------
+        record : str, optional
+            By default the first.
+
+        Returns
+        -------
+        Figure
+
+        Raises
+        ------
+        DataError
+            For a record that is not in the study.
+        """
+        if record is not None and record not in self.records:
+            raise DataError(f"no record {record!r} in this study: there are {', '.join(self.records)}")
+        return study_figure(self, record or next(iter(self.records)))
+
+
+def _ends(interval: ParameterInterval) -> dict[str, Any]:
+    names = ("unit", "lower", "upper", "inner_lower", "inner_upper", "width", "gap")
+    return {name: getattr(interval, name) for name in names}
+
+
+def _interval_texts(outcome: Outcome, count: int) -> tuple[str, ...]:
+    return tuple(_interval_text(i) for i in outcome.intervals) or ("-",) * count
+
+
+def _interval_text(interval: ParameterInterval) -> str:
+    digits = shown_digits(interval)
+    return f"[{round_down(interval.lower, digits)}, {round_up(interval.upper, digits)}]"

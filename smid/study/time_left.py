@@ -1,0 +1,55 @@
+"""How long a study will still take."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from smid.study.cell import Cell
+from smid.study.outcome import Outcome
+
+__all__ = ["time_left"]
+
+
+def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float) -> str:
+    """Guess from the cells that were run how long the others take.
+
+    Parameters
+    ----------
+    left : sequence of Cell
+    done : mapping Cell -> Outcome
+        Those that were run here, not those taken from an earlier run.
+    elapsed : float
+        Seconds since the first of them began.
+
+    Returns
+    -------
+    str
+        Such as ", about 3 min left"; empty where nothing is known yet.
+
+    Examples
+    --------
+    >>> from smid.study.outcome import Status
+    >>> first, second = (Cell("run", n, (("y", 0.1),), "auto", 2) for n in (50, 100))
+    >>> time_left([second], {first: Outcome(Status.CERTIFIED, "", seconds=90.0)}, elapsed=90.0)
+    ', about 1.5 min left'
+    """
+    seconds = {cell: outcome.seconds for cell, outcome in done.items() if np.isfinite(outcome.seconds)}
+    if not seconds or not left:
+        return ""
+    # Orders and methods differ by orders of magnitude; cells of a kind that was not run yet take what the mean takes.
+    kinds: dict[tuple[str, int], list[float]] = defaultdict(list)
+    for cell, value in seconds.items():
+        kinds[cell.method, cell.order].append(value)
+    usual = float(np.mean(list(seconds.values())))
+    work = sum(float(np.mean(kinds.get((cell.method, cell.order), [usual]))) for cell in left)
+    at_once = max(sum(seconds.values()) / max(elapsed, 1e-9), 1e-9)
+    return f", about {_duration(work / at_once)} left"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 60:
+        return f"{max(seconds, 1.0):.0f} s"
+    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"

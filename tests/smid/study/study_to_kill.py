@@ -1,0 +1,23 @@
+"""A study in a process of its own, for tests that kill it: python study_to_kill.py FOLDER; a line for each cell."""
+
+import sys
+from pathlib import Path
+
+from study_records import MODEL, QUICK, record
+
+from smid import order_study
+from smid.study.store import FILE
+
+BOUNDS = (0.1, 0.15, 0.2)
+
+
+def study(folder, progress=None, **settings):
+    """Run or resume the study of six cells."""
+    begun = folder is not None and (folder / FILE).is_file()
+    records = {"first": record(1, 5), "second": record(2, 5)}
+    given = {"orders": [1], "folder": folder, "resume": begun, "progress": progress, **QUICK, **settings}
+    return order_study(MODEL, records, BOUNDS, **given)
+
+
+if __name__ == "__main__":
+    study(Path(sys.argv[1]), lambda line: print(line, flush=True))
