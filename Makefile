@@ -6,6 +6,7 @@ WORKERS ?= 2
 
 # The stamps say when the environment was last brought in line with pyproject.toml.
 READY := .venv/ready.stamp
+DOCS_READY := .venv/docs.stamp
 BENCH_READY := .venv/bench.stamp
 NOTEBOOKS_READY := .venv/notebooks.stamp
 
@@ -14,12 +15,13 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_N
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench notebooks clean
+.PHONY: help demo test check docs bench notebooks clean
 
 help:
 	@echo "make demo       identify the bundled clutch record, diagnose where it fails, write a report"
 	@echo "make test       run the tests"
-	@echo "make check      lint, format, types and import layers"
+	@echo "make check      lint, format, types, import layers, documentation"
+	@echo "make docs       build the documentation in build/docs"
 	@echo "make bench      run the benchmarks"
 	@echo "make notebooks  run the notebooks and keep their outputs"
 	@echo "make clean      remove the environment and every cache"
@@ -35,6 +37,12 @@ check: $(READY)
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/lint-imports
+	$(MAKE) --no-print-directory docs
+
+# Without the folder of generated pages a name that is gone would keep its page.
+docs: $(DOCS_READY)
+	rm -rf docs/generated
+	$(ONE_THREAD) .venv/bin/sphinx-build --quiet --fail-on-warning --keep-going -d build/doctrees docs build/docs
 
 bench: $(BENCH_READY)
 	$(ONE_THREAD) .venv/bin/python -m benchmarks
@@ -44,7 +52,7 @@ notebooks: $(NOTEBOOKS_READY)
 		$(ONE_THREAD) .venv/bin/jupytext --quiet --to ipynb --execute "$$script" || exit 1; done
 
 clean:
-	rm -rf .venv build dist .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv build dist docs/generated .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(READY): pyproject.toml
@@ -60,6 +68,10 @@ $(READY): pyproject.toml
 
 $(NOTEBOOKS_READY): $(READY)
 	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev,notebooks]"
+	@touch $@
+
+$(DOCS_READY): $(READY)
+	.venv/bin/python -m pip install -q --disable-pip-version-check -e ".[dev,docs]"
 	@touch $@
 
 $(BENCH_READY): $(READY)

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks import diagnosis, hammerstein, recursive, stamping
+from benchmarks.machine import described
 
 
 def main() -> None:
     """Print each result as it comes, then write them all."""
-    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "clarabel", "pyscipopt"))
-    parts = [
-        "# Benchmarks",
-        f"Written by `make bench` on {platform.machine()}, {platform.system()}, Python {platform.python_version()}; "
-        f"{libraries}; one thread per process.",
-    ]
+    parts = ["# Benchmarks", f"Written by `make bench`. {described()}"]
     print("\n\n".join(parts), flush=True)
     for module in (stamping, hammerstein, diagnosis, recursive):
         part = module.run()

@@ -19,7 +19,13 @@ _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
 
 
 class CentreStatus(Enum):
-    """Whether the vector of centres belongs to the feasible set."""
+    """Whether the vector of centres belongs to the feasible set.
+
+    Examples
+    --------
+    >>> print(CentreStatus.FEASIBLE.value)
+    the vector of centres is feasible (verified)
+    """
 
     FEASIBLE = "the vector of centres is feasible (verified)"
     INFEASIBLE = "the vector of centres is proven infeasible; the nearest feasible point found is given"
@@ -39,6 +45,12 @@ class ParameterInterval:
         Values that verified feasible points attain; NaN where none was found.
     proof_lower, proof_upper : Proof
         ``BOX`` where the end is the prior box's own and not the data's.
+
+    Examples
+    --------
+    >>> a1 = ParameterInterval("a1", "", -0.6, -0.4, -0.59, -0.41, Proof.PROVEN, Proof.PROVEN)
+    >>> round(a1.width, 6), round(a1.centre, 6), round(a1.gap, 6)
+    (0.2, -0.5, 0.01)
     """
 
     name: str
