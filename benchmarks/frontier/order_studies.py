@@ -12,7 +12,7 @@ from relaxations.problem import PolynomialProblem
 from smid import FeasibleSet
 from smid.box import with_finite_box
 
-LIBRARY = ("gms_Bex3_1_4", "gms_st_e09", "gms_Bex9_2_8", "gms_gbd", "gms_st_e34", "floudas_3_2")
+LIBRARY = ("gms_Bex3_1_4", "gms_st_e09", "gms_Bex9_2_8", "gms_gbd", "gms_st_e24", "floudas_3_2")
 
 
 def _identification() -> dict[str, tuple[PolynomialProblem, Polynomials, str]]:

@@ -41,7 +41,7 @@ def hammerstein(n_samples: int, seed: int = 0) -> Known:
     """Make a record of the clutch thesis's model (3.5), (3.14): repeated ramps of current, 0.3 bar of noise."""
     rng = np.random.default_rng(seed)
     pole, gammas = -0.65142, (-0.00272, 0.03903, -0.08172)
-    u = np.resize(ramp(600, amplitude=620.0, offset=200.0), n_samples)
+    u = np.resize(ramp(min(600, n_samples), amplitude=620.0, offset=200.0), n_samples)
     v = SCALE * u
     w = lfilter([0.0, 1 + pole], [1.0, pole], np.polyval([*gammas, 0, 0, 0], v))
     data = _dataset(u, w + rng.uniform(-0.3, 0.3, n_samples))

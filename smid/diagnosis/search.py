@@ -45,6 +45,7 @@ from smid.diagnosis.effects.effect import Array, Effect
 from smid.diagnosis.standing import (
     MARGIN,
     TIE,
+    Ranked,
     Record,
     Stage,
     carries_over,
@@ -126,7 +127,7 @@ def search(
         for choice in (first.leader, *first.tied[:_FOLLOWED], *first.runners_up[:_FOLLOWED]):
             if choice in first.runners_up and _is_white(record, path.base):
                 break
-            begun = _Path((replace(first, leader=choice, tied=()),), base.extended(choice.trial), ())
+            begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])
             followed = _follow(record, base, begun, effects, executor, progress)
             # A detour has to gain as much as a cause, and so has each cause that it names more.
@@ -145,6 +146,11 @@ def search(
         path = _settled(record, path)
         return Found(path.stages, path.base, path.dropped, True)
     return Found(path.stages, path.base, path.dropped, False)
+
+
+def _chosen(found: Stage, choice: Ranked) -> Stage:
+    """Return a stage with another leader; one that would have been named but for the first carries over."""
+    return replace(found, leader=choice, tied=(), carries=found.carries or choice in found.runners_up)
 
 
 @dataclass(frozen=True, eq=False)

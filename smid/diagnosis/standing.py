@@ -170,10 +170,10 @@ def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
     passing = [
         r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
     ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
-    # Where an effect is likelier by far but does not carry over, what carries over is no cause either.
+    # An effect that is likelier by far but does not carry over comes before what does: that may be no cause either.
     if not passing or passing[0].score - ranked[0].score > MARGIN:
         likely = ranked[0] if ranked and own - ranked[0].score > margin else None
-        return replace(found, leader=likely, carries=False)
+        return replace(found, leader=likely, runners_up=tuple(passing), carries=False)
     contains = {e.name: e.contains for e in effects}
     leader = passing[0]
     close = [r for r in passing[1:] if r.score - leader.score < TIE]
