@@ -202,3 +202,34 @@ def test_an_empty_set_is_proven():
 def test_a_constraint_prints_what_it_says():
     assert str(x**2 <= 1) == "-x**2 + 1 >= 0"
     assert str(Constraint(x - y, equality=True)) == "x - y == 0"
+
+
+SQUARE = [x >= -1, x <= 1, y >= -1, y <= 1]
+HOSTILE = {
+    "duplicated constraints": (x * y, [*SQUARE, *[x + y >= 0.5] * 5], -0.5),
+    "equalities that depend on each other": (
+        x * y,
+        [*SQUARE, x + y == 1, 2 * x + 2 * y == 2, (x + y - 1) ** 2 == 0],
+        0.0,
+    ),
+    "coefficients from 1e-12 to 1e12": (
+        1e12 * x + 1e-12 * y,
+        [x >= -1e-12, x <= 1e-12, y >= -1e12, y <= 1e12, 1e12 * x + 1e-12 * y >= -1],
+        -1.0,
+    ),
+    "a box of a few floats": (x * x - x, [x >= 0.3, x <= 0.3 + 1e-13], -0.21),
+    "a constant": (constant(3), [x >= 0, x <= 1], 3.0),
+    "a fixed variable": (x**2 * y, [x == 2, y >= -1, y <= 1], -4.0),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_breaks_solvers_is_bounded_all_the_same(name):
+    objective, constraints, value = HOSTILE[name]
+    found = minimise(objective, constraints)
+    assert found.lower == pytest.approx(value, abs=1e-6)
+    assert found.lower <= value + 1e-12
+
+
+def test_equalities_without_a_solution_are_proven_to_have_none():
+    assert minimise(x, [x**2 == -1, x >= -2, x <= 2]).lower == np.inf

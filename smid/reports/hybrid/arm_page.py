@@ -71,9 +71,9 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
         Section(
             "Table 8: the embedded arm",
             (
-                "From random weights most runs end in local minima. Begun at the best of a search in input error, 1/J "
-                "comes out within a percent wherever the input turns the arm both ways. Six equal sines do not, and "
-                "mostly let it stick: there a smooth network fails.",
+                "From random weights most runs end in local minima. Begun at the centres of certified intervals, or at "
+                "the best of a search in input error, 1/J comes out within a percent wherever the input turns the arm "
+                "both ways. Six equal sines do not, and mostly let it stick: there a smooth network fails.",
                 "The curve's error is a share of the largest friction. The whole step at rest is 0.86 Nm, about 7 % of "
                 "13 Nm, so a small share does not show that the step is right: its own column does.",
                 "Figure 6.9: one neuron without biases leaves two weights, and a narrow, bent valley, twice because "
