@@ -35,7 +35,7 @@ def branch_and_bound(
     start: float,
     goal: Callable[[Outcome | None], float],
     nodes: int,
-    progress: Callable[[str], None] | None = None,
+    report: Callable[[float, float], None],
 ) -> float:
     """Raise a certified lower bound of an objective.
 
@@ -56,7 +56,8 @@ def branch_and_bound(
         less the gap asked for.
     nodes : int
         At most so many relaxations.
-    progress : callable, optional
+    report : callable
+        Called after each node with the certified bound so far and the goal; what it raises ends the search.
 
     Returns
     -------
@@ -85,8 +86,7 @@ def branch_and_bound(
             else:
                 cut = _cut(relaxed, outcome, child, variables, whole)
                 heapq.heappush(heap, (below, used, _parts(child, vanishing, cut)))
-        if progress:
-            progress(f"branching: bound {min(closed, heap[0][0] if heap else np.inf):.9g}, goal {enough:.9g}")
+        report(min(closed, heap[0][0] if heap else np.inf), enough)
     return float(min(closed, heap[0][0] if heap else np.inf))
 
 

@@ -312,7 +312,7 @@ def _branch(
                 start=float(start),
                 goal=partial(_fixed, float(goal)),
                 nodes=nodes,
-                progress=say,
+                report=lambda bound, goal: say(f"branching: bound {bound:.9g}, goal {goal:.9g}"),
             )
             if np.isfinite(bound):  # a witness exists, so the set is not empty
                 _tighten(ends, k, sign, bound)

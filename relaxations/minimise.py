@@ -46,6 +46,7 @@ class Reason(Enum):
     TIGHT = "the bound meets a feasible value within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
     ORDERS = "the orders and branches allowed are used up: raise order or nodes"
+    TIME = "the time allowed is used up; the bound proven so far is returned"
     INTERRUPTED = "interrupted; the bound proven so far is returned"
     MEMORY = "out of memory; the bound proven so far is returned"
 
@@ -140,6 +141,7 @@ def minimise(
     order: int | None = None,
     tolerance: float = 1e-6,
     nodes: int = BRANCHES,
+    seconds: float = np.inf,
     solver: str = "clarabel",
     progress: Progress | None = None,
 ) -> Minimum:
@@ -158,6 +160,8 @@ def minimise(
         Stop once the gap is below this share of the minimum's magnitude, or of one.
     nodes : int
         At most so many relaxations in branch and bound.
+    seconds : float
+        Begin no further relaxation after so long.
     solver : str
     progress : callable, optional
         Called with one line of text now and then.
@@ -188,8 +192,14 @@ def minimise(
     method, *_ = resolve(problem, method, None)
     orders = _orders(problem, objective, method, order)
     search = _Search(problem, objective, products(problem), tolerance, order=orders[0])
-    say = progress or (lambda _: None)
     reason = Reason.ORDERS
+
+    def say(line: str) -> None:
+        if progress:
+            progress(line)
+        if time.perf_counter() - started > seconds:
+            raise KeyboardInterrupt
+
     try:
         # Seeded, so that a run can be repeated.
         for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
@@ -208,14 +218,14 @@ def minimise(
                 break
         if nodes and search.lower < search.goal:
             _branch(search, method, _node_order(problem, objective, method, orders), nodes, solver, say)
-        if search.lower == np.inf:
-            reason = Reason.EMPTY
-        elif search.lower >= search.goal:
-            reason = Reason.TIGHT
     except KeyboardInterrupt:
-        reason = Reason.INTERRUPTED
+        reason = Reason.TIME if time.perf_counter() - started > seconds else Reason.INTERRUPTED
     except MemoryError:
         reason = Reason.MEMORY
+    if search.lower == np.inf:
+        reason = Reason.EMPTY
+    elif search.lower >= search.goal:
+        reason = Reason.TIGHT
     verified = _verified(search)
     return Minimum(
         problem,
@@ -302,7 +312,12 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
             search.improve(point)
         return search.goal
 
-    bound = branch_and_bound(
+    def report(bound: float, enough: float) -> None:
+        # Outside of the contracted box the objective is above the value that the box was contracted with.
+        search.lower = max(search.lower, min(bound, best))
+        say(f"branching: bound {search.lower:.9g}, goal {enough:.9g}")
+
+    branch_and_bound(
         smaller,
         search.objective,
         variables,
@@ -310,10 +325,8 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         start=search.lower,
         goal=goal,
         nodes=nodes,
-        progress=say,
+        report=report,
     )
-    # Outside of the contracted box the objective is above the value that the box was contracted with.
-    search.lower = max(search.lower, min(bound, best))
 
 
 def _curved(problem: PolynomialProblem) -> Index:

@@ -125,6 +125,13 @@ def test_what_was_proven_before_an_interrupt_is_returned():
     assert 2000 < found.lower < case.optimum
 
 
+def test_time_that_is_used_up_is_said():
+    case = load("floudas_3_2")
+    found = minimise(case.problem, case.objective, seconds=1e-3)
+    assert found.reason is Reason.TIME
+    assert 2000 < found.lower < case.optimum
+
+
 # ---------------------------------------------------------------- the steps
 
 
