@@ -8,11 +8,11 @@ from study_records import MODEL, QUICK, record
 from smid import order_study
 from smid.study.store import FILE
 
-BOUNDS = (0.1, 0.15, 0.2)
+BOUNDS = (0.1, 0.12, 0.14, 0.16, 0.18, 0.2)
 
 
 def study(folder, progress=None, **settings):
-    """Run or resume the study of six cells."""
+    """Run or resume the study of twelve cells, more than are on their way when it is stopped."""
     begun = folder is not None and (folder / FILE).is_file()
     records = {"first": record(1, 5), "second": record(2, 5)}
     given = {"orders": [1], "folder": folder, "resume": begun, "progress": progress, **QUICK, **settings}

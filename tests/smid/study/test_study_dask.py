@@ -29,7 +29,7 @@ def test_a_study_on_dask_with_a_worker_killed_equals_one_here(cluster, whole):
     killed = []
 
     def kill_one(line):
-        if line.startswith("2 of 6") and not killed:
+        if line.startswith("2 of 12") and not killed:
             with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
                 pid = next(iter(client.run(os.getpid).values()))
             os.kill(pid, signal.SIGKILL)
@@ -38,7 +38,7 @@ def test_a_study_on_dask_with_a_worker_killed_equals_one_here(cluster, whole):
     with dask_executor(cluster.scheduler_address) as executor:
         found = study(None, progress=kill_one, executor=executor)
     assert killed
-    assert [o.status for o in found.outcomes] == [Status.CERTIFIED] * 6
+    assert [o.status for o in found.outcomes] == [Status.CERTIFIED] * 12
     assert proven(found) == proven(whole)
 
 

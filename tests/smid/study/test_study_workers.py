@@ -77,14 +77,14 @@ def test_a_real_worker_killed_in_the_middle_costs_no_cell(whole):
     killed = []
 
     def kill_one(line):
-        if line.startswith("2 of 6") and not killed:
+        if line.startswith("2 of 12") and not killed:
             victim = multiprocessing.active_children()[0]
             os.kill(victim.pid, signal.SIGKILL)
             killed.append(victim.pid)
 
     found = study(None, progress=kill_one)
     assert killed
-    assert [o.status for o in found.outcomes] == [Status.CERTIFIED] * 6
+    assert [o.status for o in found.outcomes] == [Status.CERTIFIED] * 12
     assert proven(found) == proven(whole)
 
 
