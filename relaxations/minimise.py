@@ -284,7 +284,7 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
     """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
     best = search.best
     better = _better(search)
-    variables = _curved(search.problem.with_inequalities(search.objective))
+    variables = nonlinear_variables(search.problem.with_inequalities(search.objective))
     found = uninterrupted(
         intervals(
             _tightened(better, method, order, search.objective),
