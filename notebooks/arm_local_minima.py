@@ -97,7 +97,7 @@ print({shape: runs.shapes.count(shape) for shape in ("right", "too smooth", "wro
 print(f"1/J: median {np.median(runs.theta):.2f}, {runs.theta.min():.2f} to {runs.theta.max():.2f}")
 
 # %% [markdown]
-# Alternating, network and inertia by turns, as the thesis did: 21.72 to 21.75, with and without the jump.
+# Alternating, network and inertia by turns, as the thesis did (21.70 to 21.78), with and without the jump.
 
 # %%
 turns = alternating_runs(range(12))
