@@ -37,7 +37,7 @@ def run() -> str:
         print(lines[-1], flush=True)
     lines += [
         "",
-        f"Within {CLOSE:g}: {near} of {len(bounded)}; above the optimum by more than that: {above}. No certificate can "
-        f"exist for the other {len(names()) - len(bounded)}, whose variables have no finite box.",
+        f"Within {CLOSE:g}: {near} of {len(bounded)}; above the optimum by more than that: {above}. The other "
+        f"{len(names()) - len(bounded)} have variables without a finite box as they are stated.",
     ]
     return "\n".join(lines)
