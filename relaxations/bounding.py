@@ -61,7 +61,7 @@ class Relaxed:
         """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
-        np.add.at(cost, self.relaxation.moments_of(scaled), scaled.coefficients.mid)
+        np.add.at(cost, self.relaxation.moments_of(scaled.factors), scaled.coefficients.mid)
         # On a small box the objective hardly moves, and the solver's tolerances would be coarse beside that.
         largest_cost = float(np.max(np.abs(cost[1:]), initial=0.0))
         unit = 2.0 ** np.floor(np.log2(largest_cost)) if 0 < largest_cost < 1 else 1.0

@@ -63,7 +63,7 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
 
 def residual_polynomial(relaxation: Relaxation, objective: Polynomials, multipliers: Multipliers) -> Balls:
     """Return the coefficients of r, one ball per moment."""
-    moments = [relaxation.moments_of(objective), relaxation.equality_moment]
+    moments = [relaxation.moments_of(objective.factors), relaxation.equality_moment]
     terms = [
         objective.coefficients,
         -(relaxation.equality_coefficient * Balls.exact(multipliers.equalities[relaxation.equality_row])),

@@ -17,10 +17,10 @@ from math import comb
 import numpy as np
 from scipy.linalg import qr, schur
 
-from relaxations.balls import Array, Balls
+from relaxations.balls import Array
 from relaxations.errors import ProblemError
 from relaxations.moment import Relaxation, monomials_up_to
-from relaxations.polynomial import Factors, Polynomials, multiply, pad
+from relaxations.polynomial import multiply, pad
 
 RANK = 1e-3  # eigenvalues below this share of the largest count as zero: solvers leave about 1e-5
 SMALLEST = 1e-8  # moment that is told from zero
@@ -43,7 +43,7 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     basis = monomials_up_to(range(n), order)
     i, j = np.triu_indices(len(basis))
     try:
-        entries = moments[relaxation.moments_of(_monomials(multiply(basis[i], basis[j])))]
+        entries = moments[relaxation.moments_of(multiply(basis[i], basis[j]))]
     except ProblemError:  # a sparse relaxation of several cliques keeps no such matrix
         return None
     matrix = np.empty((len(basis), len(basis)))
@@ -73,11 +73,6 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     _, q = schur(combined)
     points = np.array([[q[:, k] @ m @ q[:, k] for m in multiplications] for k in range(rank)])
     return points if np.isfinite(points).all() and np.abs(points).max() < 1 + RANK else None
-
-
-def _monomials(factors: Factors) -> Polynomials:
-    count = len(factors)
-    return Polynomials(count, np.arange(count), factors, Balls.exact(np.ones(count)))
 
 
 def _rank(matrix: Array) -> int:

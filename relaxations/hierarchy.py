@@ -248,19 +248,19 @@ def _round(
     say: Progress,
 ) -> Emptiness | None:
     """Bound every watched variable once; update the ends; return the proof where the set is empty."""
-    open_ends = [
+    # One after the other, they are looked at when their turn comes: a witness of this round may have settled them.
+    open_ends = (
         (k, sign)
         for k in watched
         for sign in (1, -1)
         if ends.lower[k] < ends.upper[k] and not (k in targets and witnesses and _end_tight(ends, k, sign))
-    ]
+    )
     # What a solver loses shrinks with the box, so it need not be small beside the gap before the last round.
     bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
     # Beside a large relaxation the linear programs of a witness cost little.
     large = relaxed.relaxation.n_moments > LARGE * problem.n_variables
-    for (k, sign), outcome in zip(
-        open_ends, (map if executor is None else executor.map)(bound, open_ends), strict=True
-    ):
+    run = map if executor is None else executor.map
+    for (k, sign), outcome in run(bound, open_ends):
         ends.solves += 1
         ends.status[k, sign] = outcome.status
         proof = outcome.certificate
@@ -281,8 +281,10 @@ def _round(
     return None
 
 
-def _bound(problem: PolynomialProblem, relaxed: Relaxed, close: float, end: tuple[int, int]) -> Outcome:
-    return relaxed.bound(problem.variable(*end), close)
+def _bound(
+    problem: PolynomialProblem, relaxed: Relaxed, close: float, end: tuple[int, int]
+) -> tuple[tuple[int, int], Outcome]:
+    return end, relaxed.bound(problem.variable(*end), close)
 
 
 def _branch(

@@ -16,7 +16,7 @@ from math import comb
 
 import numpy as np
 
-from relaxations.balls import Array, Index
+from relaxations.balls import Array
 from relaxations.bounding import Outcome, Relaxed, lowest, relax, resolve
 from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
@@ -28,6 +28,7 @@ from relaxations.local_search import local_minimum
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.products import with_products
+from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import Piece, Product, piece, products, settle
 from relaxations.solvers.interface import check_solver
 from relaxations.witness import MARGINS, Witness, definition_order, find_witness, verify
@@ -185,12 +186,9 @@ def minimise(
     """
     started = time.perf_counter()
     check_solver(solver)
-    if problem.unbounded:
-        raise ProblemError(
-            f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: give bounds"
-        )
+    Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
-    orders = _orders(problem, objective, method, order)
+    orders, node_order = _orders(problem, objective, method, order)
     search = _Search(problem, objective, products(problem), tolerance, order=orders[0])
     reason = Reason.ORDERS
 
@@ -205,7 +203,7 @@ def minimise(
         for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
             search.improve(problem.lower + share * (problem.upper - problem.lower))
         for current in orders:
-            relaxed = relax(_tightened(problem, method, current, objective), method, current, solver, objective)
+            relaxed = _relaxed(problem, objective, method, current, solver)
             outcome = relaxed.bound(objective)
             search.order, search.lower = current, max(search.lower, outcome.bound)
             if search.lower == np.inf:
@@ -217,7 +215,7 @@ def minimise(
             if search.lower >= search.goal:
                 break
         if nodes and search.lower < search.goal:
-            _branch(search, method, _node_order(problem, objective, method, orders), nodes, solver, say)
+            _branch(search, method, node_order, nodes, solver, say)
     except KeyboardInterrupt:
         reason = Reason.TIME if time.perf_counter() - started > seconds else Reason.INTERRUPTED
     except MemoryError:
@@ -240,34 +238,29 @@ def minimise(
     )
 
 
-def _orders(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> list[int]:
-    """Return the orders to try, lowest first."""
-    lift = method == "lift"
+def _orders(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> tuple[range, int]:
+    """Return the orders to try, lowest first, and that of branch and bound: small blocks allow a higher one."""
     _, usual, complicating = resolve(problem, method, None)
     least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
     if highest is not None and highest < least:
         raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
-    if not lift:  # refuses blocks that are too wide
-        largest = max(len(c) for c in groups(problem, highest or least, method, objective))
-    elif highest is None:
-        highest = max(usual, least)
-    if highest is not None:
-        return list(range(least, highest + 1))
-    small = [d for d in range(least + 1, HIGHEST + 1) if comb(largest + d, d) <= WIDEST]
-    return [least, *small]
-
-
-def _node_order(problem: PolynomialProblem, objective: Polynomials, method: str, orders: list[int]) -> int:
-    """Return the order of the relaxations in branch and bound: where blocks are small a higher one saves nodes."""
     if method == "lift":
-        return orders[0]
-    largest = max(len(c) for c in groups(problem, orders[0], method, objective))
-    return max(d for d in orders if d == orders[0] or comb(largest + d, d) <= NODE_WIDEST)
+        return range(least, (highest or max(usual, least)) + 1), least
+    largest = max(len(c) for c in groups(problem, highest or least, method, objective))  # refuses blocks too wide
+    orders = range(least, (highest or _highest(largest, least, HIGHEST, WIDEST)) + 1)
+    return orders, _highest(largest, least, orders[-1], NODE_WIDEST)
 
 
-def _tightened(
-    problem: PolynomialProblem, method: str, order: int, objective: Polynomials | None = None
-) -> PolynomialProblem:
+def _highest(variables: int, least: int, most: int, widest: int) -> int:
+    """Return the highest order up to ``most`` whose block is no wider than ``widest``, and no less than ``least``."""
+    return max(d for d in range(least, max(least, most) + 1) if d == least or comb(variables + d, d) <= widest)
+
+
+def _relaxed(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, solver: str) -> Relaxed:
+    return relax(_tightened(problem, objective, method, order), method, order, solver, objective)
+
+
+def _tightened(problem: PolynomialProblem, objective: Polynomials, method: str, order: int) -> PolynomialProblem:
     return with_products(problem, objective) if order == 1 and method in ("sparse", "dense") else problem
 
 
@@ -287,7 +280,7 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
     variables = nonlinear_variables(search.problem.with_inequalities(search.objective))
     found = uninterrupted(
         intervals(
-            _tightened(better, method, order, search.objective),
+            _tightened(better, search.objective, method, order),
             range(search.problem.n_variables),
             method=method,
             order=order,
@@ -304,7 +297,7 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
 
     def bounded(part: PolynomialProblem) -> Relaxed:
         search.nodes += 1
-        return relax(_tightened(part, method, order, search.objective), method, order, solver, search.objective)
+        return _relaxed(part, search.objective, method, order, solver)
 
     def goal(outcome: Outcome | None) -> float:
         point = None if outcome is None else outcome.point
@@ -327,12 +320,6 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         nodes=nodes,
         report=report,
     )
-
-
-def _curved(problem: PolynomialProblem) -> Index:
-    """Return the variables that occur in monomials of degree two and more."""
-    high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities)]
-    return np.setdiff1d(np.concatenate(high), [-1])
 
 
 def _better(search: _Search) -> PolynomialProblem:
@@ -376,4 +363,6 @@ def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) ->
     for margin in MARGINS:
         beside = local_minimum(problem, objective, point, margin)
         yield None if beside is None else verify(problem, objective, beside)
-    yield find_witness(problem, problem, objective, _curved(problem.with_inequalities(objective)), point)
+    # At last with every variable of a monomial of degree two and more held where it is.
+    high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
+    yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)

@@ -99,10 +99,10 @@ class Relaxation:
         """Return the width of the widest block."""
         return max((b.size for b in self.blocks), default=0)
 
-    def moments_of(self, polynomials: Polynomials) -> Index:
-        """Return the moment's number for each term; ProblemError where a monomial has none."""
-        degree = max(self.monomials.shape[1], polynomials.factors.shape[1])
-        stacked = np.concatenate([pad(self.monomials, degree), pad(polynomials.factors, degree)])
+    def moments_of(self, factors: Factors) -> Index:
+        """Return the moment's number for each monomial; ProblemError where one has none."""
+        degree = max(self.monomials.shape[1], factors.shape[1])
+        stacked = np.concatenate([pad(self.monomials, degree), pad(factors, degree)])
         _, which = unique(stacked)
         place = np.full(int(which.max(initial=0)) + 1, -1, dtype=np.int64)
         place[which[: self.n_moments]] = np.arange(self.n_moments)

@@ -225,18 +225,9 @@ class Polynomials:
 
     def below(self, value: float) -> Polynomials:
         """Return ``value - member`` for every member: nonnegative where the member is at most the value."""
-        own = np.arange(self.n_rows)
         minus = Polynomials(self.n_rows, self.rows, self.factors, -self.coefficients)
-        constants = Polynomials(
-            self.n_rows, own, np.full((self.n_rows, 0), -1, dtype=np.int64), Balls.exact(np.full(self.n_rows, value))
-        )
-        degree = self.factors.shape[1]
-        return Polynomials(
-            self.n_rows,
-            np.concatenate([minus.rows, constants.rows]),
-            np.concatenate([minus.factors, pad(constants.factors, degree)]),
-            concatenate([minus.coefficients, constants.coefficients]),
-        ).collect()
+        both = Polynomials.join([minus, Polynomials.from_terms([{(): value}] * self.n_rows)])
+        return Polynomials(self.n_rows, both.rows % self.n_rows, both.factors, both.coefficients).collect()
 
     def scale_rows(self, powers_of_two: Array) -> Polynomials:
         """Multiply each member by an exact power of two."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib.util import find_spec
 
 ZERO, NONNEGATIVE, SECOND_ORDER, SEMIDEFINITE = "zero", "nonnegative", "second order", "semidefinite"
@@ -44,7 +44,7 @@ class BackEnd:
     settings: tuple[str, ...] = ()
     install: str = ""
 
-    @property
+    @cached_property
     def installed(self) -> bool:
         """Tell whether its library can be imported, without doing so."""
         return find_spec(self.library) is not None

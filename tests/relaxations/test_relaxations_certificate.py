@@ -63,7 +63,7 @@ def build(problem, method):
 def solved(relaxation, objective):
     program = conic_program(relaxation)
     cost = np.zeros(relaxation.n_moments)
-    np.add.at(cost, relaxation.moments_of(objective), objective.coefficients.mid)
+    np.add.at(cost, relaxation.moments_of(objective.factors), objective.coefficients.mid)
     solution = solve(program, cost)
     return float(cost @ solution.moments), multipliers(relaxation, program, solution.dual)
 
@@ -71,7 +71,7 @@ def solved(relaxation, objective):
 def exact_residual(relaxation, objective, dual):
     """Return the coefficients of r as exact rationals, from the floats lambda and F alone."""
     r = [flint.fmpq(0)] * relaxation.n_moments
-    for k, c in zip(relaxation.moments_of(objective), objective.coefficients.mid, strict=True):
+    for k, c in zip(relaxation.moments_of(objective.factors), objective.coefficients.mid, strict=True):
         r[k] += rational(c)
     for row, k, c in zip(
         relaxation.equality_row, relaxation.equality_moment, relaxation.equality_coefficient.mid, strict=True
@@ -120,7 +120,7 @@ def test_coefficients_with_a_radius_agree_with_ball_arithmetic_of_flint(output_e
     try:
         r = [flint.arb(0)] * relaxation.n_moments
         c = objective.coefficients
-        for k, mid, rad in zip(relaxation.moments_of(objective), c.mid, c.rad, strict=True):
+        for k, mid, rad in zip(relaxation.moments_of(objective.factors), c.mid, c.rad, strict=True):
             r[k] += flint.arb(float(mid), float(rad))
         c = relaxation.equality_coefficient
         for row, k, mid, rad in zip(relaxation.equality_row, relaxation.equality_moment, c.mid, c.rad, strict=True):
@@ -267,7 +267,7 @@ def raw_value(relaxed, objective):
     """Return the solver's own optimum and status, in the objective's unit, without any proof."""
     scaled = relaxed.scaling.polynomials(objective)
     cost = np.zeros(relaxed.relaxation.n_moments)
-    np.add.at(cost, relaxed.relaxation.moments_of(scaled), scaled.coefficients.mid)
+    np.add.at(cost, relaxed.relaxation.moments_of(scaled.factors), scaled.coefficients.mid)
     solution = solve(relaxed.program, cost)
     return float(cost @ solution.moments), solution
 

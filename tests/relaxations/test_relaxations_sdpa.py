@@ -110,7 +110,7 @@ def test_a_relaxation_means_the_same_in_a_file(tmp_path, name):
     relaxed = relax(problem, method, order, objective=goal)
     cost = np.zeros(relaxed.relaxation.n_moments)
     scaled = relaxed.scaling.polynomials(goal)
-    np.add.at(cost, relaxed.relaxation.moments_of(scaled), scaled.coefficients.mid)
+    np.add.at(cost, relaxed.relaxation.moments_of(scaled.factors), scaled.coefficients.mid)
     write_sdpa(tmp_path / "p.dat-s", sdp_of(relaxed.program, cost, comment="a relaxation"))
     again = read_sdpa(tmp_path / "p.dat-s")
     wanted = solve(relaxed.program, cost)

@@ -32,7 +32,7 @@ def product_problem():
 def scaled_cost(relaxed, objective):
     scaled = relaxed.scaling.polynomials(objective)
     cost = np.zeros(relaxed.relaxation.n_moments)
-    np.add.at(cost, relaxed.relaxation.moments_of(scaled), scaled.coefficients.mid)
+    np.add.at(cost, relaxed.relaxation.moments_of(scaled.factors), scaled.coefficients.mid)
     return scaled, cost
 
 
