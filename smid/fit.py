@@ -6,8 +6,9 @@ keeps boxes. It proves nothing; it tells where a certified search should look, a
 
 Initial states are estimated with the parameters, but where there are many experiments they would outnumber them: then
 the measured first sample starts a measured state, and the equilibrium under the first input any other, or rest where
-there is none. A run that is held out as a whole begins at the states that fit its first samples best, at the parameters
-found elsewhere, as in validation.
+there is none. The memory of a stop with fixed limits is not estimated either: beyond them nothing depends on where it
+began, and a descent that once steps there does not come back. A run that is held out as a whole begins at the states
+that fit its first samples best, at the parameters found elsewhere, as in validation.
 
 Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gradients by filtering).
 """
@@ -29,7 +30,7 @@ from smid.models.compiled import Array
 from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
 from smid.models.sensor import channel_to_signal, signal_to_channel
-from smid.models.symbols import VALUE
+from smid.models.symbols import VALUE, plain_symbols
 
 Mask = NDArray[np.bool_]
 _MOST_INITIAL = 12
@@ -128,7 +129,9 @@ class Fitting:
             for m in self.outputs
         }
         self._last: dict[int, tuple[bytes, dict[str, Array]]] = {}
-        count = len(self.run.states) * len(data.experiments)
+        memories = {line.signal for line in model.lines if _is_stop(line.expression)}
+        self.begun = [k for k, (name, _) in enumerate(self.run.states) if name not in memories]
+        count = len(self.begun) * len(data.experiments)
         self.frees_initial = count <= _MOST_INITIAL
         self.lower = np.array([model.parameter(n).lower for n in self.run.parameters])
         self.upper = np.array([model.parameter(n).upper for n in self.run.parameters])
@@ -136,7 +139,7 @@ class Fitting:
     @property
     def n_free(self) -> int:
         """Numbers to fit: parameters and initial states."""
-        return len(self.run.parameters) + self.frees_initial * len(self.run.states) * len(self.data.experiments)
+        return len(self.run.parameters) + self.frees_initial * len(self.begun) * len(self.data.experiments)
 
     def start(self, values: Mapping[str, float]) -> Array:
         """Return the vector to start from: parameter values, then known or guessed initial states, what fits better."""
@@ -156,7 +159,7 @@ class Fitting:
         return start
 
     def _joined(self, parameters: Array, guesses: Sequence[Initial]) -> Array:
-        return np.concatenate([parameters, *([guess[s] for s in self.run.states] for guess in guesses)])
+        return np.concatenate([parameters, *([guess[self.run.states[k]] for k in self.begun] for guess in guesses)])
 
     def _each(self) -> range:
         return range(len(self.data.experiments))
@@ -186,7 +189,11 @@ class Fitting:
         if not self.frees_initial:
             return [dict(g) for g in self._guessed]
         rest = vector[len(self.run.parameters) :].reshape(len(self.data.experiments), -1)
-        return [dict(zip(self.run.states, row.tolist(), strict=True)) for row in rest]
+        states = [self.run.states[k] for k in self.begun]
+        return [
+            {**guess, **dict(zip(states, row.tolist(), strict=True))}
+            for guess, row in zip(self._guessed, rest, strict=True)
+        ]
 
     def simulate(self, vector: Array) -> list[dict[str, Array]]:
         """Return the output channels of the free run, per experiment, over the whole record."""
@@ -234,8 +241,8 @@ class Fitting:
                     block = np.zeros((len(slope), self.n_free))
                     block[:, :count] = slope[:, :count]
                     if self.frees_initial:
-                        width = len(self.run.states)
-                        block[:, count + e * width : count + (e + 1) * width] = slope[:, count:]
+                        width = len(self.begun)
+                        block[:, count + e * width : count + (e + 1) * width] = slope[:, count:][:, self.begun]
                     blocks.append(block)
         residual = np.concatenate(residuals)
         if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
@@ -300,7 +307,7 @@ class Fitting:
         inside = np.clip(vector, lower, upper)
         moves = np.array(
             [n not in held for n in self.run.parameters]
-            + [u.any() for u in self.used for _ in self.run.states] * self.frees_initial,
+            + [u.any() for u in self.used for _ in self.begun] * self.frees_initial,
             bool,
         )
         residual = self.residual(inside)
@@ -345,7 +352,7 @@ class Fitting:
         """Fit the initial states, and nothing else, of each run without samples that count to its first samples."""
         if not self.frees_initial:
             return vector
-        vector, count, width = vector.copy(), len(self.run.parameters), len(self.run.states)
+        vector, count, width = vector.copy(), len(self.run.parameters), len(self.begun)
         for e, used in enumerate(self.used):
             if used.any() or not width:
                 continue
@@ -357,6 +364,12 @@ class Fitting:
             if np.isfinite(cost):
                 vector[count + e * width : count + (e + 1) * width] = found[count:]
         return vector
+
+
+def _is_stop(expression: sympy.Expr) -> bool:
+    """Tell whether a line keeps within limits that are numbers, and no parameter enters it."""
+    limited = isinstance(expression, sympy.Max | sympy.Min) and any(a.is_number for a in expression.args)
+    return limited and not plain_symbols(expression)
 
 
 def fit(

@@ -4,31 +4,38 @@
 ``z[t] = s + (z[t-1] - s) exp(-r |dx|)`` with s = sign(dx), so that z stays in [-1, 1] however far x jumps;
 ``x' = x + k z``, k = 0 without the effect.
 
-*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` with gaps of 20, 50 and 90 % of the span, c_i = 0 without
-it, written with what each play keeps back.
+*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of eight gaps up to the span, written with what
+each play keeps back. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
+c in all, c = 0 without it: two parameters for a loop that bends at every turn, however small the turn. No play leaves
+the recorded range: where a record begins near an end, that tells what is remembered. Otherwise every play begins in
+the middle of its gap.
+
+Either loop leaves the ends of the recorded range where they are, as a memory between two stops does: what it takes off
+the range is given back about its middle, ``x'' = m + (x' - m) / (1 - share of the range taken)``.
 
 A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
 and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
 
 References: Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263; Dahl, AIAA Journal 14 (1976) 1675-1682; Brokate and
-Sprekels, Hysteresis and Phase Transitions (1996), sections 2.3 and 2.4.
+Sprekels, Hysteresis and Phase Transitions (1996), sections 2.3 and 2.4; the density: Al Janaideh, Rakheja and Su,
+IEEE/ASME Transactions on Mechatronics 16 (2011) 734-744.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from math import exp
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
-from smid.diagnosis.effects.stop import stop
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_RADII = (0.10, 0.25, 0.45)
+_GAPS = tuple((k + 0.5) / 8 for k in range(8))
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -36,28 +43,31 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     for channel, stem in ((site.input, "input"), (site.output, "output")):
         low, high = site.span(channel)
         if low < high:
-            yield _bouc_wen(model, site, channel, stem, high - low)
-            yield _prandtl_ishlinskii(model, channel, stem, high - low)
+            yield _bouc_wen(model, channel, stem, low, high, site.unit(channel))
+            yield _prandtl_ishlinskii(model, channel, stem, low, high)
     for channel in site.other_channels:
         low, high = site.span(channel)
         if low < high:
             yield _of_channel(model, site, channel, high - low)
 
 
-def _put(model: Model, channel: str, stem: str, change: sympy.Expr, parameters: list[Parameter]) -> Model:
-    """Add a change to the input before its readers, or to what the sensor sees."""
+def _put(
+    model: Model, channel: str, stem: str, loop: Callable[[sympy.Expr], sympy.Expr], parameters: list[Parameter]
+) -> Model:
+    """Put a loop on the input before its readers, or on what the sensor sees."""
     name = free_name(model, f"{channel}_joined")
-    if stem == "input":
-        return model.insert_before(channel, lambda x: x + change, parameters, new_name=name)
-    return model.insert_sensor(channel, lambda x: x + change, parameters, new_name=name)
+    insert = model.insert_before if stem == "input" else model.insert_sensor
+    return insert(channel, loop, parameters, new_name=name)
 
 
-def _bouc_wen(model: Model, site: Site, channel: str, stem: str, span: float) -> Extension:
-    width = fresh(model, f"{stem}_loop_width", (-span, span), site.unit(channel), 0.0)
+def _bouc_wen(model: Model, channel: str, stem: str, low: float, high: float, unit: str) -> Extension:
+    span, middle = high - low, number((low + high) / 2)
+    width = fresh(model, f"{stem}_loop_width", (-0.45 * span, span), unit, 0.0)
     rate = fresh(model, f"{stem}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
     x, z = signal(signal_of(model, channel)), signal(name)
-    extended = _put(model, channel, stem, width.symbol * z[t], [width, rate])
+    kept = 1 + 2 * width.symbol / number(span)
+    extended = _put(model, channel, stem, lambda v: middle + (v - middle + width.symbol * z[t]) / kept, [width, rate])
     # Added behind, the memory follows the raw signal and not its own effect.
     extended = extended.with_line(name, _memory(x, z, rate))
     starts = tuple({width.name: k * span, rate.name: r / span} for k in (-0.1, 0.1) for r in (5.0, 20.0))
@@ -69,7 +79,7 @@ def _of_channel(model: Model, site: Site, channel: str, span: float) -> Extensio
     width = fresh(model, f"{channel}_loop_width", (low - high, high - low), site.unit(site.output), 0.0)
     rate = fresh(model, f"{channel}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
-    extended = _put(model, site.output, "output", width.symbol * signal(name)[t], [width, rate])
+    extended = _put(model, site.output, "output", lambda w: w + width.symbol * signal(name)[t], [width, rate])
     extended = extended.with_line(name, _memory(signal(signal_of(model, channel)), signal(name), rate))
     size = high - low
     starts = tuple({width.name: k * size, rate.name: r / span} for k in (0.2, -0.2) for r in (5.0, 20.0))
@@ -83,20 +93,32 @@ def _memory(x: sympy.IndexedBase, z: sympy.IndexedBase, rate: Parameter) -> symp
     return end + (z[t - 1] - end) * sympy.exp(-rate.symbol * sympy.Abs(move))
 
 
-def _prandtl_ishlinskii(model: Model, channel: str, stem: str, span: float) -> Extension:
+def _prandtl_ishlinskii(model: Model, channel: str, stem: str, low: float, high: float) -> Extension:
+    span, middle = high - low, number((low + high) / 2)
+    share = fresh(model, f"{stem}_play_share", (-2.0, 0.98), "", 0.0)
+    decay = fresh(model, f"{stem}_play_decay", (-6.0, 6.0))
     x = signal(signal_of(model, channel))
-    shares = [fresh(model, f"{stem}_play_share_{'abc'[k]}", (-2, 2), "", 0.0) for k in range(len(_RADII))]
-    change: sympy.Expr = sympy.Integer(0)
-    lines: list[tuple[str, sympy.Expr]] = []
-    for share, radius in zip(shares, _RADII, strict=True):
-        name = free_name(model, f"{channel}_{'abc'[len(lines)]}_stop")
-        lines.append((name, stop(x, signal(name), number(radius * span))))
-        change -= share.symbol * signal(name)[t]
-    extended = _put(model, channel, stem, change, shares)
-    for name, line in lines:
-        extended = extended.with_line(name, line)
-    starts = tuple(dict.fromkeys((share.name for share in shares), value) for value in (0.2, 0.4, -0.2))
+    names = [free_name(model, f"{channel}_{letter}_stop") for letter in "abcdefgh"]
+    densities = [sympy.exp(-decay.symbol * number(gap)) for gap in _GAPS]
+    back = sum(density * signal(name)[t] for density, name in zip(densities, names, strict=True)) / sum(densities)
+    taken = sum(density * number(gap) for density, gap in zip(densities, _GAPS, strict=True)) / sum(densities)
+    extended = _put(
+        model,
+        channel,
+        stem,
+        lambda v: middle + (v - middle - share.symbol * back) / (1 - share.symbol * taken),
+        [share, decay],
+    )
+    for name, gap in zip(names, _GAPS, strict=True):
+        extended = extended.with_line(name, _kept_back(x, signal(name), gap * span / 2, low, high))
+    starts = tuple({share.name: c, decay.name: 0.0} for c in (0.3, 0.7, -0.5))
     return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
+
+
+def _kept_back(x: sympy.IndexedBase, state: sympy.IndexedBase, half: float, low: float, high: float) -> sympy.Expr:
+    """Give what a play with a gap of twice ``half`` keeps back of x, while it stays between ``low`` and ``high``."""
+    within = sympy.Max(x[t] - number(high - half), sympy.Min(x[t] - number(low + half), state[t - 1] + x[t] - x[t - 1]))
+    return sympy.Max(-number(half), sympy.Min(number(half), within))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:
@@ -107,12 +129,12 @@ def describe(values: Mapping[str, float], site: Site) -> str:
         return f"{site.output} depends on the way that {other} came: a loop {size} wide that does not depend on speed."
     at_input = any(name.startswith("input") for name in values)
     channel = site.input if at_input else site.output
+    low, high = site.span(channel)
     width = find(values, "loop_width")
     if width is None:
-        low, high = site.span(channel)
-        width = abs(sum(values[name] * radius for name, radius in zip(sorted(values), _RADII, strict=False))) * (
-            high - low
-        )
+        share, decay = find(values, "play_share") or 0.0, find(values, "play_decay") or 0.0
+        density = [exp(-decay * gap) for gap in _GAPS]
+        width = share * (high - low) / 2 * sum(d * g for d, g in zip(density, _GAPS, strict=True)) / sum(density)
     size = quantity(2 * abs(width), site.unit(channel))
     way = "acts" if at_input else "shows"
     return f"{channel} {way} differently on the way up and down: a loop {size} wide that does not depend on speed."

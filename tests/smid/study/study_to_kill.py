@@ -1,4 +1,7 @@
-"""A study in a process of its own, for tests that kill it: python study_to_kill.py FOLDER; a line for each cell."""
+"""A study in a process of its own, for tests that kill it: python study_to_kill.py FOLDER.
+
+It prints a line now and then, and goes on when it is sent one: however slow the machine, it is not done too soon.
+"""
 
 import sys
 from pathlib import Path
@@ -19,5 +22,10 @@ def study(folder, progress=None, **settings):
     return order_study(MODEL, records, BOUNDS, **given)
 
 
+def tell_and_wait(line):
+    print(line, flush=True)
+    sys.stdin.readline()
+
+
 if __name__ == "__main__":
-    study(Path(sys.argv[1]), lambda line: print(line, flush=True))
+    study(Path(sys.argv[1]), tell_and_wait)
