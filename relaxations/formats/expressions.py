@@ -223,10 +223,10 @@ def stated_problem(
             tuple(box),
             np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in box.values()]),
             np.array([np.inf if high is None else _outwards(high, 1) for _, high in box.values()]),
-            polynomials([c.expression for c in constraints if c.equality], tuple(box)),
-            polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
+            _polynomials([c.expression for c in constraints if c.equality], tuple(box)),
+            _polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
         ),
-        polynomials([objective], tuple(box)),
+        _polynomials([objective], tuple(box)),
     )
 
 
@@ -251,7 +251,7 @@ def minimise(
     return relaxations.minimise.minimise(*problem_of(objective, constraints), **options)
 
 
-def polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
+def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
     """Return expressions as one family; coefficients that no float holds keep their rounding error."""
     place = {name: k for k, name in enumerate(names)}
     rows = [row for row, e in enumerate(expressions) for _ in e.terms]

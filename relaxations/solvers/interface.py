@@ -61,7 +61,7 @@ def available_solvers() -> tuple[str, ...]:
     return tuple(b.name for b in back_ends() if b.installed)
 
 
-def back_end(solver: str) -> BackEnd:
+def _back_end(solver: str) -> BackEnd:
     """Return a back end by its name.
 
     Raises
@@ -84,7 +84,7 @@ def back_end(solver: str) -> BackEnd:
 
 def check_solver(solver: str) -> None:
     """Raise ProblemError unless ``solver`` is known and installed, before any work."""
-    back_end(solver)
+    _back_end(solver)
 
 
 def attempts(solver: str) -> tuple[Attempt, ...]:
@@ -98,7 +98,7 @@ def attempts(solver: str) -> tuple[Attempt, ...]:
     >>> [str(a) for a in attempts("clarabel")][:3]
     ['clarabel', 'clarabel boxed', 'clarabel regularised']
     """
-    own = back_end(solver)
+    own = _back_end(solver)
     others = [b for b in DIRECT if b is not own and b.installed and b.method == INTERIOR]
     return (
         *(Attempt(own.name, setting) for setting in ("", *own.settings)),
@@ -123,7 +123,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
         For an unknown solver, or one that is not installed.
     """
     how = Attempt(attempt) if isinstance(attempt, str) else attempt
-    own = back_end(how.solver)
+    own = _back_end(how.solver)
     started = time.perf_counter()
     run = import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":
