@@ -23,13 +23,6 @@ HEADINGS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples
 SECTION = re.compile(rf"^({'|'.join(HEADINGS)})\n-+\n", re.MULTILINE)
 
 YET_TO_COME = {
-    "relaxations.formats.as_json": "listed read_json statement write_json",
-    "relaxations.formats.expressions": "Constraint constant minimise problem_of stated_problem variables",
-    "relaxations.formats.gams": "read_gams",
-    "relaxations.formats.implied_box": "implied_box",
-    "relaxations.formats.sdpa": "conic_of parse_sdpa read_sdpa sdp_of write_sdpa",
-    "relaxations.formats.text": "Token parse parse_tokens tokens",
-    "relaxations.library": "load names",
     "smid.clutch.sensor_study": "SingleSensorStudy single_sensor_study train_single_sensor",
     "smid.reports.clutch": "hammerstein_page recursive_page sensors_page",
     "smid.reports.hybrid": "arm_page inputs_page reactor_page",
