@@ -1,6 +1,6 @@
 """A conic program with every moment held within [-1, 1], as the moments of points of the scaled box are.
 
-Nothing changes for a feasible point, and much for a solver: the dual of the wider program is
+Nothing changes for a feasible point, and much for a solver: the dual of the wider program is::
 
     maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*,
 
