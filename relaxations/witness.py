@@ -255,7 +255,7 @@ def find_witness(
     objective : Polynomials
         One row, to be made small.
     complicating : ndarray of int
-        Variables without which both are linear.
+        Variables that the trust region holds; the constraints are affine in the others.
     start : ndarray, shape (n_variables,)
     magnitude : ndarray, shape (n_variables,), optional
         Size of the variables that have no box.
