@@ -139,15 +139,51 @@ def _is_trivial(values: Array) -> NDArray[np.bool_]:
 
 
 def concatenate(parts: list[Balls]) -> Balls:
-    """Join balls end to end."""
+    """Join balls end to end.
+
+    Parameters
+    ----------
+    parts : list of Balls, each of shape (n_k, ...)
+        One at least.
+
+    Returns
+    -------
+    Balls, shape (sum of n_k, ...)
+
+    Examples
+    --------
+    >>> joined = concatenate([Balls.exact([1.0]), Balls.exact([2.0, 1.0]) / Balls.exact([4.0, 3.0])])
+    >>> joined.mid.round(3)
+    array([1.   , 0.5  , 0.333])
+    >>> joined.rad > 0
+    array([False,  True,  True])
+    """
     return Balls(np.concatenate([p.mid for p in parts]), np.concatenate([p.rad for p in parts]))
 
 
 def gram(factors: Array) -> Balls:
-    """Return ``F F'`` for a stack of matrices ``F`` of shape (count, k, r).
+    """Return ``F F'`` for a stack of matrices ``F``.
 
     The exact product is positive semidefinite whatever the floats in ``F`` are: that is how a certificate gets a
     semidefinite multiplier without trusting any eigenvalue routine.
+
+    Parameters
+    ----------
+    factors : ndarray, shape (count, k, r)
+
+    Returns
+    -------
+    Balls, shape (count, k, k)
+
+    Examples
+    --------
+    >>> product = gram(np.array([[[0.1], [3.0]]]))
+    >>> product.mid[0].round(3)
+    array([[0.01, 0.3 ],
+           [0.3 , 9.  ]])
+    >>> error = Fraction(product.mid[0, 0, 0]) - Fraction(0.1) ** 2
+    >>> 0 < abs(error) <= Fraction(product.rad[0, 0, 0])
+    True
     """
     absolute = np.abs(factors)
     transposed = np.swapaxes(factors, -1, -2)

@@ -32,6 +32,20 @@ class Emptiness:
         How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
     weights : ndarray, shape (n_equalities of the problem,)
         Share of each equality in the proof; sums to one.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
+    >>> problem, objective = problem_of(a, [*unit, a * x == 2, a * y == 0.5])
+    >>> relaxed = relax(problem, "lift", 1)
+    >>> outcome = relaxed.bound(objective)
+    >>> proof = relaxed.emptiness(outcome.certificate)
+    >>> outcome.bound, proof.margin > 0
+    (inf, True)
+    >>> bool(proof.weights[0] > 0.9)  # a x = 2 is the one that cannot hold
+    True
     """
 
     margin: float
@@ -40,7 +54,20 @@ class Emptiness:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A relaxation on one box, ready for any objective."""
+    """A relaxation on one box, ready for any objective; made by :func:`relax`.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As given.
+    scaling : Scaling
+    scaled : PolynomialProblem
+        In [-1, 1].
+    relaxation : Relaxation
+        Of the scaled problem.
+    program : ConicProgram
+    solver : str
+    """
 
     problem: PolynomialProblem
     scaling: Scaling
@@ -113,7 +140,26 @@ class Relaxed:
 class Outcome:
     """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven.
 
-    ``moments`` are the solver's, of the scaled variables; ``point`` are those of first order, scaled back.
+    Parameters
+    ----------
+    bound : float
+    certificate : Certificate or None
+        Of the objective; of the constant zero where the set is empty. None where nothing is proven.
+    status : str
+        The solver's words, attempt by attempt.
+    point : ndarray, shape (n_variables,), optional
+        The moments of first order, in the problem's own variables: a guess of a minimiser.
+    moments : ndarray, shape (n_moments,), optional
+        The solver's, of the scaled variables; the constant first.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, objective = problem_of(x**2 - x, [x >= 0, x <= 2])
+    >>> outcome = relax(problem, "dense", 1).bound(objective)
+    >>> outcome.bound <= -0.25, round(outcome.bound, 6), outcome.point.round(3)
+    (True, -0.25, array([0.5]))
     """
 
     bound: float
@@ -124,12 +170,37 @@ class Outcome:
 
 
 def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
-    """Return the method, the order and the complicating variables that a call means; ProblemError if impossible.
-
-    Where no small set of complicating variables exists, the third is a large one: only a local search can use it.
+    """Return the method, the order and the complicating variables that a call means.
 
     ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
     complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    order : int or None
+        None asks for the default.
+
+    Returns
+    -------
+    method : str
+    order : int
+    complicating : ndarray of int
+        Where no small set of complicating variables exists, a large one: only a local search can use it.
+
+    Raises
+    ------
+    ProblemError
+        For an unknown method, a lift where it does not apply, or an order too low for the degrees.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> problem, _ = problem_of(x, [a * x + a * y == 1])
+    >>> resolve(problem, "auto", None)
+    ('lift', 2, array([0]))
     """
     complicating = complicating_variables(problem)
     if method == "auto":
@@ -147,7 +218,27 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
 
 
 def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
-    """Return the least order that the degrees allow."""
+    """Return the least order that the degrees allow.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    method : {"lift", "sparse", "dense", "textbook"}
+    complicating : ndarray of int
+        Those of the lift; others do not look at them.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a**2 * x == 1])
+    >>> lowest(problem, "lift", np.array([0])), lowest(problem, "sparse", np.array([0]))
+    (1, 2)
+    """
     return least_order(problem, complicating) if method == "lift" else max(1, -(-problem.degree // 2))
 
 
@@ -158,7 +249,36 @@ def relax(
     solver: str = "clarabel",
     objective: Polynomials | None = None,
 ) -> Relaxed:
-    """Scale a problem with a finite box and build its relaxation."""
+    """Scale a problem with a finite box and build its relaxation.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    method : {"lift", "sparse", "dense", "textbook"}
+    order : int
+    solver : str
+    objective : Polynomials, optional
+        Where a sparse relaxation is to bound products of variables that share no constraint.
+
+    Returns
+    -------
+    Relaxed
+
+    Raises
+    ------
+    ProblemError
+        Where the box is infinite, the order too low, the lift does not apply, or the machine's memory is too small.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> relaxed = relax(problem, "lift", 2)
+    >>> [round(relaxed.bound(problem.variable(*end)).bound, 4) for end in ((0, 1), (0, -1), (1, 1))]  # x, -x and y
+    [0.25, -2.0, 0.5]
+    """
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
     relaxation = lift(scaled, order) if method == "lift" else lasserre(scaled, order, method, objective)
@@ -170,6 +290,30 @@ def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: M
 
     A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
     :mod:`smid` makes do in the lift; otherwise they share alike.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    relaxation : Relaxation
+        Of it, scaled.
+    dual : Multipliers
+
+    Returns
+    -------
+    ndarray, shape (n_equalities of the problem,)
+        Sums to one.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
+    >>> problem, _ = problem_of(a, [*unit, a * x == 0.5, a * y == 0.5])
+    >>> relaxation = relax(problem, "lift", 1).relaxation
+    >>> relaxation.n_equalities  # each equality, and its multiple with a
+    4
+    >>> equality_weights(problem, relaxation, Multipliers(np.array([1.0, -2.0, 0.0, 1.0]), ()))
+    array([0.75, 0.25])
     """
     count = problem.equalities.n_rows
     alike = np.full(count, 1.0 / max(count, 1))

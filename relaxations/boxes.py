@@ -62,6 +62,26 @@ def derive_box(
         Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
     solver : str
     progress : callable, optional
+        Called with one line of text now and then.
+
+    Returns
+    -------
+    DerivedBox
+
+    Raises
+    ------
+    ProblemError
+        For an unknown solver, or one that is not installed.
+
+    Examples
+    --------
+    >>> import sympy
+    >>> from relaxations.problem import from_sympy
+    >>> theta, error = sympy.symbols("theta error")
+    >>> problem, _ = from_sympy(None, [], [2 * theta + error - 1], [theta, error], {error: (-0.1, 0.1)})
+    >>> found = derive_box(problem, np.array([0.25, 1.0]))
+    >>> found.derived, found.problem.upper.round(6)
+    (('theta',), array([0.55, 0.1 ]))
     """
     loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
     if not len(loose):

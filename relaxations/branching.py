@@ -63,6 +63,21 @@ def branch_and_bound(
     -------
     float
         Certified; infinite where the set is certified empty.
+
+    Examples
+    --------
+    >>> from functools import partial
+    >>> from relaxations.bounding import relax
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y, z = variables("x y z")
+    >>> cube = [end for v in (x, y, z) for end in (v >= -1, v <= 1)]
+    >>> problem, objective = problem_of(x * y + y * z + z * x, cube)  # the minimum is -1
+    >>> relaxed = partial(relax, method="sparse", order=1, objective=objective)
+    >>> start = relaxed(problem).bound(objective).bound
+    >>> bound = branch_and_bound(problem, objective, np.arange(3), relaxed, start=start, goal=lambda outcome: -1.2,
+    ...                          nodes=20, report=lambda bound, goal: None)
+    >>> round(start, 3), -1.2 < bound < -1
+    (-1.5, True)
     """
     enough = goal(None)
     whole = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)

@@ -41,12 +41,38 @@ class Certificate:
 
 
 def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipliers) -> Certificate:
-    """Evaluate the certificate of one objective (one row, in the scaled variables).
+    """Evaluate the certificate of one objective.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+    objective : Polynomials
+        One row, in the scaled variables.
+    multipliers : Multipliers
+        Any will do: poor ones give a poor bound, and none a false one.
+
+    Returns
+    -------
+    Certificate
 
     Raises
     ------
     ProblemError
         When the objective holds a monomial that the relaxation has no moment for.
+
+    Examples
+    --------
+    x^2 + x >= -1/4, by hand: the difference is the square of 1/2 + x, the column below times the basis (1, x).
+
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> problem, objective = from_sympy(x**2 + x, [], [], [x], {x: (-1, 1)})
+    >>> square, nothing = np.array([[[0.5], [1.0]]]), np.zeros((1, 1, 1))
+    >>> proof = certify(lasserre(problem, 1), objective, Multipliers(np.zeros(0), (square, nothing)))
+    >>> proof.bound <= -0.25, round(proof.bound, 9)
+    (True, -0.25)
     """
     finite = np.isfinite(multipliers.equalities).all() and all(np.isfinite(f).all() for f in multipliers.factors)
     if not finite:
@@ -62,7 +88,36 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
 
 
 def residual_polynomial(relaxation: Relaxation, objective: Polynomials, multipliers: Multipliers) -> Balls:
-    """Return the coefficients of r, one ball per moment."""
+    """Return the coefficients of r, one ball per moment.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+    objective : Polynomials
+        One row, in the scaled variables.
+    multipliers : Multipliers
+        Finite.
+
+    Returns
+    -------
+    Balls, shape (n_moments,)
+
+    Raises
+    ------
+    ProblemError
+        When the objective holds a monomial that the relaxation has no moment for.
+
+    Examples
+    --------
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> problem, objective = from_sympy(x**2 + x, [], [], [x], {x: (-1, 1)})
+    >>> square, nothing = np.array([[[0.5], [1.0]]]), np.zeros((1, 1, 1))
+    >>> residual_polynomial(lasserre(problem, 1), objective, Multipliers(np.zeros(0), (square, nothing))).mid
+    array([-0.25,  0.  ,  0.  ])
+    """
     moments = [relaxation.moments_of(objective.factors), relaxation.equality_moment]
     terms = [
         objective.coefficients,

@@ -38,7 +38,37 @@ Label = tuple[tuple[str, int], ...]  # the constraints that a product is made of
 
 @dataclass(frozen=True)
 class Step:
-    """One certificate with what it is about: see :func:`write_certificate`."""
+    """One certificate with what it is about: see :func:`write_certificate`.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        The relaxation on which the bound was found.
+    objective : Polynomials
+        One row, in the problem's own variables.
+    certificate : Certificate
+
+    Examples
+    --------
+    A bound of x contracts the box; the minimum on the smaller box rests on it, and the file holds both.
+
+    >>> import tempfile
+    >>> from relaxations.bounding import relax
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, 1 <= y, y <= 4, 0 <= x, x <= 9])
+    >>> relaxed = relax(problem, "lift", 1)
+    >>> most = problem.variable(0, -1.0)  # minimise -x
+    >>> proof = relaxed.bound(most).certificate
+    >>> smaller = relax(problem.with_box(problem.lower, np.array([-proof.bound, 4.0])), "lift", 1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "certificate.json"
+    ...     last = smaller.bound(objective).certificate
+    ...     write_certificate(file, smaller, objective, last, [Step(relaxed, most, proof)])
+    ...     theorems = check.check(check.read(file))
+    >>> [round(float(theorem.bound), 4) for theorem in theorems]
+    [-1.0, 1.0]
+    """
 
     relaxed: Relaxed
     objective: Polynomials

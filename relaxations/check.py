@@ -43,16 +43,46 @@ _HIGHEST_DEGREE = 64  # a substitution in a monomial of degree d makes up to 2**
 
 
 class Refused(Exception):
-    """The file does not prove what it claims."""
+    """The file does not prove what it claims.
+
+    Examples
+    --------
+    >>> try:
+    ...     check({"format": "a shopping list"})
+    ... except Refused as refusal:
+    ...     print(refusal)
+    the format is 'a shopping list', this program checks 'relaxations certificate'
+    """
 
 
 class Unreadable(Exception):
-    """There is no file, or it is no JSON."""
+    """There is no file, or it is no JSON.
+
+    Examples
+    --------
+    >>> try:
+    ...     read("nowhere.json")
+    ... except Unreadable as error:
+    ...     print(error)
+    nowhere.json: No such file or directory
+    """
 
 
 @dataclass(frozen=True)
 class Polynomial:
-    """Coefficients ``mid +- rad`` of monomials; a monomial that is missing has zero for both."""
+    """Coefficients ``mid +- rad`` of monomials; a monomial that is missing has zero for both.
+
+    Parameters
+    ----------
+    mid, rad : dict of monomial to Fraction
+        A monomial is the tuple of its variables' numbers, sorted, with repetition: ``(0, 0, 1)`` is ``x0^2 x1``.
+
+    Examples
+    --------
+    >>> p = Polynomial({(0, 0): Fraction(1), (): Fraction(-1, 3)}, {(): Fraction(1, 100)})  # x0^2 - 1/3, about
+    >>> sorted(p.monomials)
+    [(), (0, 0)]
+    """
 
     mid: dict[Monomial, Fraction]
     rad: dict[Monomial, Fraction]
@@ -108,7 +138,7 @@ def _absolute(part: dict[Monomial, Fraction]) -> dict[Monomial, Fraction]:
     return {m: abs(value) for m, value in part.items()}
 
 
-def multiply(left: Polynomial, right: Polynomial) -> Polynomial:
+def _multiply(left: Polynomial, right: Polynomial) -> Polynomial:
     """Return an enclosure of the product."""
     rad: dict[Monomial, Fraction] = {}
     if left.rad or right.rad:
@@ -118,7 +148,7 @@ def multiply(left: Polynomial, right: Polynomial) -> Polynomial:
     return Polynomial(_product_of(left.mid, right.mid), rad)
 
 
-def substitute(polynomial: Polynomial, centre: list[Fraction], scale: list[Fraction]) -> Polynomial:
+def _substitute(polynomial: Polynomial, centre: list[Fraction], scale: list[Fraction]) -> Polynomial:
     """Return the polynomial in t, where ``x = centre + scale * t``."""
     mid: dict[Monomial, Fraction] = {}
     rad: dict[Monomial, Fraction] = {}
@@ -134,7 +164,7 @@ def substitute(polynomial: Polynomial, centre: list[Fraction], scale: list[Fract
     return Polynomial(mid, rad)
 
 
-def sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]]) -> dict[Monomial, Fraction]:
+def _sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]]) -> dict[Monomial, Fraction]:
     """Return ``sum over columns f of (sum_i f_i b_i)^2``."""
     # Integers over one denominator multiply many times faster than fractions.
     denominator = lcm(*(value.denominator for row in factor for value in row))
@@ -228,6 +258,10 @@ def check(document: Any) -> tuple[Proven, ...]:
     document : object
         The file's content, as :func:`read` returns it.
 
+    Returns
+    -------
+    tuple of Proven
+
     Raises
     ------
     Refused
@@ -296,13 +330,13 @@ def _check_step(
         _fails_unless(centre[k] - scale[k], lower, f"{where}: centre - scale <= lower", name)
         _fails_unless(upper, centre[k] + scale[k], f"{where}: upper <= centre + scale", name)
 
-    residual = substitute(objective, centre, scale)
+    residual = _substitute(objective, centre, scale)
     scaled: dict[tuple[str, int], Polynomial] = {}
 
     def constraint(kind: str, k: int) -> Polynomial:
         if (kind, k) not in scaled:
             stated = equalities[k] if kind == "equality" else inequalities[k]
-            scaled[kind, k] = substitute(stated, centre, scale)
+            scaled[kind, k] = _substitute(stated, centre, scale)
         return scaled[kind, k]
 
     for j, entry in enumerate(_list(_get(step, "equalities", where), f"{where}, equalities")):
@@ -313,7 +347,7 @@ def _check_step(
         for term in _list(terms, place):
             value, variables = _list(term, place, 2)
             _add(multiplier, {_monomial(variables, count, place): _number(value, place)})
-        _subtract(residual, multiply(constraint("equality", number), Polynomial(multiplier, {})))
+        _subtract(residual, _multiply(constraint("equality", number), Polynomial(multiplier, {})))
 
     for j, entry in enumerate(_list(_get(step, "products", where), f"{where}, products")):
         place = f"{where}, product {j}"
@@ -325,14 +359,14 @@ def _check_step(
             for row in _list(_get(entry, "factor", place), f"{place}, factor", len(basis))
         ]
         _refuse_unless(len({len(row) for row in factor}) <= 1, f"{place}: the factor's rows differ in length")
-        square = sum_of_squares(basis, factor)
+        square = _sum_of_squares(basis, factor)
         total = Polynomial({m: weight * value for m, value in square.items()}, {})
         for part in _list(_get(entry, "of", place), place):
             kind, k = _list(part, place, 2)
             if kind == "inequality":
-                total = multiply(constraint(kind, _index(k, len(inequalities), place)), total)
+                total = _multiply(constraint(kind, _index(k, len(inequalities), place)), total)
             else:
-                total = multiply(_box_factor(kind, _index(k, count, place), place), total)
+                total = _multiply(_box_factor(kind, _index(k, count, place), place), total)
         _subtract(residual, total)
 
     recomputed = residual.mid.get((), Fraction(0)) - residual.rad.get((), Fraction(0))
@@ -400,12 +434,31 @@ def _no_decimal(text: str) -> Any:
 def read(path: str | Path) -> Any:
     """Return the content of a certificate file.
 
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    object
+        For :func:`check`, which judges it.
+
     Raises
     ------
     Unreadable
         When there is no such file, or it is no JSON.
     Refused
         When it holds decimals or a key twice: their meaning is in doubt.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "claim.json"
+    ...     written = file.write_text('{"bound": -0.25}', encoding="utf-8")
+    ...     read(file)
+    Traceback (most recent call last):
+    relaxations.check.Refused: -0.25 is a decimal: write a float in hexadecimal, a fraction or a whole number
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -438,7 +491,33 @@ def _written(polynomial: Polynomial, names: list[str]) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Check one file and print what it proves; return the exit code."""
+    """Check one file and print what it proves.
+
+    Parameters
+    ----------
+    arguments : list of str
+        The file's path alone, or ``--help``.
+
+    Returns
+    -------
+    int
+        The exit code: 0 accepted, 1 refused, 2 unreadable or called wrongly.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> step = {"objective": [[1, 0, [0, 0]], [-1, 0, [0]]], "bound": "-1/4", "centre": [1], "scale": [1],
+    ...         "equalities": [], "products": [{"of": [], "weight": 1, "basis": [[], [0]], "factor": [["1/2"], [1]]}]}
+    >>> document = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...             "equalities": [], "inequalities": [], "steps": [step]}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "claim.json"
+    ...     written = file.write_text(json.dumps(document), encoding="utf-8")
+    ...     main([str(file)])
+    accepted: 1 variables in their box, 0 equalities, 0 inequalities
+    step 1: x*x - x >= -0.25 (recomputed: -0.25)
+    0
+    """
     if len(arguments) != 1 or arguments[0] in ("-h", "--help"):
         print("usage: python -m relaxations.check FILE\nexit codes: 0 accepted, 1 refused, 2 unreadable")
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE

@@ -25,7 +25,29 @@ BYTES_PER_PAIR = 64  # of entries of a block: measured with Clarabel on widths o
 
 @dataclass(frozen=True)
 class Cones:
-    """Sizes of the cones, in the order of the rows."""
+    """Sizes of the cones, in the order of the rows.
+
+    Parameters
+    ----------
+    zero : int
+        Rows of equalities.
+    nonnegative : int
+        Rows of the nonnegative orthant.
+    second_order : tuple of int
+        Rows of each Lorentz cone: 3, that of a 2 x 2 block.
+    semidefinite : tuple of int
+        Width w of each block, which has ``w (w + 1) / 2`` rows.
+
+    Examples
+    --------
+    >>> from relaxations.bounding import relax
+    >>> from relaxations.library import load
+    >>> problem = load("gms_st_e01").problem  # in two variables
+    >>> relax(problem, "dense", 1).program.cones
+    Cones(zero=0, nonnegative=3, second_order=(), semidefinite=(3,))
+    >>> relax(problem, "dense", 2).program.cones
+    Cones(zero=0, nonnegative=0, second_order=(), semidefinite=(6, 3, 3, 3))
+    """
 
     zero: int
     nonnegative: int
@@ -35,7 +57,19 @@ class Cones:
 
 @dataclass(frozen=True)
 class ConicProgram:
-    """``minimise q'y + offset : A y + s = b, s in K``; shared by all objectives over one relaxation."""
+    """``minimise q'y + offset : A y + s = b, s in K``; shared by all objectives over one relaxation.
+
+    Parameters
+    ----------
+    matrix : sparse matrix, shape (n_rows, n_moments - 1)
+        A; without a column for the constant moment.
+    rhs : ndarray, shape (n_rows,)
+        b.
+    cones : Cones
+        K, in the order of the rows.
+    slices : tuple of slice
+        Rows of each Blocks group of the relaxation; empty where the program comes from elsewhere.
+    """
 
     matrix: sparse.csc_matrix
     rhs: Array
@@ -64,12 +98,25 @@ class Multipliers:
 
 
 def check_memory(widths: Sequence[int], what: str) -> None:
-    """Raise ProblemError where semidefinite blocks of these widths do not fit the machine's memory.
+    """Refuse semidefinite blocks that do not fit the machine's memory.
 
     A solver keeps a dense matrix over the entries of each block, and its factors.
 
+    Parameters
+    ----------
+    widths : sequence of int
+        Of all blocks.
+    what : str
+        What asks for them, for the message.
+
+    Raises
+    ------
+    ProblemError
+        Where they need more than four fifths of the memory there is.
+
     Examples
     --------
+    >>> check_memory([5, 35], "order 2")
     >>> check_memory([5000], "order 9")
     Traceback (most recent call last):
         ...
@@ -90,7 +137,30 @@ def _size(count: float) -> str:
 
 
 def conic_program(relaxation: Relaxation) -> ConicProgram:
-    """Lay out the constraints of a relaxation for a solver."""
+    """Lay out the constraints of a relaxation for a solver.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+
+    Returns
+    -------
+    ConicProgram
+
+    Examples
+    --------
+    The moments of x and x^2 on [-1, 1]: ``1 - y_2 >= 0``, and ``[[1, y_1], [y_1, y_2]]`` as a Lorentz cone.
+
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> program = conic_program(lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1))
+    >>> program.rhs - program.matrix @ np.array([0.5, 0.25])  # s, at the moments of the point 1/2
+    array([0.75, 1.25, 0.75, 1.  ])
+    >>> program.cones
+    Cones(zero=0, nonnegative=1, second_order=(3,), semidefinite=())
+    """
     row_parts, moment_parts, value_parts = (
         [relaxation.equality_row],
         [relaxation.equality_moment],
@@ -176,7 +246,35 @@ def _congruent(blocks: Blocks) -> tuple[Index, Index, Index, Index, Array]:
 
 
 def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> Multipliers:
-    """Turn a solver's dual vector into factors of semidefinite matrices: the projection into the dual cone."""
+    """Turn a solver's dual vector into factors of semidefinite matrices: the projection into the dual cone.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+    program : ConicProgram
+        Made of it.
+    dual : ndarray, shape (n_rows,)
+        Finite.
+
+    Returns
+    -------
+    Multipliers
+
+    Examples
+    --------
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1)
+    >>> dual = np.array([4.0, 0.0, 1.0, 0.0])  # for 1 - x^2 the number 4, for the moment matrix diag(1, -1)
+    >>> moment_matrix, box = multipliers(relaxation, conic_program(relaxation), dual).factors
+    >>> (moment_matrix @ moment_matrix.swapaxes(1, 2))[0].round(12)
+    array([[1., 0.],
+           [0., 0.]])
+    >>> box
+    array([[[2.]]])
+    """
     factors = []
     for blocks, rows in zip(relaxation.blocks, program.slices, strict=True):
         width = _width(blocks)

@@ -2,4 +2,14 @@
 
 
 class ProblemError(ValueError):
-    """The polynomial problem, or what is asked of it, cannot be treated as given."""
+    """The polynomial problem, or what is asked of it, cannot be treated as given.
+
+    Examples
+    --------
+    >>> from relaxations.library import load
+    >>> try:
+    ...     load("atlantis")
+    ... except ProblemError as error:
+    ...     print(error)
+    the library holds no problem 'atlantis': relaxations.library.names() lists them
+    """

@@ -28,7 +28,7 @@ MOST = 30  # minimisers
 
 
 def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array | None:
-    """Return the points that a flat moment matrix stands for, shape (rank, n_variables); None where it is not flat.
+    """Return the points that a flat moment matrix stands for; None where it is not flat.
 
     Parameters
     ----------
@@ -38,6 +38,23 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
         A solver's, the constant first.
     step : int
         Half the highest degree of the constraints, at least 1: how far the rank must not grow.
+
+    Returns
+    -------
+    ndarray, shape (rank, n_variables), or None
+        In the relaxation's scaled variables, in no order.
+
+    Examples
+    --------
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 2)
+    >>> moments = np.mean([point**relaxation.degrees for point in (-0.5, 0.5)], axis=0)  # of (x^2 - 1/4)^2, say
+    >>> np.sort(minimisers(relaxation, moments), axis=0).round(6)
+    array([[-0.5],
+           [ 0.5]])
     """
     n, order = relaxation.n_variables, relaxation.order
     basis = monomials_up_to(range(n), order)

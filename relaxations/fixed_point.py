@@ -14,10 +14,22 @@ Interval = tuple[int, int]
 def from_float(value: float, bits: int) -> Interval:
     """Return the interval of one float, scaled by ``2**bits``.
 
+    Parameters
+    ----------
+    value : float
+        Finite.
+    bits : int
+        Binary places after the point.
+
+    Returns
+    -------
+    tuple of (int, int)
+        The value itself where it has no more places than that, its neighbours otherwise.
+
     Examples
     --------
-    >>> from_float(0.75, 4)
-    (12, 12)
+    >>> from_float(0.75, 4), from_float(0.1, 4)
+    ((12, 12), (1, 2))
     """
     mantissa, exponent = math.frexp(value)
     shift = exponent - 53 + bits
@@ -28,13 +40,47 @@ def from_float(value: float, bits: int) -> Interval:
 
 
 def widened(value: Interval, radius: float, bits: int) -> Interval:
-    """Return the interval grown by a radius on both sides."""
+    """Return the interval grown by a radius on both sides.
+
+    Parameters
+    ----------
+    value : tuple of (int, int)
+    radius : float
+        At least zero; rounded up.
+    bits : int
+        Binary places after the point, of ``value`` and of the result.
+
+    Returns
+    -------
+    tuple of (int, int)
+
+    Examples
+    --------
+    >>> to_floats(widened(from_float(0.75, 4), 0.1, 4), 4)  # the radius becomes 2/16
+    (0.6249999999999999, 0.8750000000000001)
+    """
     reach = from_float(radius, bits)[1]
     return value[0] - reach, value[1] + reach
 
 
 def multiply(x: Interval, y: Interval, bits: int) -> Interval:
-    """Return the product, rounded outwards."""
+    """Return the product, rounded outwards.
+
+    Parameters
+    ----------
+    x, y : tuple of (int, int)
+    bits : int
+        Binary places after the point, of both and of the result.
+
+    Returns
+    -------
+    tuple of (int, int)
+
+    Examples
+    --------
+    >>> multiply((-8, 4), (12, 13), 4)  # [-1/2, 1/4] times [3/4, 13/16] is [-13/32, 13/64]
+    (-7, 4)
+    """
     (a, b), (c, d) = x, y
     if a == b and c == d:
         product = a * c
@@ -44,7 +90,25 @@ def multiply(x: Interval, y: Interval, bits: int) -> Interval:
 
 
 def divide(x: Interval, y: Interval, bits: int) -> Interval | None:
-    """Return the quotient, rounded outwards; None where the divisor holds zero."""
+    """Return the quotient, rounded outwards; None where the divisor holds zero.
+
+    Parameters
+    ----------
+    x, y : tuple of (int, int)
+    bits : int
+        Binary places after the point, of both and of the result.
+
+    Returns
+    -------
+    tuple of (int, int) or None
+
+    Examples
+    --------
+    >>> divide(from_float(1.0, 8), from_float(3.0, 8), 8)  # 256 / 3 lies between
+    (85, 86)
+    >>> divide((256, 256), (-1, 1), 8) is None
+    True
+    """
     (a, b), (c, d) = x, y
     if c <= 0 <= d:
         return None
@@ -55,13 +119,48 @@ def divide(x: Interval, y: Interval, bits: int) -> Interval | None:
 
 
 def to_floats(value: Interval, bits: int) -> tuple[float, float]:
-    """Return the ends as floats, rounded outwards."""
+    """Return the ends as floats, rounded outwards.
+
+    Parameters
+    ----------
+    value : tuple of (int, int)
+    bits : int
+        Binary places after the point.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Infinite where an end is beyond the range of floats.
+
+    Examples
+    --------
+    >>> low, high = to_floats(divide((1 << 80, 1 << 80), (3 << 80, 3 << 80), 80), 80)
+    >>> low < 1 / 3 < high, high - low < 1e-15
+    (True, True)
+    """
     low, high = (_to_float(end, bits) for end in value)
     return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
 
 def middle(value: Interval, bits: int) -> float:
-    """Return the middle as a float."""
+    """Return the middle as a float.
+
+    Parameters
+    ----------
+    value : tuple of (int, int)
+    bits : int
+        Binary places after the point.
+
+    Returns
+    -------
+    float
+        The nearest one to the exact middle.
+
+    Examples
+    --------
+    >>> middle((12, 13), 4)  # of 0.75 and 0.8125
+    0.78125
+    """
     return _to_float(value[0] + value[1], bits + 1)
 
 

@@ -36,14 +36,35 @@ FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however 
 
 
 class Proof(Enum):
-    """What stands behind a number."""
+    """What stands behind a number.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> (found,) = intervals(problem, [0], witnesses=False).intervals
+    >>> for end, own in zip((found.lower, found.upper), found.from_box):
+    ...     print(round(end, 4), (Proof.BOX if own else Proof.PROVEN).value)
+    0.25 certified in ball arithmetic
+    2.0 not tightened by the data: the prior box's own end
+    """
 
     PROVEN = "certified in ball arithmetic"
     BOX = "not tightened by the data: the prior box's own end"
 
 
 class Reason(Enum):
-    """Why the computation of intervals stopped."""
+    """Why the computation of intervals stopped.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])
+    >>> intervals(problem, [0], witnesses=False).reason.value
+    'the feasible set is certified empty'
+    """
 
     TIGHT = "every end meets its witness within the tolerance"
     STALLED = "the box no longer shrinks at this order; raise the order to tighten"
@@ -98,7 +119,31 @@ class Interval:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Intervals of the variables asked for, and how they came about."""
+    """Intervals of the variables asked for, and how they came about.
+
+    Parameters
+    ----------
+    intervals : tuple of Interval
+        In the order asked for.
+    witnesses : tuple of ndarray, each (n_variables,)
+        Verified feasible points.
+    empty : Emptiness or None
+        The proof where the set is empty.
+    method : str
+    order : int
+        The highest one used.
+    reason : Reason
+    rounds : int
+        Contractions of the box.
+    solves : int
+        Bounds that were computed.
+    seconds : float
+        Wall clock.
+    complicating : tuple of str
+        Variables that the lift lifted; empty for other methods.
+    largest_block, n_moments : int
+        Size of the last relaxation.
+    """
 
     intervals: tuple[Interval, ...]
     witnesses: tuple[Array, ...]
@@ -172,10 +217,25 @@ def intervals(
     progress : callable, optional
         Called with one line of text now and then.
 
+    Returns
+    -------
+    Enclosure
+
     Raises
     ------
     ProblemError
         Before any solve: unknown method or solver, order too low, infinite box, memory too small.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> (found,) = intervals(problem, [0]).intervals
+    >>> found.lower <= found.inner_lower, found.inner_upper <= found.upper
+    (True, True)
+    >>> round(found.lower, 4), round(found.upper, 4), found.gap < 1e-4
+    (0.25, 2.0, True)
     """
     started = time.perf_counter()
     check_solver(solver)
@@ -395,7 +455,37 @@ def _interval(problem: PolynomialProblem, ends: _Ends, k: int) -> Interval:
 
 
 def uninterrupted(enclosure: Enclosure) -> Enclosure:
-    """Return an enclosure that ran to its end; raise what stopped it where a caller cannot use a part."""
+    """Return an enclosure that ran to its end; raise what stopped it where a caller cannot use a part.
+
+    Parameters
+    ----------
+    enclosure : Enclosure
+
+    Returns
+    -------
+    Enclosure
+        The one given.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the user interrupted the computation.
+    MemoryError
+        Where memory did not suffice.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x**2 + y**2 <= 1])
+    >>> found = intervals(problem, [0], witnesses=False)
+    >>> uninterrupted(found) is found
+    True
+    >>> uninterrupted(replace(found, reason=Reason.MEMORY))
+    Traceback (most recent call last):
+        ...
+    MemoryError
+    """
     if enclosure.reason is Reason.INTERRUPTED:
         raise KeyboardInterrupt
     if enclosure.reason is Reason.MEMORY:
@@ -404,7 +494,28 @@ def uninterrupted(enclosure: Enclosure) -> Enclosure:
 
 
 def contracted(problem: PolynomialProblem, enclosure: Enclosure) -> PolynomialProblem:
-    """Return the problem on the box that an enclosure proves."""
+    """Return the problem on the box that an enclosure proves.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    enclosure : Enclosure
+        Of some of its variables.
+
+    Returns
+    -------
+    PolynomialProblem
+        The same set.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> smaller = contracted(problem, intervals(problem, [0], witnesses=False))
+    >>> smaller.lower.round(4), smaller.upper.round(4)  # of x and y
+    (array([0.25, 0.  ]), array([2., 4.]))
+    """
     place = {name: k for k, name in enumerate(problem.names)}
     lower, upper = problem.lower.copy(), problem.upper.copy()
     for interval in enclosure.intervals:

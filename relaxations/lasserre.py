@@ -36,21 +36,36 @@ METHODS = ("sparse", "dense", "textbook")
 def lasserre(
     problem: PolynomialProblem, order: int, method: str = "sparse", objective: Polynomials | None = None
 ) -> Relaxation:
-    """Build a Lasserre relaxation of a scaled problem (all variables in [-1, 1]).
+    """Build a Lasserre relaxation of a scaled problem (all variables in [-1, 1]), as in section 4 of Lasserre (2001).
 
     Parameters
     ----------
     problem : PolynomialProblem
+        Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
     order : int
         At least half of every degree.
     method : {"sparse", "dense", "textbook"}
     objective : Polynomials, optional
         Objectives with products of variables that share no constraint must be known here.
 
+    Returns
+    -------
+    Relaxation
+
     Raises
     ------
     ProblemError
         Where the order is too low (the least one is named) or the machine's memory too small.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x = sympy.symbols("x0:6")
+    >>> chain = [v * w - sympy.Rational(1, 4) for v, w in zip(x, x[1:])]
+    >>> problem, _ = from_sympy(None, chain, [], x, {v: (-1, 1) for v in x})
+    >>> dense, sparse = (lasserre(problem, 2, method) for method in ("dense", "sparse"))
+    >>> dense.largest_block, sparse.largest_block  # monomials up to degree 2 in six variables, and in two
+    (28, 6)
     """
     own_groups = groups(problem, order, method, objective)
     one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
@@ -88,7 +103,36 @@ def lasserre(
 def groups(
     problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
 ) -> tuple[tuple[int, ...], ...]:
-    """Return the cliques a relaxation is built on; ProblemError where the order is too low or memory too small."""
+    """Return the cliques a relaxation is built on, and refuse one that cannot be built.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    order : int
+    method : {"sparse", "dense", "textbook"}
+    objective : Polynomials, optional
+        The variables of each of its monomials lie in one clique.
+
+    Returns
+    -------
+    tuple of tuple of int
+        Variables of each clique, sorted.
+
+    Raises
+    ------
+    ProblemError
+        Where the order is too low (the least one is named) or the machine's memory too small.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x = sympy.symbols("x0:4")
+    >>> problem, _ = from_sympy(None, [v * w for v, w in zip(x, x[1:])], [], x)
+    >>> groups(problem, 1, "sparse")
+    ((0, 1), (1, 2), (2, 3))
+    >>> groups(problem, 1, "dense")
+    ((0, 1, 2, 3),)
+    """
     least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")

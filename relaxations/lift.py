@@ -38,6 +38,16 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
     A monomial is affine in the rest exactly when the set covers every pair of its factors: a minimum vertex cover of
     the graph of pairs, found by branching on the vertex of highest degree.
 
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    most : int
+        Largest set to look for.
+
+    Returns
+    -------
+    ndarray of int, sorted, or None
+
     Examples
     --------
     >>> import sympy; from relaxations.problem import from_sympy
@@ -90,7 +100,24 @@ def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None
 
 
 def nonlinear_variables(problem: PolynomialProblem) -> Index:
-    """Return some set of variables, found greedily, without which every monomial is affine; of any size."""
+    """Return some set of variables, found greedily, without which every monomial is affine; of any size.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Returns
+    -------
+    ndarray of int, sorted
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x = sympy.symbols("x0:4")
+    >>> problem, _ = from_sympy(None, [], [x[0] * x[1] + x[1] * x[2] - 1, x[3] ** 2 - x[0]], x)
+    >>> nonlinear_variables(problem)
+    array([1, 3])
+    """
     squared, rest = _pairs(problem)
     chosen = set(squared)
     while any(rest.values()):
@@ -101,7 +128,27 @@ def nonlinear_variables(problem: PolynomialProblem) -> Index:
 
 
 def least_order(problem: PolynomialProblem, complicating: Index) -> int:
-    """Return the least order at which every constraint fits."""
+    """Return the least order at which every constraint fits.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    complicating : ndarray of int
+        Degrees are counted in these variables alone.
+
+    Returns
+    -------
+    int
+        At least 1.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> a, y = sympy.symbols("a y")
+    >>> problem, _ = from_sympy(None, [], [a**3 * y - 1], [a, y])
+    >>> least_order(problem, np.array([0]))
+    2
+    """
     degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities))
     return max(1, -(-degree // 2))
 
@@ -116,10 +163,23 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
     order : int
         d >= 1.
 
+    Returns
+    -------
+    Relaxation
+
     Raises
     ------
     ProblemError
         Where no small set of complicating variables exists, or the order is too low for the degrees.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> a, *y = sympy.symbols("a y0:10")
+    >>> recursion = [after - a * before for before, after in zip(y, y[1:])]
+    >>> problem, _ = from_sympy(None, [], recursion, [a, *y], {v: (-1, 1) for v in (a, *y)})
+    >>> lift(problem, 2).largest_block  # however many y there are; monomials up to degree 2 in all: 78
+    3
     """
     complicating = complicating_variables(problem)
     if complicating is None:
@@ -158,7 +218,23 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
 
 
 def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
-    """Return the degree of each member in the complicating variables, shape (n_rows,)."""
+    """Return the degree of each member in the complicating variables.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+    complicating : ndarray of int
+
+    Returns
+    -------
+    ndarray of int, shape (n_rows,)
+
+    Examples
+    --------
+    >>> family = Polynomials.from_terms([{(0, 0, 1): 1.0, (1,): 2.0}, {(1,): 1.0}])  # x0^2 x1 + 2 x1, x1
+    >>> degrees_in(family, np.array([0]))
+    array([2, 0])
+    """
     degrees = np.zeros(polynomials.n_rows, dtype=np.int64)
     np.maximum.at(degrees, polynomials.rows, np.isin(polynomials.factors, complicating).sum(axis=1))
     return degrees

@@ -35,6 +35,24 @@ def local_minimum(
     start : ndarray, shape (n_variables,)
     margin : float
         Distance, scaled, that is kept from every inequality and every box end.
+
+    Returns
+    -------
+    ndarray, shape (n_variables,), or None
+        None also beyond 200 variables, for the method's matrices are dense.
+
+    Raises
+    ------
+    ProblemError
+        Where the box is infinite.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x * y, [x**2 + y**2 <= 1])
+    >>> local_minimum(problem, objective, np.array([0.5, -0.1])).round(4)
+    array([ 0.7071, -0.7071])
     """
     if problem.n_variables > LARGEST:
         return None

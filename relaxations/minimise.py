@@ -42,7 +42,15 @@ CONTRACTIONS = 5  # of the box before branching
 
 
 class Reason(Enum):
-    """Why the search for a minimum stopped."""
+    """Why the search for a minimum stopped.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> minimise(*problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])).reason.value
+    'no point satisfies all constraints (proven)'
+    """
 
     TIGHT = "the bound meets a feasible value within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"

@@ -27,9 +27,17 @@ from relaxations.polynomial import Factors, Polynomials, multiply, pad, unique
 class Localiser:
     """``count`` symbolic blocks ``g b b'`` of one size, before moments are numbered.
 
-    ``entries`` is a family of polynomials, one row per (block, i, j) with i <= j, ordered by block.
-    ``congruence`` (count, size, reduced) holds the V of a facial reduction: V' M V is asked to be semidefinite
-    instead of M. None where nothing was reduced.
+    Parameters
+    ----------
+    size : int
+        Length of the basis b.
+    count : int
+        Number of polynomials g.
+    entries : Polynomials
+        One row per (block, i, j) with i <= j, ordered by block.
+    congruence : ndarray, shape (count, size, reduced), or None
+        The V of a facial reduction: ``V' M V`` is asked to be semidefinite instead of M. None where nothing
+        was reduced.
     """
 
     size: int
@@ -40,7 +48,17 @@ class Localiser:
 
 @dataclass(frozen=True)
 class Blocks:
-    """``count`` semidefinite blocks of one size; entry (block, i, j), i <= j, is a sum of coefficient * moment."""
+    """``count`` semidefinite blocks of one size; entry (block, i, j), i <= j, is a sum of coefficient * moment.
+
+    Parameters
+    ----------
+    size, count : int
+    block, i, j, moment : ndarray of int, shape (n_terms,)
+        Where each term stands, and the number of its moment.
+    coefficient : Balls, shape (n_terms,)
+    congruence : ndarray, shape (count, size, reduced), or None
+        As in :class:`Localiser`.
+    """
 
     size: int
     count: int
@@ -122,7 +140,28 @@ class Relaxation:
 
 
 def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
-    """Return all monomials in ``variables`` of at most ``degree``, by degree, the constant first."""
+    """Return all monomials in some variables up to a degree, by degree, the constant first.
+
+    Parameters
+    ----------
+    variables : sequence of int
+    degree : int
+
+    Returns
+    -------
+    ndarray of int64, shape (n_monomials, degree)
+        Sorted variable numbers, padded in front with -1.
+
+    Examples
+    --------
+    >>> monomials_up_to([0, 3], 2)  # 1, x0, x3, x0^2, x0 x3, x3^2
+    array([[-1, -1],
+           [-1,  0],
+           [-1,  3],
+           [ 0,  0],
+           [ 0,  3],
+           [ 3,  3]])
+    """
     rows = [
         [-1] * (degree - k) + list(choice)
         for k in range(degree + 1)
@@ -132,7 +171,28 @@ def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
 
 
 def localise(polynomials: Polynomials, basis: Factors, congruence: Array | None = None) -> Localiser:
-    """Return the blocks ``g b b'`` for every member g of a family."""
+    """Return the blocks ``g b b'`` for every member g of a family.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+        The g.
+    basis : ndarray of int64, shape (size, degree)
+        The monomials b.
+    congruence : ndarray, shape (n_rows, size, reduced), optional
+        The V of a facial reduction; see :class:`Localiser`.
+
+    Returns
+    -------
+    Localiser
+
+    Examples
+    --------
+    >>> box = Polynomials.from_terms([{(): 1.0, (0, 0): -1.0}])  # 1 - x0^2
+    >>> blocks = localise(box, monomials_up_to([0], 1))
+    >>> blocks.size, blocks.entries.evaluate(np.array([0.5]))  # (1 - x0^2) times 1, x0 and x0^2
+    (2, array([0.75  , 0.375 , 0.1875]))
+    """
     size = len(basis)
     i, j = np.triu_indices(size)
     products = multiply(basis[i], basis[j]) if size > 1 else basis
@@ -150,7 +210,38 @@ def assemble(
 ) -> Relaxation:
     """Give every moment its number and collect the coefficients, in one pass of NumPy over all terms.
 
-    ``monomials`` are kept as moments even where no constraint mentions them.
+    Parameters
+    ----------
+    method : str
+        The relaxation's name.
+    order : int
+    n_variables : int
+        Variables of the scaled problem.
+    complicating : ndarray of int
+        The lift's complicating variables; empty for others.
+    equalities : sequence of Polynomials
+        Every member ``h m`` gives ``L(h m) = 0``.
+    localisers : sequence of Localiser
+        Every block is asked to be semidefinite.
+    monomials : sequence of ndarray of int64, each (n, degree)
+        Kept as moments even where no constraint mentions them.
+
+    Returns
+    -------
+    Relaxation
+
+    Examples
+    --------
+    >>> one = Polynomials.from_terms([{(): 1.0}])
+    >>> half = Polynomials.from_terms([{(0,): 1.0, (): -0.5}])
+    >>> none = np.zeros(0, dtype=np.int64)
+    >>> relaxation = assemble("mine", 1, 1, none, [half], [localise(one, monomials_up_to([0], 1))])
+    >>> relaxation.monomials  # 1, x0, x0^2
+    array([[-1, -1],
+           [-1,  0],
+           [ 0,  0]])
+    >>> relaxation.n_equalities, relaxation.largest_block
+    (1, 2)
     """
     equality = Polynomials.join(list(equalities)) if equalities else Polynomials.empty()
     parts = [equality.factors, *(loc.entries.factors for loc in localisers), *monomials]
@@ -184,7 +275,25 @@ def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
 
 
 def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:
-    """Join blocks of equal size, so that a solver and a certificate meet each size once."""
+    """Join blocks of equal size, so that a solver and a certificate meet each size once.
+
+    Parameters
+    ----------
+    blocks : sequence of Blocks
+
+    Returns
+    -------
+    tuple of Blocks
+        Of each size, and size after a facial reduction, one.
+
+    Examples
+    --------
+    >>> place = np.zeros(1, dtype=np.int64)
+    >>> constant = Blocks(1, 1, place, place, place, place, Balls.exact([1.0]), None)  # 1 >= 0
+    >>> (both,) = merge([constant, constant])
+    >>> both.count, both.block
+    (2, array([0, 1]))
+    """
     groups: dict[tuple[int, int], list[Blocks]] = {}
     for b in blocks:
         if b.count:

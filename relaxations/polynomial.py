@@ -20,19 +20,66 @@ Factors = NDArray[np.int64]
 
 
 def pad(factors: Factors, degree: int) -> Factors:
-    """Widen monomials to ``degree`` columns."""
+    """Widen monomials to ``degree`` columns.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+    degree : int
+
+    Returns
+    -------
+    ndarray of int64, shape (n, max(k, degree))
+        With -1 in the columns put in front.
+
+    Examples
+    --------
+    >>> pad(np.array([[3, 7]]), 4)  # x3 x7
+    array([[-1, -1,  3,  7]])
+    """
     missing = degree - factors.shape[1]
     return factors if missing <= 0 else np.pad(factors, ((0, 0), (missing, 0)), constant_values=-1)
 
 
 def trim(factors: Factors) -> Factors:
-    """Drop the leading columns that hold padding only."""
+    """Drop the leading columns that hold padding only.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+
+    Returns
+    -------
+    ndarray of int64, shape (n, largest degree)
+
+    Examples
+    --------
+    >>> trim(np.array([[-1, -1, 2], [-1, 0, 0]]))  # x2 and x0^2
+    array([[-1,  2],
+           [ 0,  0]])
+    """
     used = (factors >= 0).any(axis=0)
     return factors[:, int(np.argmax(used)) :] if used.any() else factors[:, :0]
 
 
 def multiply(left: Factors, right: Factors) -> Factors:
-    """Return the products of monomials row by row (shapes must agree or broadcast to one row)."""
+    """Return the products of monomials row by row.
+
+    Parameters
+    ----------
+    left, right : ndarray of int64, shapes (n, j) and (n, k)
+        One of them may have a single row, which then multiplies every row of the other.
+
+    Returns
+    -------
+    ndarray of int64, shape (n, largest degree)
+
+    Examples
+    --------
+    >>> multiply(np.array([[-1, 1], [0, 2]]), np.array([[1]]))  # x1 and x0 x2, times x1
+    array([[-1,  1,  1],
+           [ 0,  1,  2]])
+    """
     rows = max(len(left), len(right))
     joined = np.concatenate(
         [np.broadcast_to(f, (rows, f.shape[1])) for f in (left, right)],
@@ -42,7 +89,28 @@ def multiply(left: Factors, right: Factors) -> Factors:
 
 
 def unique(factors: Factors) -> tuple[Factors, Index]:
-    """Return the distinct monomials, the constant first, and each input row's place among them."""
+    """Return the distinct monomials, the constant first, and each input row's place among them.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+
+    Returns
+    -------
+    monomials : ndarray of int64, shape (m, k)
+        Each once.
+    place : ndarray of int64, shape (n,)
+        ``monomials[place]`` are the factors again.
+
+    Examples
+    --------
+    >>> monomials, place = unique(np.array([[0, 1], [-1, -1], [0, 1]]))
+    >>> monomials
+    array([[-1, -1],
+           [ 0,  1]])
+    >>> place
+    array([1, 0, 1])
+    """
     if factors.shape[1] == 0:
         return factors[:1], np.zeros(len(factors), dtype=np.int64)
     base = int(factors.max(initial=0)) + 2

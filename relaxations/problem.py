@@ -110,7 +110,7 @@ def from_sympy(
     variables : sequence of sympy symbols
         Order of the variables.
     bounds : mapping symbol -> (lower, upper), optional
-        ``None`` stands for no bound.
+        ``None`` stands for no bound; a bound that no float holds is rounded outwards.
 
     Returns
     -------
@@ -121,7 +121,17 @@ def from_sympy(
     Raises
     ------
     ProblemError
-        When an expression is not a polynomial in ``variables``.
+        When there are no variables, an expression is not a polynomial in them, bounds are given for another symbol, or
+        a lower bound lies above its upper one.
+
+    Examples
+    --------
+    >>> x, y = sympy.symbols("x y")
+    >>> problem, objective = from_sympy(x - y, [1 - x**2 - y**2], [], [x, y], {x: (0, None)})
+    >>> problem.lower, problem.upper
+    (array([  0., -inf]), array([inf, inf]))
+    >>> problem.inequalities.evaluate(np.array([0.6, 0.5])).round(2)
+    array([0.39])
     """
     bounds = bounds or {}
     stray = [str(symbol) for symbol in bounds if symbol not in variables]
@@ -139,7 +149,32 @@ def from_sympy(
 
 
 def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]) -> Polynomials:
-    """Convert sympy expressions to one family; numbers that no float holds keep their rounding error."""
+    """Convert sympy expressions to one family; numbers that no float holds keep their rounding error.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy expressions
+    variables : sequence of sympy symbols
+        Order of the variables.
+
+    Returns
+    -------
+    Polynomials
+        One row for each expression.
+
+    Raises
+    ------
+    ProblemError
+        When there are no variables, an expression is not a polynomial in them, or a coefficient is no finite rational
+        number or overflows.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> family = polynomials_from_sympy([x**2 / 2, x / 3], [x])
+    >>> family.coefficients.rad > 0  # a float holds 1/2, and none holds 1/3
+    array([False,  True])
+    """
     if not variables:
         raise ProblemError("a polynomial problem needs variables: list at least one")
     members, coefficients = [], []
@@ -153,7 +188,7 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
             if value.free_symbols:
                 raise ProblemError(f"{expression} contains {value.free_symbols}: list them as variables")
             key = tuple(k for k, e in enumerate(exponents) for _ in range(e))
-            terms[key] = exact_ball(value)
+            terms[key] = _exact_ball(value)
         members.append({key: 1.0 for key in terms})
         coefficients.append(terms)
     shape = Polynomials.from_terms(members)
@@ -170,6 +205,14 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
 def with_fractions(expression: sympy.Expr) -> sympy.Expr:
     """Turn every finite Float into the fraction that it is: sympy would round when it multiplies floats.
 
+    Parameters
+    ----------
+    expression : sympy expression
+
+    Returns
+    -------
+    sympy expression
+
     Examples
     --------
     >>> with_fractions(0.25 * sympy.Symbol("x"))
@@ -179,7 +222,7 @@ def with_fractions(expression: sympy.Expr) -> sympy.Expr:
     return expression.xreplace({f: sympy.Rational(*float(f).as_integer_ratio()) for f in floats})
 
 
-def exact_ball(value: sympy.Expr) -> Balls:
+def _exact_ball(value: sympy.Expr) -> Balls:
     """Return the ball around a sympy number; a Float stands for the binary fraction that it is."""
     if not (value.is_Number and value.is_finite):
         raise ProblemError(f"the coefficient {value} is no finite rational number: give a decimal or a fraction")

@@ -67,6 +67,22 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
     objective : Polynomials
         One row.
     point : ndarray, shape (n_variables,)
+        Variables that equalities define are computed anew, whatever stands in their place.
+
+    Returns
+    -------
+    Witness or None
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
+    >>> found = verify(problem, objective, np.array([1.0, 0.0]))  # y = 1/3 follows from x = 1, exactly
+    >>> found.point.round(4), 1 / 3 <= found.value < 1 / 3 + 1e-12
+    (array([1.    , 0.3333]), True)
+    >>> verify(problem, objective, np.array([2.0, 0.0])) is None  # outside of the box
+    True
     """
     equalities = problem.exact() if problem.exact is not None else problem.equalities
     order = definition_order(equalities)
@@ -89,7 +105,24 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
 
 
 def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
-    """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order."""
+    """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order.
+
+    Parameters
+    ----------
+    equalities : Polynomials
+
+    Returns
+    -------
+    list of (int, int), or None
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> a, *y = sympy.symbols("a y0:3")
+    >>> problem, _ = from_sympy(None, [], [y[2] - a * y[1], y[1] - a * y[0]], [a, *y])
+    >>> definition_order(problem.equalities)  # a simulation: the second gives y1, then the first y2
+    [(1, 2), (0, 3)]
+    """
     linear = equalities.term_degrees == 1
     own = equalities.factors.max(axis=1, initial=-1)
     in_row: list[set[int]] = [set() for _ in range(equalities.n_rows)]
@@ -214,7 +247,36 @@ def find_witness(
 ) -> Witness | None:
     """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
 
-    ``magnitude`` scales the variables that have no box.
+    Parameters
+    ----------
+    box : PolynomialProblem
+        The problem on the box to search.
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row, to be made small.
+    complicating : ndarray of int
+        Variables that the trust region holds; the constraints are affine in the others.
+    start : ndarray, shape (n_variables,)
+    magnitude : ndarray, shape (n_variables,), optional
+        Size of the variables that have no box.
+
+    Returns
+    -------
+    Witness or None
+
+    Raises
+    ------
+    ProblemError
+        Where the box is infinite and no magnitudes are given.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> found = find_witness(problem, problem, objective, np.array([0]), np.array([1.0, 1.0]))
+    >>> found.point.round(4), round(found.value, 4)
+    (array([2. , 0.5]), 0.5)
     """
     scaling = Scaling.of_box(box, magnitude)
     scaled = scaling.apply(box)
@@ -258,6 +320,19 @@ def search(
         First trust-region radius.
     steps : int
         At most so many linearisations.
+
+    Returns
+    -------
+    ndarray, shape (n_variables,), or None
+        Feasible to the tolerances of its linear programs; :func:`verify` proves.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> search(problem, objective, np.array([0]), np.array([1.0, 0.0]), margin=1e-9).round(4)
+    array([2. , 0.5])
     """
     best = _linear_step(problem, objective, complicating, start, 0.0, margin)
     if best is None:

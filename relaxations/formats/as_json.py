@@ -25,7 +25,14 @@ _KEYS = ("format", "version", "variables", "box", "equalities", "inequalities", 
 
 
 def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomials | None = None) -> None:
-    """Write a problem, and its objective (one row) where it has one.
+    """Write a problem, and its objective where it has one.
+
+    Parameters
+    ----------
+    path : str or Path
+    problem : PolynomialProblem
+    objective : Polynomials, optional
+        One row.
 
     Examples
     --------
@@ -49,7 +56,25 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
 
 
 def statement(problem: PolynomialProblem) -> dict[str, Any]:
-    """Return a problem as JSON holds it, without format, version and objective."""
+    """Return a problem as JSON holds it, without format, version and objective.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Returns
+    -------
+    dict
+        ``variables``, ``box``, ``equalities`` and ``inequalities``.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, _ = problem_of(x, [x >= 0.5])
+    >>> statement(problem)["box"]
+    [['0x1.0000000000000p-1', None]]
+    """
 
     def end(value: float) -> str | None:
         return float(value).hex() if np.isfinite(value) else None
@@ -63,7 +88,22 @@ def statement(problem: PolynomialProblem) -> dict[str, Any]:
 
 
 def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
-    """Return ``[coefficient, radius, variables]`` for each term of each member."""
+    """Return ``[coefficient, radius, variables]`` for each term of each member.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+
+    Returns
+    -------
+    list of list of [str, str or 0, list of int]
+        Numbers in hexadecimal.
+
+    Examples
+    --------
+    >>> listed(Polynomials.from_terms([{(0, 0): 1.5, (): -1.0}]))
+    [[['-0x1.0000000000000p+0', 0, []], ['0x1.8000000000000p+0', 0, [0, 0]]]]
+    """
     rows: list[list[list[Any]]] = [[] for _ in range(polynomials.n_rows)]
     for row, factor, mid, rad in zip(
         polynomials.rows.tolist(),
@@ -79,10 +119,32 @@ def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
 def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
     """Read a problem and its objective.
 
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    problem : PolynomialProblem
+    objective : Polynomials or None
+        One row.
+
     Raises
     ------
     ProblemError
         With the file, the place in it and the cause.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "problem.json"
+    ...     written = file.write_text('{"format": "relaxations problem", "version": 1, "variables": ["x"]}')
+    ...     try:
+    ...         read_json(file)
+    ...     except ProblemError as error:
+    ...         print(str(error).removeprefix(str(file)))
+    : box, equalities, inequalities, objective is missing
     """
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))

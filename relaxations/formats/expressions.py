@@ -123,7 +123,21 @@ class Expression:
 
 @dataclass(frozen=True)
 class Constraint:
-    """``expression >= 0``, or ``expression == 0``."""
+    """``expression >= 0``, or ``expression == 0``; made by comparing expressions.
+
+    Parameters
+    ----------
+    expression : Expression
+    equality : bool
+
+    Examples
+    --------
+    >>> x, y = variables("x y")
+    >>> print(x * y <= 1)
+    -x*y + 1 >= 0
+    >>> (x == y).equality
+    True
+    """
 
     expression: Expression
     equality: bool
@@ -138,7 +152,21 @@ class Constraint:
 
 
 def variables(names: str) -> tuple[Expression, ...]:
-    """Return variables by their names, with spaces or commas between them.
+    """Return variables by their names.
+
+    Parameters
+    ----------
+    names : str
+        With spaces or commas between them.
+
+    Returns
+    -------
+    tuple of Expression
+
+    Raises
+    ------
+    ProblemError
+        For what is no name, and for one that is given twice.
 
     Examples
     --------
@@ -154,7 +182,26 @@ def variables(names: str) -> tuple[Expression, ...]:
 
 
 def constant(value: Expression | Number) -> Expression:
-    """Return a number as an expression; an expression as it is."""
+    """Return a number as an expression; an expression as it is.
+
+    Parameters
+    ----------
+    value : Expression or number
+
+    Returns
+    -------
+    Expression
+
+    Raises
+    ------
+    ProblemError
+        For what is no finite real number.
+
+    Examples
+    --------
+    >>> constant(0.1)  # the binary fraction that the float is
+    3602879701896397/36028797018963968
+    """
     if isinstance(value, Expression):
         return value
     try:
@@ -193,7 +240,16 @@ def problem_of(
     Raises
     ------
     ProblemError
-        When there are no variables, or a box is empty.
+        When there are no variables, a box is empty, or a number is too large for a float.
+
+    Examples
+    --------
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x * y, [x**2 + 4 * y**2 <= 1, x >= 0])
+    >>> problem.names, problem.lower, problem.upper
+    (('x', 'y'), array([ 0. , -0.5]), array([1. , 0.5]))
+    >>> problem.inequalities.n_rows  # x >= 0 went into the box
+    1
     """
     goal = constant(objective)
     for k, c in enumerate(constraints):
@@ -217,16 +273,46 @@ def problem_of(
 def stated_problem(
     objective: Expression, constraints: Sequence[Constraint], box: Box
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Return a problem as it stands, its variables in the order of the box; nothing is derived."""
+    """Return a problem as it stands, its variables in the order of the box; nothing is derived.
+
+    Parameters
+    ----------
+    objective : Expression
+        To be minimised.
+    constraints : sequence of Constraint
+    box : dict of name to (lower, upper)
+        Fractions, or None for no bound: of every variable that occurs.
+
+    Returns
+    -------
+    problem : PolynomialProblem
+        Boxes that no float holds are rounded outwards.
+    objective : Polynomials
+        One row.
+
+    Raises
+    ------
+    ProblemError
+        When a box is empty, or a coefficient is too large for a float.
+
+    Examples
+    --------
+    >>> x, y = variables("x y")
+    >>> problem, _ = stated_problem(x, [x**2 + y**2 <= 1], {"y": (None, None), "x": (Fraction(1, 3), None)})
+    >>> problem.names, problem.upper
+    (('y', 'x'), array([inf, inf]))
+    >>> Fraction(problem.lower[1]) <= Fraction(1, 3)
+    True
+    """
     return (
         PolynomialProblem(
             tuple(box),
             np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in box.values()]),
             np.array([np.inf if high is None else _outwards(high, 1) for _, high in box.values()]),
-            polynomials([c.expression for c in constraints if c.equality], tuple(box)),
-            polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
+            _polynomials([c.expression for c in constraints if c.equality], tuple(box)),
+            _polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
         ),
-        polynomials([objective], tuple(box)),
+        _polynomials([objective], tuple(box)),
     )
 
 
@@ -241,17 +327,30 @@ def minimise(
     constraints : sequence of Constraint
         Together they must bound every variable.
     **options
-        Those of :func:`relaxations.minimise.minimise`: method, order, tolerance, nodes, solver, progress.
+        Those of :func:`relaxations.minimise.minimise`: method, order, tolerance, nodes, seconds, solver, progress.
+
+    Returns
+    -------
+    relaxations.minimise.Minimum
 
     Raises
     ------
     ProblemError
         When a variable is not bounded, or the order is too low.
+
+    Examples
+    --------
+    >>> x, y = variables("x y")
+    >>> found = minimise(x**2 - x * y, [x >= 0, x <= 1, y >= 0, y <= 1])
+    >>> found.lower <= found.upper <= found.lower + 1e-6
+    True
+    >>> {name: round(value, 3) for name, value in found.point.items()}
+    {'x': 0.5, 'y': 1.0}
     """
     return relaxations.minimise.minimise(*problem_of(objective, constraints), **options)
 
 
-def polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
+def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
     """Return expressions as one family; coefficients that no float holds keep their rounding error."""
     place = {name: k for k, name in enumerate(names)}
     rows = [row for row, e in enumerate(expressions) for _ in e.terms]

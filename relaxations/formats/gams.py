@@ -47,7 +47,34 @@ class _Model:
 
 
 def read_gams(path: str | Path) -> tuple[PolynomialProblem, Polynomials]:
-    """Read a file; see :func:`parse_gams`."""
+    """Read a file; see :func:`parse_gams`.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row; minus what the file maximises.
+
+    Raises
+    ------
+    ProblemError
+        With the file, the line and the cause.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "model.gms"
+    ...     written = file.write_text("Variables x, z; Equations e1; e1.. z - x*x + x =E= 0; x.lo = 0; x.up = 2;"
+    ...                               "Model m / all /; Solve m using NLP minimizing z;")
+    ...     problem, objective = read_gams(file)
+    >>> problem.names, problem.upper, objective.evaluate(np.array([0.5]))
+    (('x',), array([2.]), array([-0.25]))
+    """
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError as error:

@@ -31,6 +31,10 @@ def implied_box(constraints: Sequence[tuple[Terms, bool]], box: Box) -> Box:
     box : mapping name -> (lower, upper)
         ``None`` stands for no bound.
 
+    Returns
+    -------
+    dict of name to (lower, upper)
+
     Examples
     --------
     >>> one = Fraction(1)

@@ -85,6 +85,15 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
         Coefficients of the moments; entry 0 is a constant, which the format cannot hold and the comment names.
     comment : str
 
+    Returns
+    -------
+    SDPProblem
+
+    Raises
+    ------
+    ProblemError
+        For a second-order cone of another size than 3: the conic programs of relaxations have none.
+
     Examples
     --------
     >>> from relaxations.bounding import relax
@@ -147,7 +156,30 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
 
 
 def conic_of(problem: SDPProblem) -> ConicProgram:
-    """Return a semidefinite program in the form that the solvers take."""
+    """Return a semidefinite program in the form that the solvers take.
+
+    Parameters
+    ----------
+    problem : SDPProblem
+
+    Returns
+    -------
+    ConicProgram
+        Its moments are the unknowns x, without equalities and slices.
+
+    Examples
+    --------
+    >>> program = conic_of(parse_sdpa('''
+    ... 1 = mDIM
+    ... 1 = nBLOCK
+    ... {-2}
+    ... {1.0}
+    ... 0 1 1 1 3.0
+    ... 1 1 1 1 1.0
+    ... 1 1 2 2 1.0'''))
+    >>> program.rhs - program.matrix @ np.array([4.0])  # x - 3 and x, at x = 4
+    array([1., 4.])
+    """
     order = sorted(range(len(problem.sizes)), key=lambda b: _kind(problem.sizes[b]))
     start = np.zeros(len(problem.sizes), dtype=np.int64)
     total = 0
@@ -194,7 +226,29 @@ def _height(size: int) -> int:
 
 
 def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
-    """Write a file; every float is read back as it was."""
+    """Write a file; every float is read back as it was.
+
+    Parameters
+    ----------
+    path : str or Path
+    problem : SDPProblem
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> one, zero = np.array([1]), np.array([0])
+    >>> problem = SDPProblem(np.array([0.1]), (-1,), one, zero, zero, zero, np.array([1.0]), "x >= 0")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "problem.dat-s"
+    ...     write_sdpa(file, problem)
+    ...     print(file.read_text(), end="")
+    "x >= 0
+    1
+    1
+    -1
+    0.1
+    1 1 1 1 1.0
+    """
     lines = [f'"{" ".join(problem.comment.split())}'] if problem.comment else []
     lines += [
         f"{len(problem.cost)}",
@@ -210,7 +264,32 @@ def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
 
 
 def read_sdpa(path: str | Path) -> SDPProblem:
-    """Read a file; see :func:`parse_sdpa`."""
+    """Read a file; see :func:`parse_sdpa`.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    SDPProblem
+
+    Raises
+    ------
+    ProblemError
+        With the file, the line and the cause.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "problem.dat-s"
+    ...     one, zero = np.array([1]), np.array([0])
+    ...     write_sdpa(file, SDPProblem(np.array([0.1]), (-1,), one, zero, zero, zero, np.array([1.0]), "x >= 0"))
+    ...     again = read_sdpa(file)
+    >>> again.comment, again.sizes, again.cost
+    ('x >= 0', (-1,), array([0.1]))
+    """
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
@@ -224,10 +303,32 @@ def read_sdpa(path: str | Path) -> SDPProblem:
 def parse_sdpa(text: str) -> SDPProblem:
     """Return the semidefinite program that a text states.
 
+    Parameters
+    ----------
+    text : str
+        In SDPA's sparse format.
+
+    Returns
+    -------
+    SDPProblem
+
     Raises
     ------
     ProblemError
         With the line and the cause.
+
+    Examples
+    --------
+    >>> problem = parse_sdpa('''
+    ... 1 = mDIM
+    ... 1 = nBLOCK
+    ... {2}
+    ... {1.0}
+    ... 1 1 1 1 1.0
+    ... 1 1 2 2 1.0
+    ... 0 1 1 2 -3.0''')
+    >>> round(float(problem.solve().moments[1]), 4)  # the least x with [[x, 3], [3, x]] positive semidefinite
+    3.0
     """
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
     comments = [line for _, line in lines if line.lstrip().startswith(('"', "*"))]

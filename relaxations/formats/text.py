@@ -26,7 +26,14 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of text, and the line that it stands in."""
+    """A piece of text, and the line that it stands in.
+
+    Parameters
+    ----------
+    kind : {"number", "name", "relation", "sign"}
+    text : str
+    line : int
+    """
 
     kind: str
     text: str
@@ -35,6 +42,21 @@ class Token:
 
 def tokens(text: str, line: int = 1) -> list[Token]:
     """Cut text into numbers, names, relations and signs.
+
+    Parameters
+    ----------
+    text : str
+    line : int
+        Number of its first line.
+
+    Returns
+    -------
+    list of Token
+
+    Raises
+    ------
+    ProblemError
+        With the line of what is none of these.
 
     Examples
     --------
@@ -61,6 +83,10 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
     names : mapping name -> Expression
         What each name stands for.
 
+    Returns
+    -------
+    Expression
+
     Raises
     ------
     ProblemError
@@ -77,7 +103,31 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
 
 
 def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expression:
-    """Read one polynomial from tokens; see :func:`parse`."""
+    """Read one polynomial from tokens; see :func:`parse`.
+
+    Parameters
+    ----------
+    pieces : list of Token
+    names : mapping name -> Expression
+        What each name stands for.
+
+    Returns
+    -------
+    Expression
+
+    Raises
+    ------
+    ProblemError
+        With the line and what is wrong there, or that there are no tokens.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import variables
+    >>> (x,) = variables("x")
+    >>> pieces = tokens("e1.. x*x - 1 =L= 0")
+    >>> parse_tokens(pieces[2:7], {"x": x})
+    x**2 - 1
+    """
     if not pieces:
         raise ProblemError("an expression is missing: write a polynomial")
     reader = _Reader(pieces, names)

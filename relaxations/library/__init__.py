@@ -70,6 +70,10 @@ def _entries() -> dict[str, dict[str, Any]]:
 def names() -> tuple[str, ...]:
     """Return the names of all problems.
 
+    Returns
+    -------
+    tuple of str
+
     Examples
     --------
     >>> "motzkin" in names()
@@ -80,6 +84,14 @@ def names() -> tuple[str, ...]:
 
 def load(name: str) -> NamedProblem:
     """Return a problem by its name.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    NamedProblem
 
     Raises
     ------

@@ -24,12 +24,28 @@ _RANK = 1e-9  # relative: rows are normalised to coefficients near one
 
 
 def complement(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Array | None:
-    """Return V, shape (len(basis), r), for the basis of all monomials up to ``degree``; None if V is the identity.
+    """Return V, an orthonormal basis of what is orthogonal to every ``h m``; None if it is the identity.
 
     Parameters
     ----------
     equalities : Polynomials
         Equalities in ``variables`` only.
+    variables : tuple of int
+    degree : int
+        Of the basis, all monomials in ``variables`` up to it.
+
+    Returns
+    -------
+    ndarray, shape (len(basis), r), or None
+
+    Examples
+    --------
+    >>> line = Polynomials.from_terms([{(0,): 1.0, (1,): -1.0}])  # x0 = x1
+    >>> face = complement(line, (0, 1), 1)
+    >>> face.shape  # of three monomials 1, x0, x1
+    (3, 2)
+    >>> np.abs(np.array([0.0, 1.0, -1.0]) @ face).round(9)
+    array([0., 0.])
     """
     vectors = multiples(equalities, variables, degree)
     if not len(vectors):
@@ -41,7 +57,22 @@ def complement(equalities: Polynomials, variables: tuple[int, ...], degree: int)
 
 
 def independent(vectors: Array) -> Index:
-    """Return the numbers of a largest independent set of rows, sorted."""
+    """Return the numbers of a largest independent set of rows, sorted.
+
+    Parameters
+    ----------
+    vectors : ndarray, shape (n, k)
+
+    Returns
+    -------
+    ndarray of int, shape (rank,)
+
+    Examples
+    --------
+    >>> rows = independent(np.array([[1.0, 0.0], [2.0, 0.0], [0.0, 1.0]]))
+    >>> rows  # the longer of two parallel rows
+    array([1, 2])
+    """
     _, r, pivots = qr(vectors.T, mode="economic", pivoting=True)
     diagonal = np.abs(np.diag(r))
     rank = int((diagonal > _RANK * diagonal[0]).sum())
@@ -49,14 +80,53 @@ def independent(vectors: Array) -> Index:
 
 
 def multiples(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Array:
-    """Return the coefficient vectors of all ``h m`` up to ``degree``, one row each, in order of (h, m)."""
+    """Return the coefficient vectors of all ``h m`` up to a degree, in order of (h, m).
+
+    Parameters
+    ----------
+    equalities : Polynomials
+        In ``variables`` only.
+    variables : tuple of int
+    degree : int
+
+    Returns
+    -------
+    ndarray, shape (n_multiples, n_monomials)
+        Over all monomials in ``variables`` up to the degree.
+
+    Examples
+    --------
+    >>> line = Polynomials.from_terms([{(0,): 1.0, (): -2.0}])  # x0 = 2
+    >>> multiples(line, (0,), 2)  # x0 - 2 and x0^2 - 2 x0, over 1, x0, x0^2
+    array([[-2.,  1.,  0.],
+           [ 0., -2.,  1.]])
+    """
     basis = monomials_up_to(variables, degree)
     products = multiplied(equalities, variables, degree)
     return coordinates(products, basis)
 
 
 def multiplied(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Polynomials:
-    """Return all ``h m`` up to ``degree`` as polynomials."""
+    """Return all ``h m`` up to a degree as polynomials.
+
+    Parameters
+    ----------
+    equalities : Polynomials
+        In ``variables`` only.
+    variables : tuple of int
+    degree : int
+
+    Returns
+    -------
+    Polynomials
+        One row for each multiple, in order of (h, m); none for an equality of higher degree.
+
+    Examples
+    --------
+    >>> line = Polynomials.from_terms([{(0,): 1.0, (): -2.0}])  # x0 = 2
+    >>> multiplied(line, (0,), 2).evaluate(np.array([5.0]))  # x0 - 2 and x0^2 - 2 x0
+    array([ 3., 15.])
+    """
     parts = []
     for row, own in enumerate(equalities.row_degrees().tolist()):
         if own <= degree:
@@ -65,7 +135,24 @@ def multiplied(equalities: Polynomials, variables: tuple[int, ...], degree: int)
 
 
 def coordinates(polynomials: Polynomials, basis: Factors) -> Array:
-    """Return dense coefficient vectors over ``basis``, shape (n_rows, len(basis))."""
+    """Return dense coefficient vectors over a basis.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+    basis : ndarray of int64, shape (n_monomials, degree)
+        With every monomial that occurs.
+
+    Returns
+    -------
+    ndarray, shape (n_rows, n_monomials)
+
+    Examples
+    --------
+    >>> line = Polynomials.from_terms([{(1,): 3.0, (): -2.0}])
+    >>> coordinates(line, monomials_up_to((0, 1), 1))  # over 1, x0, x1
+    array([[-2.,  0.,  3.]])
+    """
     width = max(basis.shape[1], polynomials.factors.shape[1])
     _, which = unique(np.concatenate([pad(basis, width), pad(polynomials.factors, width)]))
     place = np.zeros(int(which.max(initial=0)) + 1, dtype=np.int64)

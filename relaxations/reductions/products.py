@@ -33,6 +33,11 @@ def with_products(problem: PolynomialProblem, objective: Polynomials | None = No
     objective : Polynomials, optional
         Its monomials join cliques.
 
+    Returns
+    -------
+    PolynomialProblem
+        The one given where there is no product, or there are more than 4000.
+
     Examples
     --------
     >>> import sympy; from relaxations.problem import from_sympy

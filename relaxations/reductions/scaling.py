@@ -19,7 +19,23 @@ from relaxations.problem import PolynomialProblem
 
 @dataclass(frozen=True)
 class Scaling:
-    """The map ``x = centre + scale * t`` with t in [-1, 1]; arrays of shape (n_variables,)."""
+    """The map ``x = centre + scale * t`` with t in [-1, 1].
+
+    Parameters
+    ----------
+    centre, scale : ndarray, shape (n_variables,)
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x = sympy.Symbol("x")
+    >>> problem, objective = from_sympy(x**2, [], [], [x], {x: (2, 6)})
+    >>> scaling = Scaling.of_box(problem)
+    >>> scaling.polynomials(objective).evaluate(np.array([0.5])).round(6)  # x = 5
+    array([25.])
+    >>> scaling.recover(np.array([0.5])).round(6)
+    array([5.])
+    """
 
     centre: Array
     scale: Array

@@ -17,6 +17,16 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
 
     The variables of one constraint lie in one clique; those of a monomial of the objective too.
 
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials, optional
+
+    Returns
+    -------
+    tuple of tuple of int
+        Variables of each clique, sorted.
+
     Examples
     --------
     >>> import sympy; from relaxations.problem import from_sympy
@@ -50,7 +60,21 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
 
 
 def row_variables(polynomials: Polynomials) -> list[set[int]]:
-    """Return the set of variables of each member."""
+    """Return the set of variables of each member.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+
+    Returns
+    -------
+    list of set of int, length n_rows
+
+    Examples
+    --------
+    >>> row_variables(Polynomials.from_terms([{(0, 0, 2): 1.0, (1,): 2.0}, {(): 1.0}]))
+    [{0, 1, 2}, set()]
+    """
     sets: list[set[int]] = [set() for _ in range(polynomials.n_rows)]
     for row, factor in zip(polynomials.rows.tolist(), polynomials.factors.tolist(), strict=True):
         sets[row].update(v for v in factor if v >= 0)

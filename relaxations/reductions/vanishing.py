@@ -20,6 +20,15 @@ Product = tuple[int, ...]  # the variables of which one vanishes
 def products(problem: PolynomialProblem) -> tuple[Product, ...]:
     """Return the equalities that consist of one monomial.
 
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Returns
+    -------
+    tuple of tuple of int
+        The variables of each, one of which vanishes.
+
     Examples
     --------
     >>> import sympy; from relaxations.problem import from_sympy
@@ -36,7 +45,27 @@ def products(problem: PolynomialProblem) -> tuple[Product, ...]:
 
 
 def settle(problem: PolynomialProblem, found: tuple[Product, ...]) -> PolynomialProblem | None:
-    """Fix at zero what must be zero on the problem's box; None where no factor of some product can vanish."""
+    """Fix at zero what must be zero on the problem's box; None where no factor of some product can vanish.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    found : tuple of tuple of int
+        Its :func:`products`.
+
+    Returns
+    -------
+    PolynomialProblem or None
+        On a box that may be smaller; None proves that the set is empty.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x, y = sympy.symbols("x y")
+    >>> problem, _ = from_sympy(None, [], [x * y], [x, y], {x: (1, 2), y: (0, 3)})
+    >>> settle(problem, products(problem)).upper  # x stays away from zero
+    array([2., 0.])
+    """
     lower, upper = problem.lower.copy(), problem.upper.copy()
     for _ in range(len(found) + 1):
         fixed = 0
@@ -54,7 +83,18 @@ def settle(problem: PolynomialProblem, found: tuple[Product, ...]) -> Polynomial
 
 @dataclass(frozen=True)
 class Piece:
-    """A problem and an objective with some variables at zero, which are left out."""
+    """A problem and an objective with some variables at zero, which are left out.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    kept : ndarray of int, shape (n_kept,)
+        Numbers of the variables in the whole problem.
+    n_variables : int
+        Of the whole problem.
+    """
 
     problem: PolynomialProblem
     objective: Polynomials
@@ -69,7 +109,32 @@ class Piece:
 
 
 def piece(problem: PolynomialProblem, objective: Polynomials, found: tuple[Product, ...], point: Array) -> Piece:
-    """Return the piece of a problem around a point: of each product the factor nearest to zero is zero."""
+    """Return the piece of a problem around a point: of each product the factor nearest to zero is zero.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    found : tuple of tuple of int
+        The problem's :func:`products`.
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    Piece
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x, y = sympy.symbols("x y")
+    >>> problem, objective = from_sympy(x + y, [], [x * y], [x, y], {x: (0, 1), y: (0, 1)})
+    >>> part = piece(problem, objective, products(problem), np.array([0.1, 0.8]))
+    >>> part.problem.names, part.problem.equalities.n_rows
+    (('y',), 0)
+    >>> part.whole(np.array([0.8]))
+    array([0. , 0.8])
+    """
     n = problem.n_variables
     able = (problem.lower <= 0.0) & (problem.upper >= 0.0)
     distance = np.where(able, np.abs(point) / np.maximum(problem.upper - problem.lower, 1e-300), np.inf)
@@ -92,7 +157,27 @@ def piece(problem: PolynomialProblem, objective: Polynomials, found: tuple[Produ
 
 
 def cases(problem: PolynomialProblem, product: Product) -> list[PolynomialProblem]:
-    """Return the problem once for each factor that may vanish, fixed at zero; empty where one is fixed already."""
+    """Return the problem once for each factor that may vanish, fixed at zero; empty where one is fixed already.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    product : tuple of int
+        One of its :func:`products`.
+
+    Returns
+    -------
+    list of PolynomialProblem
+        Together they cover the set, unless a factor is fixed already.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x, y = sympy.symbols("x y")
+    >>> problem, _ = from_sympy(None, [], [x * y], [x, y], {x: (0, 1), y: (0, 2)})
+    >>> [case.upper.tolist() for case in cases(problem, (0, 1))]
+    [[0.0, 2.0], [1.0, 0.0]]
+    """
     if any(problem.lower[v] == problem.upper[v] == 0.0 for v in product):
         return []
     parts = []

@@ -84,6 +84,10 @@ def through_cvxpy() -> tuple[BackEnd, ...]:
 def back_ends() -> tuple[BackEnd, ...]:
     """Return the table: those called directly, installed or not, then cvxpy's installed ones.
 
+    Returns
+    -------
+    tuple of BackEnd
+
     Examples
     --------
     >>> [b.name for b in back_ends() if b.reached == "directly"]

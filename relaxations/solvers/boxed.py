@@ -1,6 +1,6 @@
 """A conic program with every moment held within [-1, 1], as the moments of points of the scaled box are.
 
-Nothing changes for a feasible point, and much for a solver: the dual of the wider program is
+Nothing changes for a feasible point, and much for a solver: the dual of the wider program is::
 
     maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*,
 
@@ -26,7 +26,28 @@ from relaxations.conic import ConicProgram
 
 
 def boxed(program: ConicProgram) -> tuple[ConicProgram, Index]:
-    """Return the wider program, and where the rows of the given one stand in it."""
+    """Return the wider program, and where the rows of the given one stand in it.
+
+    Parameters
+    ----------
+    program : ConicProgram
+
+    Returns
+    -------
+    wider : ConicProgram
+        With two nonnegative rows more for each moment; its slices are those of the given one.
+    rows : ndarray of int, shape (n_rows,)
+
+    Examples
+    --------
+    >>> from relaxations.conic import Cones
+    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([2.0]), Cones(0, 1, (), ()), ())  # 2 + y >= 0
+    >>> wider, rows = boxed(program)
+    >>> wider.rhs - wider.matrix @ np.array([0.5])  # and 1 - y >= 0, 1 + y >= 0
+    array([2.5, 0.5, 1.5])
+    >>> rows
+    array([0])
+    """
     n, before = program.matrix.shape[1], program.cones.zero + program.cones.nonnegative
     matrix, identity = sparse.csr_matrix(program.matrix), sparse.identity(n, format="csr")
     wider = replace(

@@ -30,7 +30,33 @@ REGULARISATION = 1e-7
 
 
 def run(_solver: str, program: ConicProgram, objective: Array, setting: str = "") -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`."""
+    """Solve; see :func:`relaxations.solvers.solve`.
+
+    Parameters
+    ----------
+    _solver : str
+        Its own name.
+    program : ConicProgram
+    objective : ndarray, shape (n_moments - 1,)
+        Without the constant.
+    setting : {"", "regularised"}
+
+    Returns
+    -------
+    stop : Stop
+    status : str
+        The solver's own word.
+    moments : ndarray, shape (n_moments - 1,)
+    dual : ndarray, shape (n_rows,)
+
+    Examples
+    --------
+    >>> from relaxations.conic import Cones
+    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
+    >>> stop, status, moments, dual = run("clarabel", program, np.array([1.0]))
+    >>> stop.name, moments.round(4), dual.round(4)
+    ('SOLVED', array([-1.]), array([1.]))
+    """
     settings = clarabel.DefaultSettings()
     if setting == "regularised":
         settings.static_regularization_constant = REGULARISATION

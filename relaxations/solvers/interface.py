@@ -57,11 +57,21 @@ class ConicSolution:
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Return the names that ``solver=`` takes on this machine."""
+    """Return the names that ``solver=`` takes on this machine.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> "clarabel" in available_solvers()
+    True
+    """
     return tuple(b.name for b in back_ends() if b.installed)
 
 
-def back_end(solver: str) -> BackEnd:
+def _back_end(solver: str) -> BackEnd:
     """Return a back end by its name.
 
     Raises
@@ -83,8 +93,27 @@ def back_end(solver: str) -> BackEnd:
 
 
 def check_solver(solver: str) -> None:
-    """Raise ProblemError unless ``solver`` is known and installed, before any work."""
-    back_end(solver)
+    """Refuse a solver that is not known or not installed, before any work.
+
+    Parameters
+    ----------
+    solver : str
+
+    Raises
+    ------
+    ProblemError
+        For an unknown solver, or one that is not installed.
+
+    Examples
+    --------
+    >>> check_solver("Clarabel")
+    >>> try:
+    ...     check_solver("sudoku")
+    ... except ProblemError as error:
+    ...     print(str(error)[:24])
+    unknown solver 'sudoku':
+    """
+    _back_end(solver)
 
 
 def attempts(solver: str) -> tuple[Attempt, ...]:
@@ -93,12 +122,25 @@ def attempts(solver: str) -> tuple[Attempt, ...]:
     Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
     all those tried counts. First-order methods are no help: they take long and stop farther off.
 
+    Parameters
+    ----------
+    solver : str
+
+    Returns
+    -------
+    tuple of Attempt
+
+    Raises
+    ------
+    ProblemError
+        For an unknown solver, or one that is not installed.
+
     Examples
     --------
     >>> [str(a) for a in attempts("clarabel")][:3]
     ['clarabel', 'clarabel boxed', 'clarabel regularised']
     """
-    own = back_end(solver)
+    own = _back_end(solver)
     others = [b for b in DIRECT if b is not own and b.installed and b.method == INTERIOR]
     return (
         *(Attempt(own.name, setting) for setting in ("", *own.settings)),
@@ -117,13 +159,27 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     attempt : Attempt or str
         A solver's name means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
+    Returns
+    -------
+    ConicSolution
+
     Raises
     ------
     ProblemError
         For an unknown solver, or one that is not installed.
+
+    Examples
+    --------
+    >>> from relaxations.bounding import relax
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, _ = problem_of(x, [x >= -1, x <= 1])
+    >>> found = solve(relax(problem, "dense", 1).program, np.array([0.0, -1.0, 1.0]))  # x^2 - x
+    >>> found.stop.name, found.moments.round(3)
+    ('SOLVED', array([1.  , 0.5 , 0.25]))
     """
     how = Attempt(attempt) if isinstance(attempt, str) else attempt
-    own = back_end(how.solver)
+    own = _back_end(how.solver)
     started = time.perf_counter()
     run = import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":

@@ -23,7 +23,37 @@ _STOPS = {
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`."""
+    """Solve; see :func:`relaxations.solvers.solve`.
+
+    Parameters
+    ----------
+    _solver : str
+        Its own name.
+    program : ConicProgram
+    objective : ndarray, shape (n_moments - 1,)
+        Without the constant.
+
+    Returns
+    -------
+    stop : Stop
+    status : str
+        The solver's own word.
+    moments : ndarray, shape (n_moments - 1,)
+    dual : ndarray, shape (n_rows,)
+
+    Raises
+    ------
+    ImportError
+        Where the package is not installed.
+
+    Examples
+    --------
+    >>> from relaxations.conic import Cones
+    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
+    >>> stop, status, moments, dual = run("scs", program, np.array([1.0]))
+    >>> stop.name, moments.round(4), dual.round(4)
+    ('SOLVED', array([-1.]), array([1.]))
+    """
     import scs  # here, for the package is optional
 
     order = _rows(program)

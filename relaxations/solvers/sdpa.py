@@ -41,7 +41,36 @@ _STOPS = {
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`."""
+    """Solve; see :func:`relaxations.solvers.solve`.
+
+    Parameters
+    ----------
+    _solver : str
+        Its own name.
+    program : ConicProgram
+    objective : ndarray, shape (n_moments - 1,)
+        Without the constant.
+
+    Returns
+    -------
+    stop : Stop
+    status : str
+        The solver's own word.
+    moments : ndarray, shape (n_moments - 1,)
+    dual : ndarray, shape (n_rows,)
+
+    Raises
+    ------
+    ImportError
+        Where the package is not installed.
+
+    Examples
+    --------
+    >>> from relaxations.solvers import available_solvers
+    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
+    >>> "sdpa" not in available_solvers() or run("sdpa", program, np.array([1.0]))[2].round(4).tolist() == [-1.0]
+    True
+    """
     # Here, for the package is optional.
     from sdpap.param import param
     from sdpap.sdpacall import sdpacall

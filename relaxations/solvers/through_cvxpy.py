@@ -24,7 +24,34 @@ _STOPS = {
 
 
 def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve with one of cvxpy's solvers; see :func:`relaxations.solvers.solve`."""
+    """Solve with one of cvxpy's solvers; see :func:`relaxations.solvers.solve`.
+
+    Parameters
+    ----------
+    solver : str
+        As cvxpy spells it.
+    program : ConicProgram
+    objective : ndarray, shape (n_moments - 1,)
+        Without the constant.
+
+    Returns
+    -------
+    stop : Stop
+    status : str
+        cvxpy's word.
+    moments : ndarray, shape (n_moments - 1,)
+    dual : ndarray, shape (n_rows,)
+        NaN where there are none; so with the moments.
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> from relaxations.conic import Cones
+    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
+    >>> stop, status, moments, dual = run("CLARABEL", program, np.array([1.0]))
+    >>> stop.name, moments.round(4), dual.round(4)
+    ('SOLVED', array([-1.]), array([1.]))
+    """
     y = cp.Variable(program.matrix.shape[1])
     slack = program.rhs - program.matrix @ y
     constraints: list[Any] = []

@@ -24,6 +24,11 @@ class Settings:
     solver : str
     tolerance : float
     rounds, nodes : int
+
+    Examples
+    --------
+    >>> Settings(rounds=3)
+    Settings(solver='clarabel', tolerance=0.0001, rounds=3, nodes=0)
     """
 
     solver: str = "clarabel"

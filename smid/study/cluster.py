@@ -33,6 +33,15 @@ def dask_executor(address: str, timeout: float = _PATIENCE) -> Iterator[Executor
     ------
     StudyError
         Where Dask is not installed, nobody answers, or there are no workers.
+
+    Examples
+    --------
+    >>> try:
+    ...     with dask_executor("10.0.0.1") as executor:  # a port is missing
+    ...         pass  # order_study(model, records, bounds, executor=executor)
+    ... except StudyError as error:
+    ...     print(str(error).partition(":")[0])
+    no Dask scheduler answers at 10.0.0.1 within 10 s
     """
     try:
         from distributed import Client

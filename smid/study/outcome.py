@@ -15,7 +15,15 @@ __all__ = ["Outcome", "Status"]
 
 
 class Status(Enum):
-    """How a cell ended."""
+    """How a cell ended.
+
+    Examples
+    --------
+    As the record of a cell spells it:
+
+    >>> Outcome(Status.EMPTY, "no parameters explain the data").to_dict()["status"]
+    'empty'
+    """
 
     CERTIFIED = "certified"
     EMPTY = "proven empty"
@@ -49,6 +57,13 @@ class Outcome:
         Wall clock.
     peak_memory : float
         Largest resident memory of the process that ran the cell, while it ran, in MB; NaN where it is not known.
+
+    Examples
+    --------
+    >>> from smid.estimate import ParameterInterval
+    >>> found = ParameterInterval("gain", "bar/mA", 1.0, 3.0, 1.5, 2.9, Proof.PROVEN, Proof.PROVEN)
+    >>> Outcome(Status.CERTIFIED, "every end meets its witness", (found,)).gap  # 0.5 of a width of 2
+    0.25
     """
 
     status: Status

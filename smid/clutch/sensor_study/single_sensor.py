@@ -54,6 +54,13 @@ class SingleSensorStudy:
         By name of a column, then by temperature.
     held_out, training : ErrorTable
         RMSE on the records that PTX has not seen, and on those that trained it.
+
+    Examples
+    --------
+    >>> errors = ErrorTable("RMSE in mm.", ("CPX", "PTX"), ("20C_step_b",), np.array([[0.3, 0.1]]))
+    >>> study = SingleSensorStudy(PTX(), {}, errors, errors)
+    >>> {record: round(times, 3) for record, times in study.advantage.items()}
+    {'20C_step_b': 3.0}
     """
 
     sensor: PTX
@@ -115,6 +122,14 @@ def train_single_sensor(
     Returns
     -------
     PTX
+
+    Examples
+    --------
+    Training takes a minute or two and is not run here.
+
+    >>> TRAINING
+    ('20C_ramp_a', '20C_step_a', '60C_ramp_a', '60C_step_a', 'm20C_ramp_a', 'm20C_step_a')
+    >>> sensor = train_single_sensor()  # doctest: +SKIP
     """
     return (sensor or PTX()).fit(load_clutch_records(TRAINING), seed=seed, starts=starts, progress=progress)
 
@@ -134,6 +149,14 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
     Returns
     -------
     SingleSensorStudy
+
+    Examples
+    --------
+    Training takes minutes and is not run here.
+
+    >>> HELD_OUT
+    ('20C_ramp_b', '20C_step_b', '60C_ramp_b', '60C_step_c', 'm20C_step_c')
+    >>> print(single_sensor_study(report=print).conclusion)  # doctest: +SKIP
     """
     tell = report or (lambda _: None)
     if sensor is None:

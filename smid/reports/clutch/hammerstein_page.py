@@ -43,6 +43,13 @@ def hammerstein_page(
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid clutch hammerstein --report hammerstein.html`` does the same.
+
+    >>> from smid.clutch.hammerstein_study import hammerstein_study
+    >>> page = hammerstein_page(hammerstein_study(), "hammerstein.html")  # doctest: +SKIP
     """
     bound, part = study.bound, study.part
     sections = (

@@ -48,6 +48,14 @@ def recursive_page(
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid clutch recursive --report recursive.html`` does the same.
+
+    >>> from smid.clutch.recursive_study import recursive_study
+    >>> from smid.clutch.set_study import set_study
+    >>> page = recursive_page(recursive_study(), set_study(), "recursive.html")  # doctest: +SKIP
     """
     unit = study.on_noise.unit
     models = list(dict.fromkeys(str(t.arx) for t in study.comparison.trackings))

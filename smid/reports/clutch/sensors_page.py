@@ -43,6 +43,13 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid clutch sensors --report sensors.html`` does the same.
+
+    >>> from smid.clutch.sensor_chapter import sensor_chapter
+    >>> page = sensors_page(sensor_chapter(), "sensors.html")  # doctest: +SKIP
     """
     plain = tuple(name for name in chapter.cross.sensors if " " not in name)
     treated = tuple(name for name in chapter.cross.sensors if " " in name)

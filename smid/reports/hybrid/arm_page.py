@@ -44,6 +44,13 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid hybrid arm --report arm.html`` does the same.
+
+    >>> from smid.hybrid.arm import arm_study
+    >>> page = arm_page(arm_study(20), "arm.html")  # doctest: +SKIP
     """
     surface = figure_6_9()
     sections = (

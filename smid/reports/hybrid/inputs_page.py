@@ -39,6 +39,13 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid hybrid inputs --report inputs.html`` does the same.
+
+    >>> from smid.design import input_study
+    >>> page = inputs_page(input_study(), "inputs.html")  # doctest: +SKIP
     """
     sections = (
         Section(

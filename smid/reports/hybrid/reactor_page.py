@@ -41,6 +41,13 @@ def reactor_page(study: ReactorStudy, path: str | PathLike[str], settings: Mappi
     ------
     OSError
         Where the path cannot be written.
+
+    Examples
+    --------
+    The study takes minutes and is not run here; ``smid hybrid reactor --report reactor.html`` does the same.
+
+    >>> from smid.hybrid.reactor import reactor_study
+    >>> page = reactor_page(reactor_study(), "reactor.html")  # doctest: +SKIP
     """
     sections = (
         Section(
