@@ -7,27 +7,13 @@ Delete the cache when the bounds have changed. The command fails where a stateme
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
 from pathlib import Path
 
+from benchmarks.resumable import kept, run
 from benchmarks.soundness.check_case import check_case
 from benchmarks.soundness.score import Outcome, markdown
-
-
-def _cached(path: Path) -> list[Outcome]:
-    if not path.exists():
-        return []
-    outcomes = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            outcomes.append(Outcome(**json.loads(line)))
-        except json.JSONDecodeError:  # an empty line, or what an interrupted run left unfinished
-            continue
-    return outcomes
 
 
 def main() -> None:
@@ -43,29 +29,19 @@ def main() -> None:
 
     wanted = [(True, seed) for seed in range(given.first, given.first + given.feasible)]
     wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
-    known = {(o.is_feasible, o.seed): o for o in _cached(given.cache)}
+    known = {(o.is_feasible, o.seed): o for o in (Outcome(**entry) for entry in kept(given.cache))}
     outcomes = [known[key] for key in wanted if key in known]
     missing = [key for key in wanted if key not in known]
     print(f"{len(wanted)} sets, {len(outcomes)} of them in {given.cache}", flush=True)
-    given.cache.parent.mkdir(parents=True, exist_ok=True)
     started = time.perf_counter()
-    with (
-        ProcessPoolExecutor(given.workers) as pool,
-        given.cache.open("a", encoding="utf-8") as cache,
-    ):
-        cache.write("\n")  # ends a line that an interrupted run left unfinished; empty lines are skipped
-        futures = [pool.submit(check_case, feasible, seed) for feasible, seed in missing]
-        for future in as_completed(futures):
-            outcome = future.result()
-            outcomes.append(outcome)
-            cache.write(json.dumps(asdict(outcome)) + "\n")
-            cache.flush()
-            if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
-                print(
-                    f"{len(outcomes):4d}/{len(wanted)} {outcome.verdict}: {outcome.kind}, {outcome.construction}, "
-                    f"seed {outcome.seed} ({outcome.seconds:.1f} s) {outcome.message}",
-                    flush=True,
-                )
+    for outcome in run(given.cache, check_case, missing, given.workers):
+        outcomes.append(outcome)
+        if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
+            print(
+                f"{len(outcomes):4d}/{len(wanted)} {outcome.verdict}: {outcome.kind}, {outcome.construction}, "
+                f"seed {outcome.seed} ({outcome.seconds:.1f} s) {outcome.message}",
+                flush=True,
+            )
     section = markdown(outcomes, time.perf_counter() - started)
     print(f"\n{section}", flush=True)
     if given.output:
