@@ -11,6 +11,8 @@ from smid import Dataset, ErrorsInVariables, Hammerstein, Model, OutputError
 from smid.signals import ramp
 
 SCALE = 0.01  # 1/mA, of the clutch's current
+CLUTCH = (-0.65142, -0.00272, 0.03903, -0.08172)
+"""Pole and gammas of the clutch thesis's model, (3.14)."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +42,13 @@ def output_error(n_samples: int, seed: int = 0) -> Known:
 def hammerstein(n_samples: int, seed: int = 0) -> Known:
     """Make a record of the clutch thesis's model (3.5), (3.14): repeated ramps of current, 0.3 bar of noise."""
     rng = np.random.default_rng(seed)
-    pole, gammas = -0.65142, (-0.00272, 0.03903, -0.08172)
+    pole, *gammas = CLUTCH
     u = np.resize(ramp(min(600, n_samples), amplitude=620.0, offset=200.0), n_samples)
     v = SCALE * u
     w = lfilter([0.0, 1 + pole], [1.0, pole], np.polyval([*gammas, 0, 0, 0], v))
     data = _dataset(u, w + rng.uniform(-0.3, 0.3, n_samples))
     model = Hammerstein(poles=1, powers=(5, 4, 3), input_scale=SCALE, stable=True)
-    return Known("Hammerstein of the clutch", model, data, {"y": 0.3}, (pole, *gammas))
+    return Known("Hammerstein of the clutch", model, data, {"y": 0.3}, CLUTCH)
 
 
 def errors_in_variables(n_samples: int, poles: int = 2, seed: int = 0) -> Known:
