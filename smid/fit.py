@@ -64,6 +64,11 @@ class Fit:
     cost: float
     n_free: int
 
+    @property
+    def is_finite(self) -> bool:
+        """Tell whether the free run stays finite over the whole record, not only where it was fitted."""
+        return all(np.isfinite(samples).all() for run in self.simulated for samples in run.values())
+
     def residual(self, data: Dataset, channel: str) -> tuple[Array, ...]:
         """Return measured minus simulated, per experiment, in the channel's unit."""
         return tuple(

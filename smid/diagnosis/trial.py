@@ -175,7 +175,7 @@ def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
 
 
 def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:
-    """Put an effect on another base in the same way, from the values it had; None where that is not possible."""
+    """Put an effect on another base in the same way, from the values it had; None where it does not go or runs away."""
     with np.errstate(all="ignore"):
         for extension in effect.extend(base.fit.model, base.site()):
             added = _added(extension.model, base.fit.model)
@@ -183,8 +183,9 @@ def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:
                 problem = _fitting(extension.model, base)
                 start = {**_known(extension, base), **dict(zip(added, trial.values.values(), strict=True))}
                 vector, cost = problem.solve(problem.start(start), _LONG)
-                if np.isfinite(cost):
-                    return _trial(effect, extension, base, problem.result(vector, cost), trial.signature)
+                fit = problem.result(vector, cost) if np.isfinite(cost) else None
+                if fit is not None and fit.is_finite:
+                    return _trial(effect, extension, base, fit, trial.signature)
     return None
 
 
