@@ -3,6 +3,7 @@
 
 PYTHON ?= python3
 WORKERS ?= 2
+STARTED := $(shell date +%s)
 
 # The stamps say when the environment was last brought in line with pyproject.toml.
 READY := .venv/ready.stamp
@@ -18,7 +19,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_N
 .PHONY: help demo test check docs bench notebooks clean
 
 help:
-	@echo "make demo       identify the bundled clutch record, diagnose where it fails, write a report"
+	@echo "make demo       identify the bundled clutch record, diagnose where it fails, open a report"
 	@echo "make test       run the tests"
 	@echo "make check      lint, format, types, import layers, documentation"
 	@echo "make docs       build the documentation in build/docs"
@@ -27,7 +28,7 @@ help:
 	@echo "make clean      remove the environment and every cache"
 
 demo: $(READY)
-	.venv/bin/smid demo
+	.venv/bin/smid demo --since $(STARTED)
 
 test: $(READY)
 	$(ONE_THREAD) .venv/bin/pytest -n $(WORKERS)

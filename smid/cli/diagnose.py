@@ -5,7 +5,6 @@ from __future__ import annotations
 import click
 
 from smid.binding import bind
-from smid.cli.documents import diagnose_document
 from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data
 from smid.cli.options import json_option, record_options, report_option
@@ -15,6 +14,7 @@ from smid.diagnosis import EFFECTS, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.models import load_model
 from smid.reports import report as write_report
+from smid.reports.documents import diagnose_document
 
 
 def _list_effects(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -107,15 +107,13 @@ def diagnose(
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
-    if report is not None:
-        settings = {
-            "noise bound": "none" if noise_bound is None else f"{noise_bound:g} {diagnosis.unit}".rstrip(),
-            "effects": "all" if chosen is None else ", ".join(chosen),
-            "held out": f"{holdout:g} of the record, at its end",
-            "command": "smid diagnose",
-        }
-        write_report(diagnosis, report, settings=settings)
-        outputs.say(f"report: {report}")
+    settings = {
+        "noise bound": "none" if noise_bound is None else f"{noise_bound:g} {diagnosis.unit}".rstrip(),
+        "effects": "all" if chosen is None else ", ".join(chosen),
+        "held out": f"{holdout:g} of the record, at its end",
+        "command": "smid diagnose",
+    }
+    outputs.write_report(lambda path: write_report(diagnosis, path, settings=settings))
     if diagnosis.interrupted:
         click.echo("interrupted: effects that were not tried yet may explain more", err=True)
         context.exit(INTERRUPTED)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -26,6 +25,7 @@ from smid.data import Dataset
 from smid.identify import identify
 from smid.models import OutputError
 from smid.reports import versions
+from smid.reports.pdf import find_browser
 
 EXTRAS = {
     "pandas": (("pandas",), "Dataset.from_pandas and to_pandas"),
@@ -38,7 +38,6 @@ EXTRAS = {
 }
 """The extras that pip knows, the modules they bring, and what for."""
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 TRUE_POLE = -0.5
 
@@ -116,7 +115,7 @@ def installation() -> dict[str, Any]:
             name: {"missing": [module for module in modules if find_spec(module) is None], "gives": gives}
             for name, (modules, gives) in EXTRAS.items()
         },
-        "browser": next((path for path in map(shutil.which, BROWSERS) if path), None),
+        "browser": find_browser(),
     }
 
 

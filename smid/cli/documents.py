@@ -1,88 +1,26 @@
-"""The JSON documents of the command line: versioned, described field by field in docs/json.md."""
+"""Read and write the JSON documents of the command line; docs/json.md describes them field by field."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import Any
 
 import click
 
-from smid.data import Dataset
-from smid.diagnosis import Diagnosis
-from smid.error_bound import ErrorBound
-from smid.estimate import Estimate
-from smid.identify import EmptyFeasibleSetError
-from smid.models import Model, ModelError
-from smid.reports import versions, write_text
-from smid.validate import Validation
+from smid.models import ModelError
+from smid.reports import write_text
+from smid.reports.documents import IDENTIFY, Document, as_text
 
-IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
-DIAGNOSE, DOCTOR = "smid.diagnose/1", "smid.doctor/1"
+__all__ = ["DOCTOR", "read_estimate", "write_document"]
 
-Document = dict[str, Any]
-
-
-def identify_document(
-    estimate: Estimate, error_bound: ErrorBound | None, validations: Sequence[Validation]
-) -> Document:
-    """Return what ``smid identify --json`` writes."""
-    return {
-        "schema": IDENTIFY,
-        "estimate": estimate.to_dict(),
-        "error_bound": None if error_bound is None else error_bound.to_dict(),
-        "validations": [v.to_dict() for v in validations],
-        "versions": versions(),
-    }
-
-
-def empty_document(error: EmptyFeasibleSetError, error_bound: ErrorBound | None) -> Document:
-    """Return what ``smid identify --json`` writes where no parameters explain the data."""
-    return {
-        "schema": IDENTIFY,
-        "empty": {
-            "message": str(error),
-            "least_bound": error.least_bound,
-            "samples": [{"experiment": e, "index": k, "weight": w} for e, k, w in error.samples],
-        },
-        "error_bound": None if error_bound is None else error_bound.to_dict(),
-        "versions": versions(),
-    }
-
-
-def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Document:
-    """Return what ``smid error-bound --json`` writes."""
-    return {
-        "schema": ERROR_BOUND,
-        "error_bound": bound.to_dict(),
-        "model": model.to_dict(),
-        "data": {
-            "source": data.source,
-            "checksum": data.checksum,
-            "samples": data.n_samples,
-            "sampling_time": data.sampling_time,
-        },
-        "versions": versions(),
-    }
-
-
-def validate_document(validations: Sequence[Validation]) -> Document:
-    """Return what ``smid validate --json`` writes."""
-    return {"schema": VALIDATE, "validations": [v.to_dict() for v in validations], "versions": versions()}
-
-
-def diagnose_document(diagnosis: Diagnosis) -> Document:
-    """Return what ``smid diagnose --json`` writes."""
-    return {**diagnosis.to_dict(), "schema": DIAGNOSE, "versions": versions()}
+DOCTOR = "smid.doctor/1"
 
 
 def write_document(target: str, document: Document) -> None:
     """Write a document to a file, or to standard output where the target is ``-``."""
-    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
     if target == "-":
-        click.echo(text)
+        click.echo(as_text(document), nl=False)
     else:
-        write_text(target, text + "\n")
+        write_text(target, as_text(document))
 
 
 def read_estimate(text: str, path: str) -> Document:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import click
 
 from relaxations.hierarchy import Reason
-from smid.cli.documents import error_bound_document
 from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import data_options, json_option, report_option, solver_options
@@ -13,6 +12,7 @@ from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_error_bound, verbose_option
 from smid.error_bound import error_bound as least_bound
 from smid.reports import data_report
+from smid.reports.documents import error_bound_document
 
 
 @click.command("error-bound")
@@ -47,13 +47,16 @@ def error_bound(
         bound = least_bound(bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress)
     log_error_bound(bound)
     outputs.say(bound)
-    outputs.write(error_bound_document(bound, bound_model, dataset))
-    if report is not None:
-        settings = {"method asked for": method, "order asked for": str(order or "usual"), "solver": solver}
-        title = f"Least noise bound of {bound.channel}"
-        sentence = f"{str(bound)[0].upper()}{str(bound)[1:]}."
-        data_report(report, title, sentence, bound_model, dataset, bound, settings=settings)
-        outputs.say(f"report: {report}")
+    document = error_bound_document(bound, bound_model, dataset)
+    outputs.write(document)
+    settings = {"method asked for": method, "order asked for": str(order or "usual"), "solver": solver}
+    title = f"Least noise bound of {bound.channel}"
+    sentence = f"{str(bound)[0].upper()}{str(bound)[1:]}."
+    outputs.write_report(
+        lambda path: data_report(
+            path, title, sentence, bound_model, dataset, bound, settings=settings, document=document
+        )
+    )
     if bound.reason is Reason.INTERRUPTED:
         click.echo("interrupted: what is printed is proven", err=True)
         context.exit(INTERRUPTED)

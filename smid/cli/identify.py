@@ -8,7 +8,6 @@ import click
 
 from relaxations.hierarchy import Reason
 from smid.binding import bind
-from smid.cli.documents import empty_document, identify_document
 from smid.cli.face import EMPTY, INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import (
@@ -29,7 +28,9 @@ from smid.feasible import check_data
 from smid.identify import EmptyFeasibleSetError
 from smid.identify import identify as identify_model
 from smid.models import Model, ModelError
-from smid.reports import data_report, report
+from smid.reports import data_report
+from smid.reports import report as write_report
+from smid.reports.documents import empty_document, identify_document
 from smid.validate import Validation
 from smid.validate import validate as validate_model
 
@@ -172,9 +173,7 @@ def publish(
     for run in runs:
         outputs.say(f"\nvalidation on {run.data.source}\n{run}")
     outputs.write(identify_document(estimate, enclosure, runs))
-    if outputs.report is not None:
-        report(estimate, outputs.report, enclosure, runs, settings=settings)
-        outputs.say(f"report: {outputs.report}")
+    outputs.write_report(lambda path: write_report(estimate, path, enclosure, runs, settings=settings))
 
 
 def interrupted(estimate: Estimate) -> bool:
@@ -191,14 +190,9 @@ def _tell_empty(
     settings: dict[str, str],
 ) -> None:
     outputs.say(proof)
-    outputs.write(empty_document(proof, enclosure))
-    if outputs.report is not None:
-        data_report(
-            outputs.report,
-            "No parameters explain the data",
-            str(proof),
-            model,
-            data,
-            error_bound=enclosure,
-            settings=settings,
-        )
+    document = empty_document(proof, enclosure)
+    outputs.write(document)
+    title = "No parameters explain the data"
+    outputs.write_report(
+        lambda path: data_report(path, title, str(proof), model, data, enclosure, settings=settings, document=document)
+    )

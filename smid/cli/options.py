@@ -92,4 +92,6 @@ solver_options = apply_all(
 json_option = click.option(
     "--json", "json_", metavar="F", help="Write the result as JSON (docs/json.md); - is standard output."
 )
-report_option = click.option("--report", type=FILE, metavar="F", help="Write the result as an HTML page.")
+report_option = click.option(
+    "--report", type=FILE, metavar="F", help="Write the result as a page: .html, .pdf (by Chromium), .md or .json."
+)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from smid.cli.outputs import Outputs
-from smid.reports import versions
+from smid.reports.documents import study_document
 
 
 class Study(Protocol):
@@ -27,7 +27,5 @@ def publish(
 ) -> None:
     """Print the study of a command, ``clutch records``, say, and write the files that were asked for."""
     outputs.say(study)
-    outputs.write({"schema": f"smid.{command.replace(' ', '-')}/1", **study.to_dict(), "versions": versions()})
-    if outputs.report is not None:
-        page(outputs.report, {**(settings or {}), "command": f"smid {command}"})
-        outputs.say(f"report: {outputs.report}")
+    outputs.write(study_document(command.replace(" ", "-"), study.to_dict()))
+    outputs.write_report(lambda path: page(path, {**(settings or {}), "command": f"smid {command}"}))

@@ -21,8 +21,8 @@ from smid.data import DataError, Dataset
 from smid.error_bound import error_bound as least_bound
 from smid.estimate import round_up
 from smid.models import Model
+from smid.reports import report as write_report
 from smid.reports.chapter import together
-from smid.reports.study_page import study_page
 from smid.study import dask_executor, order_study
 
 FOLDER = click.Path(file_okay=False)
@@ -164,7 +164,7 @@ def study(
         "samples": "all" if samples is None else ", ".join(map(str, samples)),
         "solver": solver,
     }
-    publish(outputs, "study", found, lambda path, asked: study_page(found, path, asked), settings)
+    publish(outputs, "study", found, lambda path, asked: write_report(found, path, settings=asked), settings)
     if found.interrupted:
         kept = folder or resume
         cure = f"go on with --resume {kept} in place of --folder" if kept else "with --folder DIR it could be resumed"

@@ -6,13 +6,15 @@ from pathlib import Path
 
 import click
 
-from smid.cli.documents import read_estimate, validate_document
+from smid.cli.documents import read_estimate
 from smid.cli.loading import load_data
 from smid.cli.options import FILE, json_option, report_option
 from smid.cli.outputs import Outputs
 from smid.data.read_csv import read_text
 from smid.models import Model
 from smid.reports import data_report
+from smid.reports.documents import validate_document
+from smid.reports.page import capitalised
 from smid.validate import validate as validate_model
 
 
@@ -49,9 +51,9 @@ def validate(
     runs = [validate_model(model, record, bound) for record in records]
     for run in runs:
         outputs.say(f"{run.data.source}\n{run}\n")
-    outputs.write(validate_document(runs))
-    if report is not None:
-        worst = min(score.fit_percent for run in runs for score in run.scores)
-        sentence = f"Free runs over {len(runs)} record(s): the lowest fit is {worst:.2f} %."
-        data_report(report, f"{model.name}: validation", sentence, model, validations=runs)
-        outputs.say(f"report: {report}")
+    document = validate_document(runs)
+    outputs.write(document)
+    worst = min(score.fit_percent for run in runs for score in run.scores)
+    sentence = f"Free runs over {len(runs)} record(s): the lowest fit is {worst:.2f} %."
+    title = f"{capitalised(model.name)}: validation"
+    outputs.write_report(lambda path: data_report(path, title, sentence, model, validations=runs, document=document))

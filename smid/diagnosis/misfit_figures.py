@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from smid.diagnosis.autoregression import Array
 from smid.diagnosis.misfit import Misfit
 from smid.diagnosis.structure import DIRECTIONS, Structure, input_direction
-from smid.reports.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
+from smid.reports.style import BLUE, GREEN, GRID, INK, ORANGE, PAPER, RED, SKY, WIDTH, style
 
 _MOST_POINTS = 2500
 _MOST_CHANNELS = 4
@@ -94,7 +94,8 @@ def misfit_figure(misfit: Misfit) -> Figure:
                 seen = {DIRECTIONS[d].split()[0]: _COLOURS[d] for d in np.unique(directions) if d < 4}
                 for word, ink in seen.items():
                     axes.plot([], [], linestyle="", marker="o", markersize=3, color=ink, label=f"{misfit.input} {word}")
-                figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+                handles, labels = axes.get_legend_handles_labels()
+                figure.legend(handles, labels, loc="outside lower center", ncols=3, title="points over the input level")
         figure.align_ylabels()
     return figure
 
@@ -159,7 +160,7 @@ def _dressed(axes: Axes, misfit: Misfit, found: Structure | None) -> None:
             color=INK,
             marker="s",
             markersize=3.5,
-            markerfacecolor="white",
+            markerfacecolor=PAPER,
             zorder=5,
         )
     axes.grid(True, linewidth=0.4)

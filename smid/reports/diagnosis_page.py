@@ -3,62 +3,59 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from os import PathLike
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure, spoken
 from smid.models import Parameter
-from smid.reports import mathml
-from smid.reports.page import render_page
-from smid.reports.style import inline_svg
-from smid.reports.writing import check_writable, write_text
+from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
+from smid.reports.documents import diagnose_document
+from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
+from smid.table import Table
+
+__all__ = ["diagnosis_page"]
 
 _TOLD_ODDS = 1e6
+_NO_FAULT = (
+    "No fault found: no rounding, stuck sensor, glitch, irregular sampling, feedback from output to input, or lack of "
+    "excitation."
+)
 
 
-def diagnosis_report(
+def diagnosis_page(
     diagnosis: Diagnosis,
-    path: str | PathLike[str],
     *,
     notes: Sequence[str] = (),
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
-) -> Path:
-    """Write the page of a diagnosis; see :func:`smid.report`."""
-    check_writable(path)
-    better = diagnosis.model is not diagnosis.base
-    marked = diagnosis.new_parameters
-    page = render_page(
-        "diagnosis.html.j2",
-        data=diagnosis.data,
-        links=links,
-        title=_title(diagnosis),
-        d=diagnosis,
-        g=diagnosis.gain,
-        better=better,
-        ambiguous=diagnosis.verdict is Verdict.AMBIGUOUS,
-        conclusion=_conclusion(diagnosis),
-        overview=inline_svg(
-            before_and_after(diagnosis), f"{diagnosis.output} measured and simulated, and the errors", "overview"
-        ),
-        misfit=inline_svg(
-            diagnosis.misfit.plot(), "The error of the base model against what it may depend on", "misfit"
-        ),
-        causes=[_cause(number, cause, diagnosis) for number, cause in enumerate(diagnosis.causes)],
-        experiment=_experiment(diagnosis),
-        equations=mathml.equations(diagnosis.model, marked),
-        values=[_value(p, diagnosis, p.name in marked) for p in diagnosis.model.parameters],
-        skipped={spoken(name): _skipped(why) for name, why in diagnosis.skipped.items()},
-        dropped=[spoken(name) for name in diagnosis.dropped],
-        fall=_fall(diagnosis.gain.rmse_before, diagnosis.gain.rmse_after),
-        notes=notes,
-        settings=settings,
+) -> Page:
+    """Return the page of a diagnosis; see :func:`smid.report`."""
+    sections = (
+        *_experiment(diagnosis),
+        _misfit(diagnosis),
+        Section("The evidence", tuple(_evidence(diagnosis))),
+        *_rivals(diagnosis),
+        Section("The data themselves", (_faults(diagnosis),)),
+        _model(diagnosis),
+        _gain(diagnosis),
+        *_skipped(diagnosis),
+        data_section(diagnosis.data, drawn=True),
+        _not_proven(diagnosis),
     )
-    return write_text(path, page)
+    return Page(
+        _title(diagnosis),
+        tuple(_result(diagnosis, notes)),
+        sections,
+        diagnose_document(diagnosis),
+        is_simulated([diagnosis.data.source]),
+        settings or {},
+        links or {},
+    )
+
+
+def _is_better(diagnosis: Diagnosis) -> bool:
+    return diagnosis.model is not diagnosis.base
 
 
 def _title(diagnosis: Diagnosis) -> str:
@@ -84,79 +81,242 @@ def _conclusion(diagnosis: Diagnosis) -> str:
     return " ".join(f"{words[min(k, 3)]}: {spoken(c.effect)}. {c.sentence}" for k, c in enumerate(diagnosis.causes))
 
 
-def _cause(number: int, cause: Cause, diagnosis: Diagnosis) -> dict[str, Any]:
+def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
+    yield _conclusion(diagnosis)
+    ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
+    rest = "see below which experiment would tell more" if ambiguous else "no effect of the library explains it"
+    left = f" What is left is still more than noise: {rest}." if diagnosis.unexplained else ""
+    yield diagnosis.gain_sentence + left
+    if diagnosis.interrupted:
+        yield coloured("Interrupted: effects that were not tried yet may explain more.", "bad")
+    yield from notes
+
+
+def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
+    if diagnosis.experiment is None:
+        return
+    sentence = diagnosis.experiment.sentence
+    for name in diagnosis.experiment.rivals:
+        sentence = sentence.replace(name, spoken(name))
+    picture = Picture(
+        experiment_figure(diagnosis.experiment, diagnosis),
+        "The input to apply. It stays within the range that the record covers.",
+        "The input of the experiment to do next",
+    )
+    yield Section("The experiment to do next", (sentence, picture))
+
+
+def _misfit(diagnosis: Diagnosis) -> Section:
+    wrong = diagnosis.causes or diagnosis.unexplained
+    return Section(
+        "What the simulation gets wrong" if wrong else "How the simulation compares",
+        (
+            diagnosis.misfit.sentence,
+            Picture(
+                before_and_after(diagnosis),
+                "Free runs: the models see the input only. Shaded: data that no fit has seen.",
+                f"{diagnosis.output} measured and simulated, and the errors",
+            ),
+            Picture(
+                diagnosis.misfit.plot(),
+                "The error of the base model against what it may depend on. Squares: means of bins. Percentages: share "
+                "of the error's variance, corrected for chance.",
+                "The error of the base model against what it may depend on",
+            ),
+        ),
+    )
+
+
+def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
+    bound = diagnosis.misfit.noise_bound
+    if diagnosis.proof:
+        yield diagnosis.proof.sentence
+        yield (
+            "This holds for every value of its free parameters, not only for the fitted ones. The certificate was "
+            "evaluated with every rounding error enclosed."
+        )
+    elif bound is None:
+        yield "No noise bound was given. So it was not tried to prove that the base model cannot explain the data."
+    else:
+        within = _number(bound, diagnosis.unit)
+        yield f"There is no proof that the base model cannot explain the data within {within}."
+    if not diagnosis.causes:
+        yield (
+            "No effect lowers the error on held-out data by more than chance would, with all that were tried taken "
+            "into account."
+        )
+        return
+    for cause in diagnosis.causes:
+        yield Heading(capitalised(spoken(cause.effect)) + (f" ({cause.label})" if cause.label else ""))
+        yield cause.sentence
+        yield _facts(cause, diagnosis.unit)
+        if cause.parameters:
+            header = ("parameter", "value", "interval", "no effect at", '"no effect" is', "interval from")
+            yield Table("", header, tuple(_parameter(p) for p in cause.parameters), "lrrrrl")
+    yield Remark(
+        "Confidence: against all other effects that were tried, and against chance. Effects that are not in the "
+        "library were not tried."
+    )
+
+
+def _facts(cause: Cause, unit: str) -> Facts:
     evidence = cause.evidence
     facts = {"confidence": _confidence(cause.confidence)}
-    unit = f" {diagnosis.unit}".rstrip()
     if "chance" in evidence:
-        facts["held-out RMSE"] = f"{evidence['rmse_before']:.4g} to {evidence['rmse_after']:.4g}{unit}" + (
-            f" ({_fall(evidence['rmse_before'], evidence['rmse_after'])})"
-        )
+        before, after = evidence["rmse_before"], evidence["rmse_after"]
+        facts["held-out RMSE"] = f"{before:.4g} to {_number(after, unit)} ({_fall(before, after)})"
         facts["chance of such a gain by accident"] = _chance(evidence["chance"])
         shares = [f"{100 * evidence[f'structure_{when}']:.0f} % {when}" for when in ("before", "after")]
         facts["share of the error that follows from its own past"] = ", ".join(shares)
     else:
         facts |= {spoken(k): f"{v:.4g}" for k, v in evidence.items() if k not in ("rmse_before", "rmse_after")}
-    picture = ""
-    if cause.rivals:
-        figure = rivals_figure(cause, diagnosis.unit)
-        picture = inline_svg(figure, f"Held-out error with {cause.effect} and its rivals", f"rivals-{number}")
-    return {
-        "name": spoken(cause.effect),
-        "label": cause.label,
-        "sentence": cause.sentence,
-        "facts": facts,
-        "parameters": [_parameter(p) for p in cause.parameters],
-        "rivals": [_rival(r, unit) for r in cause.rivals],
-        "picture": picture,
-    }
+    return Facts(tuple(facts.items()))
 
 
-def _parameter(p: CauseParameter) -> dict[str, Any]:
-    excluded = p.null is not None and p.lower is not None and p.upper is not None and not p.lower <= p.null <= p.upper
-    return {
-        "symbol": mathml.symbol(p.name, [p.name]),
-        "unit": p.unit,
-        "value": f"{p.value:.4g}",
-        "interval": "none" if p.lower is None or p.upper is None else f"{p.lower:.4g} to {p.upper:.4g}",
-        "null": "shapes the effect" if p.null is None else f"{p.null:.4g}",
-        "verdict": "" if p.null is None or p.lower is None else "excluded" if excluded else "not excluded",
-        "kind": "certified" if p.proven else "three standard deviations of the fit",
-    }
-
-
-def _rival(rival: Rival, unit: str) -> dict[str, str]:
-    odds = "more than a million to 1" if rival.odds >= _TOLD_ODDS else f"{rival.odds:.3g} to 1"
-    return {"name": spoken(rival.effect), "rmse": f"{rival.rmse:.4g}{unit}", "odds": odds, "why": rival.why}
-
-
-def _experiment(diagnosis: Diagnosis) -> dict[str, str] | None:
-    if diagnosis.experiment is None:
-        return None
-    picture = inline_svg(
-        experiment_figure(diagnosis.experiment, diagnosis), "The input of the experiment to do next", "experiment"
+def _parameter(p: CauseParameter) -> tuple[str, ...]:
+    known = p.lower is not None and p.upper is not None
+    verdict = ""
+    if p.null is not None and p.lower is not None and p.upper is not None:
+        verdict = "not excluded" if p.lower <= p.null <= p.upper else coloured("excluded", "good")
+    kind = "certified" if p.proven else "three standard deviations of the fit"
+    return (
+        parameter(p.name, p.unit, new=True),
+        f"{p.value:.4g}",
+        f"{p.lower:.4g} to {p.upper:.4g}" if known else "none",
+        "shapes the effect" if p.null is None else f"{p.null:.4g}",
+        verdict,
+        kind if known else "",
     )
-    sentence = diagnosis.experiment.sentence
-    for name in diagnosis.experiment.rivals:
-        sentence = sentence.replace(name, spoken(name))
-    return {"sentence": sentence, "picture": picture}
 
 
-def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> dict[str, Any]:
+def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
+    blocks: list[Block] = []
+    for number, cause in enumerate(diagnosis.causes):
+        if not cause.rivals:
+            continue
+        if len(diagnosis.causes) > 1:
+            blocks.append(Heading(capitalised(spoken(cause.effect))))
+        beside = " beside those found before" if number else ""
+        blocks += [
+            Picture(
+                rivals_figure(cause, diagnosis.unit),
+                f"Held-out error of the model with each effect{beside}.",
+                f"Held-out error with {spoken(cause.effect)} and its rivals",
+            ),
+            Table(
+                "",
+                (f"instead of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
+                tuple(_rival(rival, diagnosis.unit) for rival in cause.rivals),
+                "lrrl",
+            ),
+        ]
+    ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
+    if blocks:
+        yield Section("The effects it may be" if ambiguous else "The rivals, and why they lost", tuple(blocks))
+
+
+def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
+    odds = "more than a million to 1" if rival.odds >= _TOLD_ODDS else f"{rival.odds:.3g} to 1"
+    return spoken(rival.effect), _number(rival.rmse, unit), odds, rival.why
+
+
+def _faults(diagnosis: Diagnosis) -> Block:
+    if not diagnosis.faults:
+        return _NO_FAULT
+    return Items(
+        tuple(
+            joined(coloured("Warning.", "bad"), f" {fault.sentence}") if fault.severity == "warning" else fault.sentence
+            for fault in diagnosis.faults
+        )
+    )
+
+
+def _model(diagnosis: Diagnosis) -> Section:
+    better, marked = _is_better(diagnosis), diagnosis.new_parameters
+    name = capitalised(diagnosis.model.name)
+    told = joined(f"{name}. What is new is ", coloured("highlighted", "new"), ".") if marked else f"{name}."
+    return Section(
+        "The extended model" if better else "The model",
+        (
+            joined(told, " A subscript is the sample."),
+            equations(diagnosis.model, marked),
+            Table(
+                "",
+                _columns(diagnosis, "parameter"),
+                tuple(_value(p, diagnosis, p.name in marked) for p in diagnosis.model.parameters),
+                "lrr" if better else "lr",
+            ),
+        ),
+    )
+
+
+def _columns(diagnosis: Diagnosis, first: str) -> tuple[str, ...]:
+    return (first, "base model", *(("extended model",) if _is_better(diagnosis) else ()))
+
+
+def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
     value, before = diagnosis.model.values.get(p.name), diagnosis.base.values.get(p.name)
     # A fixed parameter carries its value in its box.
     value = p.lower if value is None and p.lower == p.upper else value
-    return {
-        "symbol": mathml.symbol(p.name, [p.name] if new else ()),
-        "unit": p.unit,
-        "new": new,
-        "before": "" if before is None else f"{before:.5g}",
-        "value": "" if value is None else f"{value:.5g}",
-    }
+    name = parameter(p.name, p.unit, new=new)
+    cells = tuple("" if number is None else f"{number:.5g}" for number in (before, value))
+    return (joined(name, " ", coloured("new", "new")) if new else name, *cells[: 1 + _is_better(diagnosis)])
 
 
-def _skipped(why: str) -> str:
-    return f"not tried: it {why}" if why.startswith("does not") else f"not tried: it needs {why}"
+def _gain(diagnosis: Diagnosis) -> Section:
+    g, better, unit = diagnosis.gain, _is_better(diagnosis), diagnosis.unit
+    held = f"Free runs over {g.samples} held-out samples, which no fit has seen"
+    rows = [
+        ("RMSE", _number(g.rmse_before, unit), _number(g.rmse_after, unit)),
+        ("fit", _number(g.fit_percent_before, "%", ".2f"), _number(g.fit_percent_after, "%", ".2f")),
+        (
+            "least noise bound that explains them (largest error)",
+            _number(g.noise_bound_before, unit),
+            _number(g.noise_bound_after, unit),
+        ),
+    ]
+    if g.violations_before is not None:
+        beyond = f"samples beyond {_number(diagnosis.misfit.noise_bound, unit)}"
+        rows.append((beyond, f"{g.violations_before} of {g.samples}", f"{g.violations_after} of {g.samples}"))
+    return Section(
+        "Before and after" if better else "How good the model is",
+        (
+            f"{held}: the error is {_fall(g.rmse_before, g.rmse_after)}." if better else f"{held}.",
+            Table(
+                "",
+                _columns(diagnosis, "held-out data"),
+                tuple(row if better else row[:2] for row in rows),
+                "lrr" if better else "lr",
+            ),
+        ),
+    )
+
+
+def _skipped(diagnosis: Diagnosis) -> Iterator[Section]:
+    rows = [
+        (spoken(name), f"not tried: it {why}" if why.startswith("does not") else f"not tried: it needs {why}")
+        for name, why in diagnosis.skipped.items()
+    ]
+    rows += [(spoken(name), "named at first; not missed once the others were found") for name in diagnosis.dropped]
+    if rows:
+        yield Section("Not tried, or taken back", (Facts(tuple(rows)),))
+
+
+def _not_proven(diagnosis: Diagnosis) -> Section:
+    named = (
+        "That the named cause is the true one. It is the effect of the library that explains these data best, and by "
+        "how much is told above."
+        if diagnosis.causes
+        else "That nothing is wrong. Effects outside the library were not tried, and an effect that these data do not "
+        "excite cannot be seen in them."
+    )
+    model = "extended model" if _is_better(diagnosis) else "model"
+    elsewhere = f"That the {model} holds elsewhere: in ranges, temperatures or rates that the record does not cover."
+    return Section("What this page does not prove", (Items((named, elsewhere)),))
+
+
+def _number(value: float | None, unit: str, digits: str = ".4g") -> str:
+    return "unknown" if value is None else f"{value:{digits}} {unit}".rstrip()
 
 
 def _confidence(value: float) -> str:

@@ -16,6 +16,7 @@ from smid.models.parts import Line, Measurement
 from smid.models.symbols import VALUE, signal, t
 
 _DIGITS = 6
+_LINE = 60  # letters of a formula that a page holds in one line
 
 
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
@@ -57,7 +58,7 @@ def equations(model: Model, new: Collection[str] = ()) -> list[str]:
 
 
 def priors(model: Model) -> list[str]:
-    """Return the boxes of the parameters and the constraints as rows of MathML.
+    """Return the constraints and the boxes of the parameters as rows of MathML.
 
     Examples
     --------
@@ -65,7 +66,7 @@ def priors(model: Model) -> list[str]:
     >>> len(priors(OutputError(na=2, stable=True)))
     5
     """
-    return [_box(p) for p in model.parameters] + [_relation(c, "≥", sympy.Integer(0)) for c in model.constraints]
+    return [_relation(c, "≥", sympy.Integer(0)) for c in model.constraints] + [_box(p) for p in model.parameters]
 
 
 def symbol(name: str, new: Collection[str] = ()) -> str:
@@ -85,14 +86,25 @@ def _content(expression: sympy.Expr, new: Collection[str] = ()) -> str:
 
 
 def _relation(left: sympy.Expr, sign: str, right: sympy.Expr, new: Collection[str] = ()) -> str:
-    return f"<math>{_content(left)}<mo>{sign}</mo>{_content(right, new)}</math>"
+    return _sum(f"{_content(left)}<mo>{sign}</mo>", right, new)
+
+
+def _sum(head: str, expression: sympy.Expr, new: Collection[str]) -> str:
+    """Print each term as a formula of its own: a browser breaks lines between formulas only."""
+    first, *others = expression.as_ordered_terms() if len(str(expression)) > _LINE else [expression]
+    rows = [f"<math>{head}{_content(first, new)}</math>"]
+    for term in others:
+        negative = term.could_extract_minus_sign()
+        sign = f'<mo form="infix">{"−" if negative else "+"}</mo>'
+        rows.append(f"<math>{sign}{_content(-term if negative else term, new)}</math>")
+    return " ".join(rows)
 
 
 def _line(line: Line, new: Collection[str]) -> str:
     if line.rate:
         name = _content(sympy.Symbol(line.signal))
         derivative = f"<mfrac><mrow><mi>d</mi>{name}</mrow><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
-        return f"<math>{derivative}<mo>=</mo>{_content(line.expression, new)}</math>"
+        return _sum(f"{derivative}<mo>=</mo>", line.expression, new)
     return _relation(line.target, "=", line.expression, new)
 
 

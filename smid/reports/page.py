@@ -1,69 +1,94 @@
-"""What all pages share: the frame, the record, and what it was computed with."""
+"""What pages share: the section on the data, that on a model's equations, and the label of simulated data."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
-from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from collections.abc import Collection, Iterable, Iterator
 
 from smid.data import Dataset
-from smid.data.resample import Resampling
+from smid.models import Model
+from smid.reports import mathml
+from smid.reports.content import Block, Equations, Facts, Picture, Rich, Section, joined
 from smid.reports.figures import data_figure
-from smid.reports.style import inline_svg
-from smid.reports.versions import versions
+
+__all__ = ["capitalised", "data_section", "equations", "is_simulated", "parameter", "priors"]
 
 
-def render_page(
-    template: str,
-    *,
-    data: Dataset | None,
-    sources: Sequence[str] = (),
-    links: Mapping[str, str] | None = None,
-    **content: Any,
-) -> str:
-    """Fill a template.
+def is_simulated(sources: Iterable[str]) -> bool:
+    """Tell whether one of the sources says that its numbers come from a simulation."""
+    return any("simulated" in source.casefold() for source in sources)
+
+
+def capitalised(text: str) -> str:
+    """Return the text with a capital at its beginning, and the rest as it is."""
+    return text[:1].upper() + text[1:]
+
+
+def parameter(name: str, unit: str, *, new: bool = False) -> Rich:
+    """Return a parameter with its unit, for a table."""
+    symbol = Rich(name, mathml.symbol(name, [name] if new else ()))
+    return joined(symbol, f" [{unit}]" if unit else "")
+
+
+def equations(model: Model, new: Collection[str] = ()) -> Equations:
+    """Return the lines and measurements of a model, with parameters that are new highlighted."""
+    rows = mathml.equations(model, new)
+    return Equations("Equations", _paired(model.equations().rows[: len(rows)], rows))
+
+
+def priors(model: Model) -> Equations:
+    """Return the constraints and the boxes of the parameters."""
+    rows = mathml.priors(model)
+    begin = len(model.lines) + len(model.measurements)
+    return Equations("Prior knowledge", _paired(model.equations().rows[begin : begin + len(rows)], rows))
+
+
+def _paired(latex: Iterable[str], rows: Iterable[str]) -> tuple[Rich, ...]:
+    return tuple(Rich(text, html) for text, html in zip(latex, rows, strict=True))
+
+
+def data_section(data: Dataset, *, drawn: bool) -> Section:
+    """Return the section on the record, or on several that were put together.
 
     Parameters
     ----------
-    template : str
-        Its file name in ``templates``.
-    data : Dataset or None
-        The record to show.
-    sources : sequence of str
-        Where further numbers on the page come from: one that is simulated labels the page.
-    links : mapping str -> str, optional
-        Words -> address, relative to the page.
-    **content
-        What the template names beside these.
-
-    Returns
-    -------
-    str
-        The page.
+    data : Dataset
+    drawn : bool
+        Whether to show the samples.
     """
-    environment = Environment(
-        loader=PackageLoader("smid.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    named = [*sources, *([data.source] if data is not None else [])]
-    return environment.get_template(template).render(
-        data=data,
-        data_picture=None if data is None else inline_svg(data_figure(data), "The samples over time", "data"),
-        resampled=[] if data is None else _resampled(data),
-        simulated=any("simulated" in source.casefold() for source in named),
-        links=links or {},
-        versions=versions(),
-        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        **content,
-    )
+    return Section("Data", tuple(_data(data, drawn)))
 
 
-def _resampled(data: Dataset) -> list[tuple[str, Resampling]]:
-    """Return the experiments whose time stamps were irregular, each with what was done about it."""
-    pairs = zip(data.experiments, data.resampling, strict=False)  # empty where there were no time stamps
-    return [(run.name, record) for run, record in pairs if record.method != "none"]
+def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
+    if is_simulated([data.source]):
+        label = Rich("Simulated.", '<span class="label">simulated</span>')
+        yield joined(
+            label, " These data come from a simulation. They show that the method works, not how a real plant behaves."
+        )
+    samples = f"{data.n_samples}, every {data.sampling_time:.6g} s"
+    if len(data.experiments) > 1:
+        samples += f", in {len(data.experiments)} experiments: {', '.join(run.name for run in data.experiments)}"
+    if data.n_init:
+        samples += f"; the first {data.n_init} of each for warm-up"
+    roles = {channel: data.role(channel.name) for channel in data.channels}
+    channels = ", ".join(f"{channel} ({role})" if role else str(channel) for channel, role in roles.items())
+    yield Facts(
+        (
+            ("source", data.source or "arrays in memory"),
+            ("samples", samples),
+            ("channels", channels),
+            ("SHA-256 of the numbers", Rich(data.checksum, f"<code>{data.checksum}</code>")),
+        )
+    )
+    for run, record in zip(data.experiments, data.resampling, strict=False):  # empty where there were no time stamps
+        if record.method != "none":
+            added = "".join(
+                f" Interpolation adds up to about {error:.3g} {data.channel(name).unit} to the error of {name}."
+                for name, error in record.curvature_error.items()
+            )
+            yield (
+                f"Irregular time stamps ({run.name}): {record.n_original} samples were interpolated linearly. Mean "
+                f"interval {record.mean_interval:.4g} s, jitter up to {record.jitter_max:.3g} s (RMS "
+                f"{record.jitter_rms:.3g} s).{added} The noise bound must cover this too."
+            )
+    if drawn:
+        yield Picture(data_figure(data), "The samples that were used.", "The samples over time")

@@ -1,4 +1,4 @@
-"""The one verb of this package: write a result as one self-contained HTML page."""
+"""The one verb of this package: write a result as a page, in the format that the path names."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, overload
 
 from smid.error_bound import ErrorBound
 from smid.estimate import Estimate
-from smid.reports.html import estimate_report
+from smid.reports.estimate_page import estimate_page
+from smid.reports.formats import check_report, write_page
 from smid.validate import Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
+    from smid.study.study import Study
 
 
 @overload
@@ -41,8 +43,17 @@ def report(
 ) -> Path: ...
 
 
+@overload
 def report(
-    result: Estimate | Diagnosis,
+    result: Study,
+    path: str | PathLike[str],
+    *,
+    settings: Mapping[str, str] | None = None,
+) -> Path: ...
+
+
+def report(
+    result: Estimate | Diagnosis | Study,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -52,12 +63,15 @@ def report(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write an estimate or a diagnosis as one HTML page: no network, light and dark, for screen, phone and paper.
+    """Write an estimate, a diagnosis or a study as one page.
 
     Parameters
     ----------
-    result : Estimate or Diagnosis
+    result : Estimate, Diagnosis or Study
     path : str or path
+        Its suffix names the format. ``.html``: one file that needs no network, for light and dark screens, phones and
+        paper. ``.pdf``: the same printed by Chromium, with the HTML beside it; where there is no Chromium, the HTML
+        alone. ``.md``: Markdown, its figures as SVG in a folder beside it. ``.json``: the same as data (docs/json.md).
     error_bound : ErrorBound, optional
         Shown where it was computed; estimates only.
     validations : sequence of Validation
@@ -78,10 +92,17 @@ def report(
 
     Raises
     ------
+    ValueError
+        Where the suffix of the path names no format.
     OSError
-        Where the path cannot be written; :func:`check_writable` tells before any long work.
+        Where the path cannot be written; :func:`check_report` tells both before any long work.
     TypeError
-        For a diagnosis with what belongs to an estimate.
+        For a diagnosis or a study with what belongs to another result.
+
+    Warns
+    -----
+    PdfWarning
+        Where no PDF could be printed: why, and what helps.
 
     Examples
     --------
@@ -93,13 +114,19 @@ def report(
     ...     report(estimate, Path(folder) / "report.html").name
     'report.html'
     """
+    check_report(path)
     if isinstance(result, Estimate):
-        return estimate_report(
-            result, path, error_bound, validations, truth=truth, notes=notes, settings=settings, links=links
-        )
-    # A diagnosis draws itself in the look of this package: imported at the top, the two would be a circle.
-    from smid.reports.diagnosis_page import diagnosis_report
-
+        page = estimate_page(result, error_bound, validations, truth=truth, notes=notes, settings=settings, links=links)
+        return write_page(page, path)
     if error_bound is not None or validations or truth is not None:
-        raise TypeError("error_bound, validations and truth belong to an estimate: leave them out for a diagnosis")
-    return diagnosis_report(result, path, notes=notes, settings=settings, links=links)
+        raise TypeError("error_bound, validations and truth belong to an estimate: leave them out")
+    # A diagnosis and a study draw themselves in the look of this package: imported at the top, that would be a circle.
+    from smid.diagnosis.diagnosis import Diagnosis
+    from smid.reports.diagnosis_page import diagnosis_page
+    from smid.reports.study_page import study_page
+
+    if isinstance(result, Diagnosis):
+        return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
+    if notes or links:
+        raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out for a study")
+    return write_page(study_page(result, settings=settings), path)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike
-from pathlib import Path
 
-from smid.reports.chapter import Picture, Section, chapter_report, together
+from smid.reports.chapter import chapter_page, together
+from smid.reports.content import Page, Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.page import capitalised
 from smid.study import Status, Study
 
 __all__ = ["study_page"]
@@ -19,24 +20,8 @@ _HOW = (
 )
 
 
-def study_page(study: Study, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
-    """Write the page of a study.
-
-    Parameters
-    ----------
-    study : Study
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    OSError
-        Where the path cannot be written.
-    """
+def study_page(study: Study, *, settings: Mapping[str, str] | None = None) -> Page:
+    """Return the page of a study; see :func:`smid.report`."""
     certified = {cell.record for cell, outcome in study.done if outcome.status is Status.CERTIFIED}
     pictures = tuple(
         Picture(
@@ -47,15 +32,15 @@ def study_page(study: Study, path: str | PathLike[str], settings: Mapping[str, s
         if record in certified
     )
     sections = (
-        Section("What varies", (), (), pictures),
-        Section("All cells", _HOW, (study.table,), ()),
+        *((Section("What varies", pictures),) if pictures else ()),
+        Section("All cells", (*_HOW, study.table)),
         *((Section("Cells without intervals", study.messages),) if study.messages else ()),
     )
-    return chapter_report(
-        path,
-        f"{study.model.name[0].upper()}{study.model.name[1:]}: a study",
+    return chapter_page(
+        f"{capitalised(study.model.name)}: a study",
         study.conclusion,
-        sections if pictures else sections[1:],
+        sections,
         together(study.records),
+        document=study_document("study", study.to_dict()),
         settings=settings,
     )

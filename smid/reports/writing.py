@@ -68,11 +68,16 @@ def write_text(path: str | PathLike[str], text: str) -> Path:
     ...     write_text(Path(folder) / "a.txt", "whole").read_text()
     'whole'
     """
+    return write_bytes(path, text.encode())
+
+
+def write_bytes(path: str | PathLike[str], content: bytes) -> Path:
+    """Write bytes as :func:`write_text` does text."""
     check_writable(path)
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(content)
         os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)

@@ -6,6 +6,7 @@ Reference: hybrid thesis, section 2.4.2, figure 2.5.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -79,6 +80,7 @@ def plot_spread(
         for axis, label in zip(rows[-1], ("time [s]", input_label, "lag [s]"), strict=True):
             axis.set_xlabel(label)
         middle = rows[len(pairs) // 2]
-        for axis, label in zip(middle, (input_label, output_label, "autocovariance"), strict=True):
+        squared = re.sub(r".*\[(.+)\]$|.*", lambda unit: f" [{unit[1]}²]" if unit[1] else "", input_label, count=1)
+        for axis, label in zip(middle, (input_label, output_label, f"autocovariance{squared}"), strict=True):
             axis.set_ylabel(label)
     return figure

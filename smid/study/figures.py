@@ -147,8 +147,9 @@ def _widths(
         for one in series:
             points = sorted((place(c), o.intervals[number].width) for c, o in one.at(keep) if o.intervals)
             axes.plot([x for x, _ in points], [width for _, width in points], **one.look)
-        axes.margins(x=0.12, y=0.12)
-        axes.set_ylim(bottom=0)
+        axes.margins(x=0.12)
+        widths = [width for line in axes.lines for width in np.asarray(line.get_ydata()) if np.isfinite(width)]
+        axes.set_ylim(0, 1.08 * max(widths, default=0.0) or 1.0)
         axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         axes.set_xlabel(label)
 

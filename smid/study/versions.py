@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import relaxations
+from smid.versions import PACKAGES
 
 __all__ = ["computing_versions"]
 
@@ -15,7 +16,6 @@ __all__ = ["computing_versions"]
 # come from, and not the pages and commands that show them.
 _SMID, _RELAXATIONS = Path(__file__).parents[1], Path(relaxations.__path__[0])
 _SOURCES = ((_RELAXATIONS, "**/*.py"), (_SMID, "*.py"), (_SMID, "data/*.py"), (_SMID, "models/*.py"))
-_PACKAGES = ("smid", "numpy", "scipy", "sympy", "cvxpy", "clarabel")
 
 
 @cache
@@ -24,7 +24,7 @@ def _own() -> tuple[tuple[str, str], ...]:
     for folder, pattern in _SOURCES:
         for path in sorted(folder.glob(pattern)):
             digest.update(path.read_bytes())
-    return ("code", digest.hexdigest()[:16]), *((name, version(name)) for name in _PACKAGES)
+    return ("code", digest.hexdigest()[:16]), *((name, version(name)) for name in PACKAGES)
 
 
 def computing_versions() -> dict[str, str]:

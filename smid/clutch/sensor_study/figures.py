@@ -41,11 +41,12 @@ def structure_figure(study: StructureTable) -> Figure:
     with style():
         figure = Figure(figsize=(WIDTH, 1.0 + 0.3 * len(rows)), layout="constrained")
         axes = figure.subplots()
-        for marker, colour, label, errors in (
-            ("o", BLUE, "ours, simulated records", [row.mse for row in rows]),
-            ("s", ORANGE, "thesis, its data", [row.printed for row in rows]),
+        for marker, size, colour, label, errors in (
+            ("s", 8, ORANGE, "thesis, its data", [row.printed for row in rows]),
+            ("o", 5, BLUE, "ours, simulated records", [row.mse for row in rows]),
         ):
-            axes.plot(np.array(errors) / errors[0], places, marker=marker, linestyle="", color=colour, label=label)
+            shares = np.array(errors) / errors[0]
+            axes.plot(shares, places, marker, markersize=size, color=colour, label=label)
         axes.set_xscale("log")
         axes.set_yticks(places, [row.name for row in rows])
         axes.invert_yaxis()
@@ -100,7 +101,7 @@ def _curve(traces: SensorTraces) -> Figure:
     figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
     axes = figure.subplots()
     kept = slice(None, None, max(1, traces.measured.size // _MOST_POINTS))
-    axes.scatter(traces.pressure[kept], traces.measured[kept], s=3, linewidths=0, color=BLUE, alpha=0.5)
+    axes.plot(traces.pressure[kept], traces.measured[kept], ".", markersize=1.5, color=BLUE)
     axes.set_xlabel("pressure [bar]")
     axes.set_ylabel("position [mm]")
     axes.grid(True, linewidth=0.4, color=GRID)
@@ -125,10 +126,11 @@ def error_figure(errors: ErrorTable) -> Figure:
         figure = Figure(figsize=(max(WIDTH, 1.4 + 0.55 * len(across)), 1.0 + 0.26 * len(down)), layout="constrained")
         axes = figure.subplots()
         shades = np.log10(np.maximum(values, 1e-6))
-        axes.imshow(shades, cmap="YlOrBr", aspect="auto")
-        middle = 0.5 * (shades.min() + shades.max())
+        image = axes.imshow(shades, cmap="YlOrBr", aspect="auto")
         for (row, column), error in np.ndenumerate(values):
-            ink = "white" if shades[row, column] > middle else INK
+            red, green, blue, _ = image.to_rgba(shades[row, column])
+            # Not the ink of the page, which is light on a dark one: the shades stay as they are.
+            ink = "black" if 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2 > 0.18 else "white"
             axes.text(column, row, f"{error:.2f}", ha="center", va="center", fontsize=7, color=ink)
         axes.set_xticks(range(len(across)), across, rotation=40, ha="right", rotation_mode="anchor")
         axes.set_yticks(range(len(down)), down)

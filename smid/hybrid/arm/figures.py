@@ -117,7 +117,9 @@ def surface_figure(surface: CostSurface) -> Figure:
         space.plot_surface(along, across, height, cmap="viridis", linewidth=0.0, rcount=80, ccount=80)
         space.set(title="log10 of the RMS error", xlabel=one, ylabel=two)
         space.view_init(elev=38, azim=-60)
-        space.tick_params(labelsize=6)
+        space.tick_params(labelsize=7)
+        for axis in (space.xaxis, space.yaxis, space.zaxis):
+            axis.set_pane_color("none")  # light panes would shine on a dark page
         flat = figure.add_axes((0.62, 0.16, 0.36, 0.7))
         flat.contourf(along, across, height, levels=24, cmap="viridis")
         flat.plot(*surface.least, "o", markersize=4, color=RED, markeredgecolor=INK, markeredgewidth=0.5)

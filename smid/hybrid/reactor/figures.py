@@ -51,7 +51,7 @@ def output_error_figure(study: OutputErrors) -> Figure:
             axes.grid(True, axis="x", linewidth=0.4, color=GRID)
             axes.set_xlabel("largest output error [mol/m³]")
         panels[0].set_yticks(np.arange(count), [plant.replace("_", " ") for plant in study.plants])
-        panels[0].invert_yaxis()
+        panels[0].set_ylim(count - 0.5, -0.5)
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure

@@ -7,8 +7,11 @@ from os import PathLike
 from pathlib import Path
 
 from smid.clutch.hammerstein_study import FACTOR, HammersteinStudy
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import chapter_page
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
 from smid.reports.figures import intervals_figure
+from smid.reports.formats import write_page
 
 __all__ = ["hammerstein_page"]
 
@@ -41,8 +44,8 @@ def hammerstein_page(
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -53,7 +56,7 @@ def hammerstein_page(
     """
     bound, part = study.bound, study.part
     sections = (
-        Section("The thesis beside this study", tables=(study.beside_thesis,)),
+        Section("The thesis beside this study", (study.beside_thesis,)),
         Section(
             "Phase 1: error bound",
             (
@@ -64,14 +67,16 @@ def hammerstein_page(
         ),
         Section(
             "Choice of the structure",
-            (study.structures.conclusion,),
-            (study.structures.table,),
+            (
+                study.structures.conclusion,
+                study.structures.table,
+            ),
         ),
         Section(
             "Phase 2: parameter intervals",
-            (study.orders.conclusion,),
-            (study.orders.table,),
             (
+                study.orders.conclusion,
+                study.orders.table,
                 Picture(
                     intervals_figure(study.estimate),
                     f"Intervals at order {study.orders.orders[-1]} and {FACTOR:g} times the least noise bound, each "
@@ -81,15 +86,18 @@ def hammerstein_page(
         ),
         Section(
             "Widths against the noise bound",
-            ("At the least noise bound the feasible set shrinks to a point, whatever the truth is.",),
-            (study.widths.table,),
-            (Picture(study.widths.plot(), "Widths of the certified intervals over the noise bound."),),
+            (
+                "At the least noise bound the feasible set shrinks to a point, whatever the truth is.",
+                study.widths.table,
+                Picture(study.widths.plot(), "Widths of the certified intervals over the noise bound."),
+            ),
         ),
         Section(
             "Phase 3: validation",
-            ("Free runs of the central model over all records, as in figures 3.3 and 3.4 of the thesis.",),
-            (),
-            (Picture(study.plot(), "Pressure, measured and simulated freely, and the error with the noise bound."),),
+            (
+                "Free runs of the central model over all records, as in figures 3.3 and 3.4 of the thesis.",
+                Picture(study.plot(), "Pressure, measured and simulated freely, and the error with the noise bound."),
+            ),
         ),
         Section(
             "Rivals on the same records",
@@ -97,15 +105,16 @@ def hammerstein_page(
                 "Least squares fits the free run to the same part, with the same structure and with all powers up to "
                 "5. HS20 is the latter on 20C_step_a, the way the thesis made its own. The thesis's model and its HS20 "
                 "are run as printed.",
+                study.runs.table,
+                Picture(study.runs.plot(), "RMSE of the free runs, model by model and record by record."),
             ),
-            (study.runs.table,),
-            (Picture(study.runs.plot(), "RMSE of the free runs, model by model and record by record."),),
         ),
         Section(
             "What the thesis prints, and what a certificate allows",
-            study.printed.findings,
-            (study.printed.consistency, study.printed.table),
             (
+                *study.printed.findings,
+                study.printed.consistency,
+                study.printed.table,
                 Picture(
                     study.printed.plot(),
                     "Intervals on data of the thesis's central model with its noise bound, and what the thesis prints.",
@@ -113,12 +122,13 @@ def hammerstein_page(
             ),
         ),
     )
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Clutch, section 3.2: the Hammerstein model in three phases",
         study.conclusion,
         sections,
         study.validation.data,
+        document=study_document("clutch-hammerstein", study.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)

@@ -7,7 +7,10 @@ from os import PathLike
 from pathlib import Path
 
 from smid.clutch.overview import RecordOverview
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import chapter_page
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 
 __all__ = ["records_page"]
 
@@ -34,8 +37,8 @@ def records_page(
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -46,12 +49,21 @@ def records_page(
     """
     picture = Picture(overview.plot(), "Current, pressure and position of each record, in percent of the largest.")
     count = len(overview.data.experiments)
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Clutch: the simulated records",
         f"{count} records of current, pressure, position and temperature, all simulated.",
-        (Section("Records", (), (overview.table,), (picture,)),),
+        (
+            Section(
+                "Records",
+                (
+                    overview.table,
+                    picture,
+                ),
+            ),
+        ),
         overview.data,
+        document=study_document("clutch-records", overview.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)

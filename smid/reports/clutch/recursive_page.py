@@ -9,7 +9,10 @@ from pathlib import Path
 from smid.clutch.recursive_study import THESIS, RecursiveStudy
 from smid.clutch.set_study import SetStudy
 from smid.recursive import Tracking
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import chapter_page
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 from smid.table import Table, figure
 
 __all__ = ["recursive_page"]
@@ -46,8 +49,8 @@ def recursive_page(
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -60,19 +63,18 @@ def recursive_page(
     unit = study.on_noise.unit
     models = list(dict.fromkeys(str(t.arx) for t in study.comparison.trackings))
     sections = (
-        Section("The thesis beside this study", tables=(_beside_thesis(study),)),
+        Section("The thesis beside this study", (_beside_thesis(study),)),
         Section(
             "What an a posteriori error of 2e-14 means",
             (
                 study.meaning,
                 "With gain 1 the normalised gradient moves the parameters, at each sample, until they explain that "
                 "very sample. Whatever the data are, its error is then zero but for rounding.",
-            ),
-            (),
-            tuple(
-                Picture(tracking.plot(), f"{tracking.method} on {tracking.record}: output, errors, parameters.")
-                for tracking in _on(study, _SHOWN, models[0])
-                if tracking.method == study.on_noise.method
+                *(
+                    Picture(tracking.plot(), f"{tracking.method} on {tracking.record}: output, errors, parameters.")
+                    for tracking in _on(study, _SHOWN, models[0])
+                    if tracking.method == study.on_noise.method
+                ),
             ),
         ),
         Section(
@@ -80,9 +82,9 @@ def recursive_page(
             (
                 f"One step ahead the error is least at gain {figure(study.gains.best)}. Holding the last pressure errs "
                 f"by {figure(study.gains.trackings[0].held.rmse)} {unit} RMS.",
+                study.gains.table,
+                Picture(study.gains.plot(), "RMSE of the three errors over the adaptation gain."),
             ),
-            (study.gains.table,),
-            (Picture(study.gains.plot(), "RMSE of the three errors over the adaptation gain."),),
         ),
         Section(
             "All methods on all records, figures 3.8 to 3.20",
@@ -90,9 +92,9 @@ def recursive_page(
                 "One step ahead an estimator competes with holding the last pressure. A free run, with the last "
                 "parameters frozen, tells whether there is a model. 20C_step_b, 60C_step_c and m20C_step_c are the "
                 "records with hysteresis. A dash: the run grew without bound.",
+                *(_by_record(study, model, kind, unit) for model in models for kind in ("one step ahead", "free run")),
+                Picture(study.plot(), "RMSE of the three errors, method by method and record by record."),
             ),
-            tuple(_by_record(study, model, kind, unit) for model in models for kind in ("one step ahead", "free run")),
-            (Picture(study.plot(), "RMSE of the three errors, method by method and record by record."),),
         ),
         Section(
             "Recursive set-membership: known plants",
@@ -100,9 +102,10 @@ def recursive_page(
                 "At every sample the estimator certifies intervals that hold the parameters. They hold more than the "
                 "batch intervals do, for an update must be cheap.",
                 sets.change,
+                sets.against_batch,
+                sets.at_end,
+                Picture(sets.plot(), "Certified intervals in time of a plant whose pole changes half way."),
             ),
-            (sets.against_batch, sets.at_end),
-            (Picture(sets.plot(), "Certified intervals in time of a plant whose pole changes half way."),),
         ),
         Section(
             "Recursive set-membership: the actuator",
@@ -110,19 +113,20 @@ def recursive_page(
                 "An empty set proves that no constant parameters, with a stable pole and coefficients within 1 bar, "
                 "explain the samples since the set was begun. The thesis concludes that every input range has a model "
                 "of its own; here it is proven, with times, that none serves for all.",
+                sets.of_records,
             ),
-            (sets.of_records,),
         ),
     )
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Clutch, section 3.3: recursive estimation, and recursive set-membership",
         f"{study.meaning} {sets.conclusion}",
         sections,
         study.comparison.trackings[0].data,
+        document=study_document("clutch-recursive", {"estimators": study.to_dict(), "sets": sets.to_dict()}),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)
 
 
 def _on(study: RecursiveStudy, record: str, model: str) -> list[Tracking]:

@@ -9,7 +9,10 @@ from pathlib import Path
 from smid.clutch.records import load_clutch_records
 from smid.clutch.sensor_chapter import SensorChapter
 from smid.clutch.sensor_study import ErrorTable
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import chapter_page
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 from smid.table import Table
 
 __all__ = ["sensors_page"]
@@ -41,8 +44,8 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -57,9 +60,8 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
         *(
             Section(
                 f"Table {study.number}: {study.subject}",
-                (),
-                (study.table,),
                 (
+                    study.table,
                     Picture(
                         study.plot(), f"Errors of table {study.number}, ours and the thesis's, each over its first."
                     ),
@@ -72,24 +74,24 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
             (
                 "A sensor trained at one temperature fails at the others, and one that never saw the loops fails on "
                 "records with hysteresis: 20C_step_b, 60C_step_c and m20C_step_c.",
-            ),
-            (_part(chapter.cross, plain).table,),
-            (
+                _part(chapter.cross, plain).table,
                 Picture(_part(chapter.cross, plain).plot(), "The sensors as they are, on every record."),
                 Picture(_part(chapter.cross, treated).plot(), "With median filter or dead zone, on every record."),
             ),
         ),
         Section(
             "Figures 5.2 to 5.29",
-            ("Figures 5.1, 5.10 and 5.15 of the thesis are drawings of structures.",),
-            (_errors(chapter),),
-            tuple(
-                Picture(
-                    traces.plot(),
-                    f"Figure {number}: {', '.join(traces.simulated) or 'position over pressure'}; "
-                    f"{', '.join(traces.records)}.",
-                )
-                for number, traces in chapter.traces.items()
+            (
+                "Figures 5.1, 5.10 and 5.15 of the thesis are drawings of structures.",
+                _errors(chapter),
+                *(
+                    Picture(
+                        traces.plot(),
+                        f"Figure {number}: {', '.join(traces.simulated) or 'position over pressure'}; "
+                        f"{', '.join(traces.records)}.",
+                    )
+                    for number, traces in chapter.traces.items()
+                ),
             ),
         ),
         Section(
@@ -98,26 +100,30 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
                 chapter.single.conclusion,
                 "It reads pressure and temperature. Play operators, their thresholds found in training, tell the "
                 "branch of the loop.",
+                chapter.single.held_out.table,
+                chapter.single.training.table,
+                Picture(chapter.single.plot(), "Errors on the held-out records, sensor by sensor."),
             ),
-            (chapter.single.held_out.table, chapter.single.training.table),
-            (Picture(chapter.single.plot(), "Errors on the held-out records, sensor by sensor."),),
         ),
         Section(
             "An interval for the position",
-            (chapter.intervals.conclusion,),
-            (chapter.intervals.table,),
-            (Picture(chapter.intervals.plot(), "A part of each held-out record with its interval."),),
+            (
+                chapter.intervals.conclusion,
+                chapter.intervals.table,
+                Picture(chapter.intervals.plot(), "A part of each held-out record with its interval."),
+            ),
         ),
     )
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Clutch, chapter 5: virtual sensors of the position",
         f"{chapter.single.conclusion} {chapter.intervals.conclusion}",
         sections,
         load_clutch_records(),
+        document=study_document("clutch-sensors", chapter.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)
 
 
 def _part(errors: ErrorTable, sensors: tuple[str, ...]) -> ErrorTable:

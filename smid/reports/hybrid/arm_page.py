@@ -11,7 +11,10 @@ import numpy as np
 from smid.hybrid.arm import ArmStudy, ModulatingFilter, NetworkRuns, figure_6_9, held_record
 from smid.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.hybrid.arm.figures import friction_figure, response_figure
-from smid.reports.chapter import Picture, Section, chapter_report, together
+from smid.reports.chapter import chapter_page, together
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 from smid.signals import TABLE_F1
 
 __all__ = ["arm_page"]
@@ -42,8 +45,8 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -59,18 +62,15 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
             (
                 "What Euler's method errs, the constants make up for. Under the exact motion all four are found, "
                 "sticking too, which the thesis found at its start whatever it did.",
+                study.white_table,
             ),
-            (study.white_table,),
-            (),
         ),
         Section(
             "Alternating and input error",
             (
                 "Both see speed and acceleration, so that nothing has to be simulated. Their inertia is right; the "
                 "networks come out with the jump at rest, without it, or with one that goes down.",
-            ),
-            (study.network_table,),
-            (
+                study.network_table,
                 Picture(friction_figure(_one_of_each(study.input_error), _SPEEDS), "Figure 6.11: networks by shape."),
                 Picture(response_figure(ModulatingFilter(), 0.02), "The modulating filter as a differentiator."),
             ),
@@ -85,23 +85,25 @@ def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, 
                 "13 Nm, so a small share does not show that the step is right: its own column does.",
                 "Figure 6.9: one neuron without biases leaves two weights, and a narrow, bent valley, twice because "
                 "both may change their signs; beside it slopes lead away from it, to plateaus of large weights.",
-            ),
-            (study.embedded.table,),
-            (
+                study.embedded.table,
                 Picture(study.embedded.plot(), "1/J of every run; the line is the plant's."),
-                Picture(surface.plot(), "Free-run error over both weights; the red point is the least."),
+                Picture(
+                    surface.plot(),
+                    "Free-run error [rad] over both weights, which have no unit; the red point is the least.",
+                ),
             ),
         ),
     )
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Hybrid models of a rotating arm",
         study.conclusion,
         sections,
         together({name: held_record(sines) for name, sines in TABLE_F1.items()}),
+        document=study_document("hybrid-arm", study.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)
 
 
 def _one_of_each(runs: NetworkRuns) -> dict[str, np.ndarray]:

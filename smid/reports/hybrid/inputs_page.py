@@ -9,7 +9,10 @@ from pathlib import Path
 
 from smid.data import Dataset
 from smid.design import InputStudy
-from smid.reports.chapter import Picture, Section, chapter_report, together
+from smid.reports.chapter import chapter_page, together
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 
 __all__ = ["inputs_page"]
 
@@ -37,8 +40,8 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -54,15 +57,16 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
                 "No starting value: the constants are sought over orders of magnitude, and each bound is proven.",
                 "Sticking is proven where the arm creeps. A signal that rushes through zero speed leaves Ws open: what "
                 "the first instants hold of it is more than these bounds prove (see the least deviations).",
+                study.table,
+                Picture(study.plot_intervals(), "Intervals; orange: not within a factor of two. Line: the truth."),
             ),
-            (study.table,),
-            (Picture(study.plot_intervals(), "Intervals; orange: not within a factor of two. Line: the truth."),),
         ),
         Section(
             "Excitation and spread",
-            ("The order of excitation counts frequencies; it says nothing of where a nonlinear plant is driven to.",),
-            (),
-            (Picture(study.plot_spread(), "Inputs, input-output pairs, and autocovariances."),),
+            (
+                "The order of excitation counts frequencies; it says nothing of where a nonlinear plant is driven to.",
+                Picture(study.plot_spread(), "Inputs, input-output pairs, and autocovariances."),
+            ),
         ),
     )
     records = {
@@ -71,12 +75,13 @@ def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[
         )
         for row in study.rows
     }
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Inputs of the rotating arm",
         study.conclusion,
         sections,
         replace(together(records), source="rotating arm (simulated)"),
+        document=study_document("hybrid-inputs", study.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)

@@ -8,7 +8,10 @@ from pathlib import Path
 
 from smid.hybrid.estimate import ERRORS
 from smid.hybrid.reactor import ReactorStudy, reactor_record
-from smid.reports.chapter import Picture, Section, chapter_report, together
+from smid.reports.chapter import chapter_page, together
+from smid.reports.content import Picture, Section
+from smid.reports.documents import study_document
+from smid.reports.formats import write_page
 
 __all__ = ["reactor_page"]
 
@@ -39,8 +42,8 @@ def reactor_page(study: ReactorStudy, path: str | PathLike[str], settings: Mappi
 
     Raises
     ------
-    OSError
-        Where the path cannot be written.
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
 
     Examples
     --------
@@ -56,28 +59,34 @@ def reactor_page(study: ReactorStudy, path: str | PathLike[str], settings: Mappi
                 study.errors.conclusion,
                 "A series network with simple back couplings cannot undo the model's dynamics: it lacks the model's "
                 "past output. A parallel one lacks more.",
+                *(study.errors.table(error) for error in ERRORS),
+                Picture(study.errors.plot(), "Figure 6.7: largest output errors; the line is where its axis ends."),
             ),
-            tuple(study.errors.table(error) for error in ERRORS),
-            (Picture(study.errors.plot(), "Figure 6.7: largest output errors; the line is where its axis ends."),),
         ),
         Section(
             "Table 6: what the networks learned",
-            ("A network with as many back couplings as the analysis asks for learns what it has to.",),
-            (study.requirements.transfers, study.requirements.table),
-            (Picture(study.requirements.plot(), "Learned and required responses to a constant."),),
+            (
+                "A network with as many back couplings as the analysis asks for learns what it has to.",
+                study.requirements.transfers,
+                study.requirements.table,
+                Picture(study.requirements.plot(), "Learned and required responses to a constant."),
+            ),
         ),
         Section(
             "A time constant and a network at once",
-            (study.time_constants.conclusion,),
-            (study.time_constants.table,),
+            (
+                study.time_constants.conclusion,
+                study.time_constants.table,
+            ),
         ),
     )
-    return chapter_report(
-        path,
+    page = chapter_page(
         "Hybrid models of a reactor",
         study.conclusion,
         sections,
         together({plant: reactor_record(plant) for plant in study.errors.plants}),
+        document=study_document("hybrid-reactor", study.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,
     )
+    return write_page(page, path)

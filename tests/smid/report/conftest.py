@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from dead_zone_records import diagnosis_of
 
 import smid
 
@@ -35,3 +36,18 @@ def bound(data):
 @pytest.fixture(scope="session")
 def validation(estimate):
     return smid.validate(estimate.model, record(2), 0.1)
+
+
+@pytest.fixture(scope="session")
+def named():
+    """A diagnosis that names the dead zone of its record."""
+    return diagnosis_of(0.3)
+
+
+@pytest.fixture(scope="session")
+def pages(tmp_path_factory, estimate, bound, validation, named):
+    """A folder with the pages of the estimate and of the diagnosis."""
+    folder = tmp_path_factory.mktemp("pages")
+    smid.report(estimate, folder / "identification.html", bound, [validation])
+    smid.report(named, folder / "diagnosis.html")
+    return folder

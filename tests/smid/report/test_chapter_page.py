@@ -9,13 +9,22 @@ import pytest
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
-from smid.reports.chapter import Picture, Section, chapter_report
+from smid.reports.chapter import chapter_page
+from smid.reports.content import Picture, Section
+from smid.reports.formats import write_page
+from smid.reports.style import inline_svg
 from smid.table import Table
 
 
-def drawn(points, marker="None"):
+def drawn(points, look="-"):
     figure = Figure()
-    figure.subplots().plot(np.arange(points), marker=marker, linestyle="" if marker != "None" else "-")
+    figure.subplots().plot(np.arange(points), look)
+    return figure
+
+
+def scattered(points):
+    figure = Figure()
+    figure.subplots().scatter(np.arange(points), np.arange(points))
     return figure
 
 
@@ -40,13 +49,13 @@ def page(tmp_path):
     data = replace(data, source="made up (simulated)")
     table = Table("Errors <in> bar.", ("record", "remark", "RMSE"), (("first", "a & b", "0.5"),), "llr")
     sections = [
-        Section("Numbers", ("One paragraph.",), (table,)),
-        Section("Pictures", (), (), (Picture(drawn(9), "A line"), Picture(drawn(3000, "."), "A cloud"))),
+        Section("Numbers", ("One paragraph.", table)),
+        Section("Pictures", (Picture(drawn(9), "A line"), Picture(scattered(3000), "A cloud"))),
     ]
-    path = chapter_report(
-        tmp_path / "a.html", "A study", "It worked.", sections, data, not_compared=("This.",), settings={"command": "x"}
+    page = chapter_page(
+        "A study", "It worked.", sections, data, document={}, not_compared=("This.",), settings={"command": "x"}
     )
-    return path.read_text(encoding="utf-8")
+    return write_page(page, tmp_path / "a.html").read_text(encoding="utf-8")
 
 
 def test_everything_given_is_on_the_page(page):
@@ -55,7 +64,7 @@ def test_everything_given_is_on_the_page(page):
     assert "What cannot be compared" in page
     assert "simulated data, not measured" in page
     assert page.count("<svg ") == 2
-    assert page.count("<figcaption>") == 2
+    assert page.count("<figcaption>") == 3
 
 
 def test_the_page_needs_no_network(page):
@@ -73,7 +82,10 @@ def test_a_cloud_of_points_becomes_pixels(page):
     assert page.count("<image ") == 1
 
 
-def test_a_path_that_cannot_be_written_is_refused_at_once(tmp_path):
-    data = Dataset.from_arrays(input=[0.0, 1], output=[0.0, 1], sampling_time=1.0)
-    with pytest.raises(OSError, match="there is no folder"):
-        chapter_report(tmp_path / "none" / "a.html", "", "", [], data)
+def test_round_points_of_a_line_are_one_path_and_squares_are_not():
+    points = inline_svg(drawn(50, "."), "points", "a")
+    assert points.count("<use ") < 50, "ticks only"
+    (path,) = re.findall(r'<path d="((?:M[\d. ]+h0)+)"', points)
+    places = re.findall(r"M([\d.]+) ([\d.]+)h0", path)
+    assert len(set(places)) == 50
+    assert inline_svg(drawn(50, "s"), "squares", "a").count("<use ") > 50

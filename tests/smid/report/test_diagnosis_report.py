@@ -2,43 +2,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dead_zone_records import diagnosis_of, record
 from test_report_page import read
 
 import smid
-from smid.diagnosis import Fault, Verdict, diagnose
+from smid.diagnosis import Fault, Verdict
 from smid.diagnosis.certify import Emptiness
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure
 from smid.reports import report, versions
 from smid.reports.mathml import equations
-
-EFFECTS = ["input_dead_zone", "input_delay", "missing_input"]
-
-
-def record(dead, count=420):
-    """A first-order plant (a1 = -0.85, b0 = 0.6) behind a dead zone, in A."""
-    random = np.random.default_rng(0)
-    u = np.repeat(random.uniform(-1, 1, count // 10), 10)
-    v = np.sign(u) * np.maximum(np.abs(u) - dead, 0)
-    w = np.zeros(count)
-    for k in range(1, count):
-        w[k] = 0.85 * w[k - 1] + 0.6 * v[k - 1]
-    return smid.Dataset.from_arrays(
-        input={"current": u},
-        output={"pressure": w + random.uniform(-0.05, 0.05, count)},
-        sampling_time=0.01,
-        units={"current": "A", "pressure": "bar"},
-        name="run",
-    )
-
-
-def diagnosis_of(dead):
-    return diagnose(smid.OutputError(stable=True), record(dead), 0.06, EFFECTS, certify=False, workers=1)
-
-
-@pytest.fixture(scope="module")
-def named():
-    return diagnosis_of(0.3)
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +115,7 @@ def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
 def test_an_interrupted_search_says_so(named, tmp_path):
     assert (
         "Interrupted: effects that were not tried"
-        in read(report(replace(named, interrupted=True), tmp_path / "r")).text
+        in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
     )
 
 

@@ -62,9 +62,9 @@ def test_page_says_all_it_must(estimate, bound, validation, data, tmp_path):
         "Validation on other records",
         "Prior knowledge",
         "What is proven, and how",
-        "Certificate.",
-        "Witness.",
-        "Not proven.",
+        "Certificate",
+        "Witness",
+        "Not proven",
         "Settings and versions",
         data.checksum,
         "0.1 s",
@@ -152,7 +152,7 @@ def test_names_and_sources_are_escaped(estimate, tmp_path):
 
 
 def test_page_of_an_error_bound_alone(bound, data, estimate, tmp_path):
-    path = data_report(tmp_path / "r.html", "Least noise bound", "Found.", estimate.model, data, bound)
+    path = data_report(tmp_path / "r.html", "Bound", "Found.", estimate.model, data, bound, document={})
     text = read(path).text
     assert "Found." in text
     assert "Parameter intervals" not in text

@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 
 import pytest
 from study_records import MODEL, record
@@ -10,7 +9,7 @@ from study_records import MODEL, record
 from relaxations.hierarchy import Proof
 from smid import DataError
 from smid.estimate import ParameterInterval
-from smid.reports.study_page import study_page
+from smid.reports import report
 from smid.study import Cell, Outcome, Settings, Status, Study
 from smid.study.time_left import time_left
 
@@ -121,11 +120,11 @@ def test_plain_data_are_json_and_html_is_escaped():
 
 
 def test_the_page_has_a_picture_for_each_record_and_every_cell(tmp_path):
-    page = study_page(made(**FULL), tmp_path / "study.html", {"orders": "1, 2"}).read_text()
+    page = report(made(**FULL), tmp_path / "study.html", settings={"orders": "1, 2"}).read_text()
     assert page.count("<svg ") == 2
     assert page.count("<td") > 32 * 10
     nothing = Study(MODEL, {"run": record(1)}, Settings(), made().cells, (Outcome(Status.REFUSED, "too low"),), False)
-    page = Path(study_page(nothing, tmp_path / "none.html")).read_text()
+    page = report(nothing, tmp_path / "none.html").read_text()
     assert "Cells without intervals" in page
     assert "<svg" not in page
 

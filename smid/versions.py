@@ -5,7 +5,10 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
+__all__ = ["PACKAGES", "versions"]
+
 PACKAGES = ("smid", "numpy", "scipy", "sympy", "cvxpy", "clarabel")
+"""What numbers depend on."""
 
 
 def versions() -> dict[str, str]:

@@ -1,0 +1,104 @@
+"""The JSON documents of results: versioned, described field by field in docs/json.md."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from smid.data import Dataset
+from smid.error_bound import ErrorBound
+from smid.estimate import Estimate
+from smid.identify import EmptyFeasibleSetError
+from smid.models import Model
+from smid.validate import Validation
+from smid.versions import versions
+
+if TYPE_CHECKING:
+    from smid.diagnosis.diagnosis import Diagnosis
+
+__all__ = [
+    "IDENTIFY",
+    "Document",
+    "as_text",
+    "diagnose_document",
+    "empty_document",
+    "error_bound_document",
+    "identify_document",
+    "study_document",
+    "validate_document",
+]
+
+IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
+DIAGNOSE = "smid.diagnose/1"
+
+Document = dict[str, Any]
+
+
+def identify_document(
+    estimate: Estimate, error_bound: ErrorBound | None, validations: Sequence[Validation]
+) -> Document:
+    """Return what ``smid identify --json`` writes."""
+    return {
+        "schema": IDENTIFY,
+        "estimate": estimate.to_dict(),
+        "error_bound": None if error_bound is None else error_bound.to_dict(),
+        "validations": [v.to_dict() for v in validations],
+        "versions": versions(),
+    }
+
+
+def empty_document(error: EmptyFeasibleSetError, error_bound: ErrorBound | None) -> Document:
+    """Return what ``smid identify --json`` writes where no parameters explain the data."""
+    return {
+        "schema": IDENTIFY,
+        "empty": {
+            "message": str(error),
+            "least_bound": error.least_bound,
+            "samples": [{"experiment": e, "index": k, "weight": w} for e, k, w in error.samples],
+        },
+        "error_bound": None if error_bound is None else error_bound.to_dict(),
+        "versions": versions(),
+    }
+
+
+def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Document:
+    """Return what ``smid error-bound --json`` writes."""
+    return {
+        "schema": ERROR_BOUND,
+        "error_bound": bound.to_dict(),
+        "model": model.to_dict(),
+        "data": {
+            "source": data.source,
+            "checksum": data.checksum,
+            "samples": data.n_samples,
+            "sampling_time": data.sampling_time,
+        },
+        "versions": versions(),
+    }
+
+
+def validate_document(validations: Sequence[Validation]) -> Document:
+    """Return what ``smid validate --json`` writes."""
+    return {"schema": VALIDATE, "validations": [v.to_dict() for v in validations], "versions": versions()}
+
+
+def diagnose_document(diagnosis: Diagnosis) -> Document:
+    """Return what ``smid diagnose --json`` writes."""
+    return {**diagnosis.to_dict(), "schema": DIAGNOSE, "versions": versions()}
+
+
+def study_document(name: str, content: Mapping[str, Any]) -> Document:
+    """Return the document of a study: ``study``, ``clutch-records`` and so on, and its own plain data."""
+    return {"schema": f"smid.{name}/1", **content, "versions": versions()}
+
+
+def as_text(document: Mapping[str, Any]) -> str:
+    r"""Return the text of a document, as it is written to a file.
+
+    Examples
+    --------
+    >>> as_text({"schema": "smid.study/1"})
+    '{\n  "schema": "smid.study/1"\n}\n'
+    """
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"

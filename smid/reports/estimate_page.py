@@ -1,0 +1,334 @@
+"""The page of an estimate: what was found, from what, and what of it is proven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from relaxations.hierarchy import Proof
+from smid.data import Dataset
+from smid.error_bound import ErrorBound
+from smid.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
+from smid.models import Model, ModelError
+from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
+from smid.reports.documents import Document, identify_document
+from smid.reports.figures import intervals_figure, simulation_figure
+from smid.reports.formats import write_page
+from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
+from smid.table import Table
+from smid.validate import Score, Validation, validate
+
+__all__ = ["data_report", "estimate_page"]
+
+_CERTIFICATE = (
+    'For each end, a convex program gives multipliers that write "parameter minus bound" as a sum of squares plus '
+    "multiples of the constraints. The solver is not trusted: its multipliers are only a suggestion. The identity is "
+    "evaluated again in ball arithmetic, with every rounding error enclosed, and whatever it misses by is taken off "
+    "the bound. So each certified end is a theorem about the model and the data, even where the solver stopped early "
+    "or erred."
+)
+_WITNESS = (
+    "A witness is one set of parameters and noises that satisfies every equation and every bound, verified with "
+    "interval arithmetic. It shows that the certified interval cannot be made smaller than the witnessed one."
+)
+_NOT_PROVEN = (
+    "That the model has the right structure. The intervals say which of its parameters are consistent with the data.",
+    "That the noise bound is right. If the true noise was larger even once, the true parameters may lie outside.",
+    "That the model holds for other records. Validation shows examples; it proves nothing about the next one.",
+    "That every value inside an interval, or every combination of values, is possible.",
+)
+
+
+def estimate_page(
+    estimate: Estimate,
+    error_bound: ErrorBound | None = None,
+    validations: Sequence[Validation] = (),
+    *,
+    truth: Mapping[str, float] | None = None,
+    notes: Sequence[str] = (),
+    settings: Mapping[str, str] | None = None,
+    links: Mapping[str, str] | None = None,
+) -> Page:
+    """Return the page of an estimate; see :func:`smid.report`."""
+    sections = (
+        Section("Parameter intervals", tuple(_intervals(estimate, truth))),
+        *_least_bound(error_bound),
+        Section("Simulation over the data", tuple(_own_run(estimate))),
+        Section("Validation on other records", (*notes, *_free_runs(validations))),
+        _model(estimate.model, _noise_bounds(estimate)),
+        data_section(estimate.data, drawn=True),
+        _proof(estimate),
+    )
+    return Page(
+        f"{capitalised(estimate.model.name)}: certified parameter intervals",
+        (_sentence(estimate),),
+        sections,
+        identify_document(estimate, error_bound, validations),
+        is_simulated([estimate.data.source, *(v.data.source for v in validations)]),
+        settings or {},
+        links or {},
+    )
+
+
+def data_report(
+    path: str | PathLike[str],
+    title: str,
+    sentence: str,
+    model: Model,
+    data: Dataset | None = None,
+    error_bound: ErrorBound | None = None,
+    validations: Sequence[Validation] = (),
+    settings: Mapping[str, str] | None = None,
+    *,
+    document: Document,
+) -> Path:
+    """Write the page of an error bound or of validations alone; see :func:`smid.report`.
+
+    Parameters
+    ----------
+    path : str or path
+    title, sentence : str
+        Heading, and the result in one sentence.
+    model : Model
+    data : Dataset, optional
+    error_bound : ErrorBound, optional
+    validations : sequence of Validation
+    settings : mapping str -> str, optional
+    document : dict
+        The same as plain data.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError, OSError
+        Where the path names no format, or cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from smid.models import OutputError
+    >>> path = Path(tempfile.mkdtemp()) / "validation.html"
+    >>> data_report(path, "A first-order model", "No record was simulated yet.", OutputError(), document={}).name
+    'validation.html'
+    """
+    sections = [*_least_bound(error_bound)]
+    if validations:
+        sections.append(Section("Validation on other records", tuple(_free_runs(validations))))
+    sections.append(_model(model))
+    if data is not None:
+        sections.append(data_section(data, drawn=True))
+    if error_bound is not None:
+        sections.append(_proof(None))
+    sources = [v.data.source for v in validations] + ([] if data is None else [data.source])
+    page = Page(title, (sentence,), tuple(sections), document, is_simulated(sources), settings or {})
+    return write_page(page, path)
+
+
+def _sentence(estimate: Estimate) -> str:
+    if estimate.enclosure is None:
+        return estimate.summary
+    bounds = " and ".join(
+        f"noise of {c} of at most {_no_larger(b)} {estimate.data.channel(c).unit}".rstrip()
+        for c, b in estimate.noise_bound.items()
+    )
+    ranges = "; ".join(_range(i) for i in estimate.intervals)
+    samples = estimate.data.n_samples
+    return f"Proven: whichever parameters explain the {samples} samples with {bounds}, they satisfy {ranges}."
+
+
+def _no_larger(value: float) -> str:
+    """Print a noise bound: never above the number, for the statement holds up to that number only."""
+    text = f"{value:.6g}"
+    return text if float(text) <= value else round_down(value, 6)
+
+
+def _range(i: ParameterInterval) -> str:
+    digits = shown_digits(i)
+    return f"{i.name} in [{round_down(i.lower, digits)}, {round_up(i.upper, digits)}] {i.unit}".rstrip()
+
+
+def _intervals(estimate: Estimate, truth: Mapping[str, float] | None) -> Iterator[Block]:
+    yield Picture(
+        intervals_figure(estimate, truth),
+        "Each row has its own scale. Printed ends are rounded outwards.",
+        "Certified and witnessed interval and centre of each parameter",
+    )
+    header = ("parameter", "certified lower", "certified upper", "witnessed lower", "witnessed upper", "gap", "centre")
+    header += (*(("true value",) if truth else ()), "set by")
+    yield Table(
+        "Certified: no consistent parameter lies outside. Witnessed: values that verified parameters attain. Gap: what "
+        "is undecided between the two.",
+        header,
+        tuple(_interval_row(i, truth) for i in estimate.intervals),
+        "l" + "r" * (len(header) - 2) + "l",
+    )
+    derived = f" Box of {', '.join(estimate.derived)}: none was given; one was proven from the data."
+    yield estimate.centre_text + (derived if estimate.derived else "")
+    if estimate.nearest:
+        nearest = ", ".join(f"{name} = {value:.8g}" for name, value in estimate.nearest.items())
+        yield f"Parameters of the central model: {nearest}."
+
+
+def _interval_row(i: ParameterInterval, truth: Mapping[str, float] | None) -> tuple[str, ...]:
+    digits = shown_digits(i)
+    lower, upper = (("data" if p is Proof.PROVEN else "prior box") for p in (i.proof_lower, i.proof_upper))
+    ends = lower if lower == upper else f"lower: {lower}, upper: {upper}"
+    return (
+        parameter(i.name, i.unit),
+        round_down(i.lower, digits),
+        round_up(i.upper, digits),
+        # Rounded inwards, so that a printed inner end never claims more than its witness shows.
+        round_up(i.inner_lower, digits) if np.isfinite(i.inner_lower) else "none found",
+        round_down(i.inner_upper, digits) if np.isfinite(i.inner_upper) else "none found",
+        f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
+        f"{i.centre:.{digits}g}" if np.isfinite(i.centre) else "none",
+        *((_true_value(i, truth),) if truth else ()),
+        coloured(ends, "bad") if "prior box" in (lower, upper) else ends,
+    )
+
+
+def _true_value(i: ParameterInterval, truth: Mapping[str, float]) -> str:
+    if i.name not in truth:
+        return "unknown"
+    inside = i.lower <= truth[i.name] <= i.upper
+    return joined(f"{truth[i.name]:g} ", coloured("inside", "good") if inside else coloured("outside", "bad"))
+
+
+def _least_bound(bound: ErrorBound | None) -> Iterator[Section]:
+    if bound is None:
+        return
+    ends = f"[{round_down(bound.lower, 6)}, {round_up(bound.upper, 6)}] {bound.unit}".rstrip()
+    yield Section(
+        "Least noise bound",
+        (
+            f"The least bound of the noise of {bound.channel} with which the model explains the data lies in {ends}. "
+            "With any bound below the lower end, no parameters explain the data (certified). With the upper end, some "
+            "do (witnessed).",
+            *(f"The noise of {channel} was bounded by {given:.6g}." for channel, given in bound.fixed.items()),
+            Remark(
+                "At the least bound the feasible set shrinks to a point, whatever the truth is. Intervals are "
+                "therefore computed at a larger bound."
+            ),
+        ),
+    )
+
+
+def _own_run(estimate: Estimate) -> Iterator[Block]:
+    if estimate.unbounded:
+        yield "There is no central model to simulate."
+        return
+    try:
+        run = validate(estimate.model, estimate.data, estimate.noise_bound)
+    except ModelError as error:
+        # An unstable central model is a finding: the page must still be written.
+        yield f"The central model cannot be simulated: {error}."
+        return
+    yield _scores(
+        [run],
+        "The central model over the data it was identified on. The run starts from the first measured outputs, noise "
+        "included. So a few errors may exceed the noise bound although the model is consistent with the data.",
+    )
+    for number in range(len(run.scores)):
+        yield _simulation(run, number)
+
+
+def _free_runs(validations: Sequence[Validation]) -> Iterator[Block]:
+    if not validations:
+        yield "No other record was given. How well the model predicts is therefore not known from this page."
+        return
+    yield _scores(
+        validations,
+        "Free runs of the central model. The measured output gives the first samples only; these are not scored.",
+    )
+    for run in validations:
+        for number, score in enumerate(run.scores):
+            yield Heading(score.experiment)
+            yield _simulation(run, number)
+
+
+def _scores(runs: Sequence[Validation], caption: str) -> Table:
+    header = ("record", "output", "samples", "RMSE", "fit [%]", "largest error", "beyond the bound")
+    return Table(caption, header, tuple(_score_row(score) for run in runs for score in run.scores), "llrrrrr")
+
+
+def _score_row(s: Score) -> tuple[str, ...]:
+    return (
+        s.experiment,
+        s.channel,
+        str(s.samples),
+        f"{s.rmse:.4g} {s.unit}".rstrip(),
+        f"{s.fit_percent:.2f}",
+        f"{s.largest:.4g} {s.unit}".rstrip(),
+        "no bound given" if s.violations is None else f"{s.violations} ({100 * s.violations / s.samples:.1f} %)",
+    )
+
+
+def _simulation(run: Validation, number: int) -> Picture:
+    score = run.scores[number]
+    bound = (
+        ""
+        if score.noise_bound is None
+        else f"; band and dashed lines: noise bound of {score.noise_bound:.6g} {score.unit}".rstrip()
+    )
+    return Picture(
+        simulation_figure(run, number),
+        f"{run.data.source or score.experiment}: {score.channel} measured (points) and simulated freely from its first "
+        f"samples (line){bound}. Below, the error.",
+        f"Measured {score.channel} and free run over time, with the error below: {score.experiment}",
+    )
+
+
+def _noise_bounds(estimate: Estimate) -> str:
+    told = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
+    return f"Noise bounds: {', '.join(told)}."
+
+
+def _model(model: Model, noise_bounds: str = "") -> Section:
+    name = f"{capitalised(model.name)}: {model.description}" if model.description else capitalised(model.name)
+    return Section(
+        "Model",
+        (
+            f"{name}. A subscript is the sample.",
+            equations(model),
+            *((noise_bounds,) if noise_bounds else ()),
+            Heading("Prior knowledge"),
+            priors(model),
+        ),
+    )
+
+
+def _proof(estimate: Estimate | None) -> Section:
+    return Section(
+        "What is proven, and how",
+        (
+            *(() if estimate is None else (_work(estimate),)),
+            Heading("Certificate"),
+            _CERTIFICATE,
+            Heading("Witness"),
+            _WITNESS,
+            Heading("Not proven"),
+            Items(_NOT_PROVEN),
+        ),
+    )
+
+
+def _work(estimate: Estimate) -> Block:
+    e = estimate.enclosure
+    if e is None:
+        return f"{estimate.summary} Nothing else is proven."
+    method = "parametric lift" if e.method == "lift" else f"{e.method} relaxation"
+    return Facts(
+        (
+            ("method", f"{method}, order {e.order}"),
+            ("complicating variables", ", ".join(e.complicating) or "none"),
+            ("size", f"{e.n_moments} moments, largest block {e.largest_block}"),
+            ("work", f"{e.solves} certified solves in {e.rounds} rounds, {e.seconds:.3g} s"),
+            ("stopped because", e.reason.value),
+        )
+    )

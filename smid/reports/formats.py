@@ -1,0 +1,100 @@
+"""Which format a report is written in: the suffix of its path says so."""
+
+from __future__ import annotations
+
+from itertools import count
+from os import PathLike
+from pathlib import Path
+
+from smid.reports.content import Page, Picture
+from smid.reports.documents import as_text
+from smid.reports.html import as_html
+from smid.reports.markdown import as_markdown
+from smid.reports.pdf import print_pdf
+from smid.reports.style import save_svg
+from smid.reports.writing import check_writable, write_text
+
+__all__ = ["check_report", "write_page"]
+
+SUFFIXES = (".html", ".pdf", ".md", ".json")
+
+
+def check_report(path: str | PathLike[str]) -> None:
+    """Raise an error that names the cure unless a report can be written there; call it before long work.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the suffix names no format.
+    OSError
+        As :func:`check_writable`.
+
+    Examples
+    --------
+    >>> check_report("report.docx")
+    Traceback (most recent call last):
+    ...
+    ValueError: cannot write report.docx: no report is written as '.docx'; choose .html, .pdf, .md or .json
+    """
+    target = Path(path)
+    if target.suffix not in SUFFIXES:
+        choices = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+        raise ValueError(f"cannot write {target}: no report is written as {target.suffix!r}; choose {choices}")
+    check_writable(target)
+    if target.suffix == ".pdf":
+        check_writable(target.with_suffix(".html"))
+
+
+def write_page(page: Page, path: str | PathLike[str]) -> Path:
+    """Write a page as HTML, PDF, Markdown or JSON.
+
+    Parameters
+    ----------
+    page : Page
+    path : str or path
+        Its suffix says which. Beside a PDF stands the HTML that it was printed from; the figures of ``a.md`` are in
+        the folder ``a_files``.
+
+    Returns
+    -------
+    Path
+        The file; the HTML where no PDF could be printed.
+
+    Raises
+    ------
+    ValueError, OSError
+        As :func:`check_report`.
+
+    Warns
+    -----
+    PdfWarning
+        Where no PDF could be printed: why, and what helps.
+    """
+    check_report(path)
+    target = Path(path)
+    match target.suffix:
+        case ".json":
+            return write_text(target, as_text(page.document))
+        case ".md":
+            return write_text(target, _markdown(page, target))
+        case ".pdf":
+            html = write_text(target.with_suffix(".html"), as_html(page))
+            return target if print_pdf(html, target) else html
+        case _:
+            return write_text(target, as_html(page))
+
+
+def _markdown(page: Page, target: Path) -> str:
+    folder, numbers = target.with_name(f"{target.stem}_files"), count(1)
+
+    def keep(picture: Picture) -> str:
+        folder.mkdir(exist_ok=True)
+        name = f"figure-{next(numbers)}.svg"
+        save_svg(picture.figure, folder / name)
+        return f"{folder.name}/{name}"
+
+    return as_markdown(page, keep)
