@@ -100,7 +100,7 @@ def demo(context: click.Context, report: str, since: float | None, json_: str | 
         page = _write(estimate, bound, runs, diagnosis, truth, pages)
     outputs.say(f"First interval on screen after {first:.1f} s, report after {time.time() - began:.1f} s.")
     outputs.say(page.resolve())
-    _show(page)
+    show(page)
     if diagnosis is None or diagnosis.interrupted:
         click.echo("interrupted: what is printed is proven; effects that were not tried may explain more", err=True)
         context.exit(INTERRUPTED)
@@ -143,7 +143,7 @@ def _write(
     return write_report(diagnosis, first, notes=(TRUTH_OF_THE_STEPS,), settings=settings, links=links)
 
 
-def _show(page: Path) -> None:
+def show(page: Path) -> None:
     """Open the page in the browser, where somebody sits before one."""
     display = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if display and sys.stdout.isatty() and not os.environ.get("CI"):

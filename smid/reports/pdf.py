@@ -20,7 +20,16 @@ _OPTIONS = ("--headless", "--disable-gpu", "--no-first-run", "--disable-backgrou
 
 
 class PdfWarning(UserWarning):
-    """No PDF could be printed; the HTML page is there."""
+    """No PDF could be printed; the HTML page is there.
+
+    Examples
+    --------
+    Where a PDF is a must, make it an error:
+
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", PdfWarning)
+    """
 
 
 def find_browser() -> str | None:

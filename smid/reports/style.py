@@ -161,7 +161,7 @@ def _dots_as_one_path(text: str) -> str:
     A marker is defined once, as a circle of Bezier curves that begins at its radius, and used at each sample.
     """
     sizes = {
-        name: 2 * float(radius) + float(re.search(r"stroke-width: ([\d.]+)|$", look)[1] or 1)  # type: ignore[index]
+        name: 2 * float(radius) + float((re.findall(r"stroke-width: ([\d.]+)", look) or [1])[0])
         for name, radius, look in re.findall(r'<path id="(\w+)" d="M 0 ([\d.]+) \nC [^"]*" style="([^"]*)"/>', text)
     }
 

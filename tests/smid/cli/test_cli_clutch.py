@@ -37,6 +37,8 @@ def test_the_group_tells_its_commands(smid):
 
 def test_records_are_listed(smid):
     result = smid("clutch records --json out.json --report out.html")
+    assert "report: twin.json" in smid("clutch records --report twin.json").output
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
     assert result.exit_code == 0
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.clutch-records/1"
@@ -52,6 +54,8 @@ def test_hammerstein_prints_writes_and_reports(smid, small):
     assert list(small["orders"]) == [1, 2]
     assert "Phase 3: validation" in result.output
     assert "report: out.html" in result.output
+    smid("clutch hammerstein --report twin.json")
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.clutch-hammerstein/1"
     assert document["error_bound"]["lower"] <= document["error_bound"]["upper"]
@@ -72,7 +76,8 @@ def test_recursive_prints_writes_and_reports(smid, small):
     page = Path("out.html").read_text(encoding="utf-8")
     for words in ("2e-14", "Recursive set-membership", "What cannot be compared", "figure 3.12"):
         assert words in page
-    assert smid("clutch recursive").output.count("times wider") == 1
+    assert smid("clutch recursive --report twin.json").output.count("times wider") == 1
+    assert json.loads(Path("twin.json").read_text()) == document
     assert small == {}
 
 
@@ -80,6 +85,8 @@ def test_sensors_prints_writes_and_reports(smid, small):
     result = smid("clutch sensors --seed 4 --json out.json --report out.html")
     assert result.exit_code == 0
     assert small == {"seed": 4}
+    smid("clutch sensors --report twin.json")
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
     assert "Table 5.3" in result.output
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.clutch-sensors/1"

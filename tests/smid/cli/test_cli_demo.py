@@ -1,13 +1,16 @@
 import importlib
 import json
 import re
+import sys
+import time
+import webbrowser
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from smid.cli.demo import ACTUATOR
+from smid.cli.demo import ACTUATOR, show
 from smid.cli.face import Progress
 from smid.clutch.plant import simulate_clutch
 from smid.data import DataError
@@ -27,10 +30,14 @@ def _short(monkeypatch):
 
 @pytest.mark.usefixtures("_short")
 def test_demo_finds_the_truth_and_ends_with_the_path_of_its_report(folder, smid):
-    result = smid("demo --json demo.json")
+    result = smid("demo --json demo.json --since 0")
     assert result.exit_code == 0, result.output
-    first = Path(result.stdout.splitlines()[-1])
+    *_, times, last = result.stdout.splitlines()
+    first = Path(last)
     assert first == folder / "smid-report.html"
+    interval, whole = map(float, re.fullmatch(r"First .+ after ([\d.]+) s, report after ([\d.]+) s\.", times).groups())
+    assert 0 < whole - interval < 600
+    assert abs(whole - time.time()) < 600, "counted from the beginning of 1970"
     identification = folder / "smid-report-identification.html"
     pages = [page.read_text(encoding="utf-8") for page in (first, identification)]
     assert all("simulated data, not measured" in text for text in pages)
@@ -61,6 +68,19 @@ def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, mo
     assert result.exit_code == 130
     assert "Interrupted" in (folder / "smid-report.html").read_text(encoding="utf-8")
     assert (folder / "smid-report-identification.html").exists()
+
+
+@pytest.mark.parametrize(("terminal", "display", "opened"), [(True, ":0", 1), (True, "", 0), (False, ":0", 0)])
+def test_the_report_is_opened_where_somebody_sits_before_a_display(monkeypatch, terminal, display, opened):
+    addresses = []
+    monkeypatch.setattr(webbrowser, "open", addresses.append)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", display)
+    show(Path("a report.html"))
+    assert addresses == [(Path.cwd() / "a report.html").as_uri()][:opened]
 
 
 def test_the_steps_are_what_their_script_makes(monkeypatch):

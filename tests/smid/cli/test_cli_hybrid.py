@@ -13,14 +13,15 @@ from smid.hybrid.reactor import ReactorStudy, output_errors, requirement_study, 
 def asked(monkeypatch):
     """A study of few models in place of the whole one; what it was asked for is kept."""
     kept = {}
+    study = ReactorStudy(
+        output_errors(["factor"], starts=1, iterations=3),
+        requirement_study(["factor"], ["series, extra"], starts=1, iterations=3),
+        time_constant_study(starts=1, iterations=3),
+    )
 
     def small(**settings):
         kept.update(settings)
-        return ReactorStudy(
-            output_errors(["factor"], starts=1, iterations=3),
-            requirement_study(["factor"], ["series, extra"], starts=1, iterations=3),
-            time_constant_study(starts=1, iterations=3),
-        )
+        return study
 
     monkeypatch.setattr(commands, "reactor_study", small)
     return kept
@@ -41,6 +42,8 @@ def test_reactor_prints_writes_and_reports(smid, asked):
     assert document["schema"] == "smid.hybrid-reactor/1"
     assert document["output_errors"]["plants"] == ["factor"]
     assert "What cannot be compared" in Path("out.html").read_text(encoding="utf-8")
+    smid("hybrid reactor --report twin.json")
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
 
 
 @pytest.mark.parametrize("command", ["hybrid reactor --starts 0", "hybrid reactor --json none/out.json"])

@@ -19,6 +19,8 @@ def test_the_command_writes_json_and_page(monkeypatch, smid):
     result = smid("hybrid inputs --samples 200 --budget 0 --seed 3 --json out.json --report out.html")
     assert result.exit_code == 0
     assert (asked["samples"], asked["budget"], asked["seed"]) == (200, 0, 3)
+    smid("hybrid inputs --report twin.json")
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
     assert json.loads(Path("out.json").read_text(encoding="utf-8"))["schema"] == "smid.hybrid-inputs/1"
     assert "Certified intervals" in Path("out.html").read_text(encoding="utf-8")
 

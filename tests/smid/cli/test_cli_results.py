@@ -53,6 +53,29 @@ def test_estimate_goes_to_validate(smid):
     assert Path("scores.html").exists()
 
 
+@pytest.mark.parametrize("command", ["error-bound", "identify --noise-bound 0.1", "identify --noise-bound 0.01"])
+def test_a_report_in_json_is_what_json_writes(smid, command):
+    smid(f"{command} {COMMON} --json out.json --report twin.json")
+    assert Path("twin.json").read_text() == Path("out.json").read_text()
+
+
+def test_a_report_in_markdown_has_its_figures_beside_it(smid):
+    result = smid(f"error-bound {COMMON} --report bound.md")
+    assert result.stdout.endswith("report: bound.md\n")
+    assert "## Least noise bound" in Path("bound.md").read_text(encoding="utf-8")
+    assert Path("bound_files/figure-1.svg").exists()
+
+
+def test_without_a_browser_the_page_is_written_and_one_line_says_so(smid, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    result = smid(f"error-bound {COMMON} --report bound.pdf")
+    assert result.exit_code == 0
+    assert result.stdout.endswith("report: bound.html\n")
+    assert result.stderr.startswith("warning: no PDF: no Chromium was found: install one")
+    assert result.stderr.count("\n") == 1
+    assert Path("bound.html").exists()
+
+
 def test_start_and_stop_are_kept_in_the_source(smid):
     assert smid(f"identify {COMMON} --noise-bound 0.1 --start 2 --stop 32 --json out.json").exit_code == 0
     data = json.loads(Path("out.json").read_text())["estimate"]["data"]

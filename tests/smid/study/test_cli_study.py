@@ -40,7 +40,8 @@ def test_a_study_is_printed_written_reported_and_resumed(smid):
     assert document["schema"] == "smid.study/1"
     assert [c["record"] for c in document["cells"]] == ["run", "other"]
     assert "simulated" in Path("out.html").read_text(encoding="utf-8")
-    again = smid(f"{line} --resume kept --json again.json")
+    again = smid(f"{line} --resume kept --json again.json --report twin.json")
+    assert Path("twin.json").read_text() == Path("again.json").read_text()
     assert again.exit_code == 0
     assert json.loads(Path("again.json").read_text(encoding="utf-8"))["cells"] == document["cells"], (
         "a cell was run again"
