@@ -85,8 +85,9 @@ def misfit_figure(misfit: Misfit) -> Figure:
         _spectrum(figure.add_subplot(grid[1, 0]), misfit, error, unit)
         for k, (kind, against, x, label, colour) in enumerate(panels, start=1):
             axes = figure.add_subplot(grid[1 + k // 2, k % 2])
-            chosen = colour if isinstance(colour, str) else colour[shown].tolist()
-            axes.scatter(x[shown], error[shown], c=chosen, s=3, linewidths=0, alpha=0.6, rasterized=True)
+            for one in dict.fromkeys(np.atleast_1d(colour).tolist()):
+                chosen = shown[np.broadcast_to(colour, x.shape)[shown] == one]
+                axes.plot(x[chosen], error[chosen], ".", markersize=1.0, color=one, zorder=1)
             _dressed(axes, misfit, _found(misfit, kind, against))
             axes.set_xlabel(label)
             axes.set_ylabel(f"error{unit}")

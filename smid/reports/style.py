@@ -36,7 +36,7 @@ _VARIABLES = {
     SKY: "sky",
 }
 
-_MANY = 1000  # points
+_MANY_POINTS, _MANY_CORNERS = 1000, 4000
 _SHARP = 200  # pixels per inch
 # A point of a figure, in pixels of a page: letters of 8 points are no smaller than 9.6 pixels on a phone, where a wide
 # figure scrolls instead, and 14 on a large screen.
@@ -147,7 +147,7 @@ def _draw_clouds_as_pixels(figure: Figure) -> None:
     for axes in figure.axes:
         for group in axes.collections:
             corners = sum(np.shape(path.vertices)[0] for path in group.get_paths())
-            if max(corners, np.shape(group.get_offsets())[0]) > _MANY:
+            if corners > _MANY_CORNERS or np.shape(group.get_offsets())[0] > _MANY_POINTS:
                 heavy.append(group)
     for artist in heavy:
         artist.set_rasterized(True)
