@@ -4,11 +4,10 @@
 ``z[t] = s + (z[t-1] - s) exp(-r |dx|)`` with s = sign(dx), so that z stays in [-1, 1] however far x jumps;
 ``x' = x + k z``, k = 0 without the effect.
 
-*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of eight gaps up to the span, written with what
+*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of six gaps up to the span, written with what
 each play keeps back. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
-c in all, c = 0 without it: two parameters for a loop that bends at every turn, however small the turn. No play leaves
-the recorded range: where a record begins near an end, that tells what is remembered. Otherwise every play begins in
-the middle of its gap.
+c in all, c = 0 without it: two parameters for a loop that bends at every turn, however small the turn. At first every
+play is in the middle of its gap.
 
 Either loop leaves the ends of the recorded range where they are, as a memory between two stops does: what it takes off
 the range is given back about its middle, ``x'' = m + (x' - m) / (1 - share of the range taken)``.
@@ -30,12 +29,13 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.stop import stop
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_GAPS = tuple((k + 0.5) / 8 for k in range(8))
+_GAPS = tuple((k + 0.5) / 6 for k in range(6))
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -98,7 +98,7 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, low: float, high:
     share = fresh(model, f"{stem}_play_share", (-2.0, 0.98), "", 0.0)
     decay = fresh(model, f"{stem}_play_decay", (-6.0, 6.0))
     x = signal(signal_of(model, channel))
-    names = [free_name(model, f"{channel}_{letter}_stop") for letter in "abcdefgh"]
+    names = [free_name(model, f"{channel}_{letter}_stop") for letter in "abcdef"]
     densities = [sympy.exp(-decay.symbol * number(gap)) for gap in _GAPS]
     back = sum(density * signal(name)[t] for density, name in zip(densities, names, strict=True)) / sum(densities)
     taken = sum(density * number(gap) for density, gap in zip(densities, _GAPS, strict=True)) / sum(densities)
@@ -110,15 +110,9 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, low: float, high:
         [share, decay],
     )
     for name, gap in zip(names, _GAPS, strict=True):
-        extended = extended.with_line(name, _kept_back(x, signal(name), gap * span / 2, low, high))
+        extended = extended.with_line(name, stop(x, signal(name), number(gap * span / 2)))
     starts = tuple({share.name: c, decay.name: 0.0} for c in (0.3, 0.7, -0.5))
     return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
-
-
-def _kept_back(x: sympy.IndexedBase, state: sympy.IndexedBase, half: float, low: float, high: float) -> sympy.Expr:
-    """Give what a play with a gap of twice ``half`` keeps back of x, while it stays between ``low`` and ``high``."""
-    within = sympy.Max(x[t] - number(high - half), sympy.Min(x[t] - number(low + half), state[t - 1] + x[t] - x[t - 1]))
-    return sympy.Max(-number(half), sympy.Min(number(half), within))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

@@ -27,7 +27,7 @@ def relays(u: np.ndarray, count: int = 100) -> np.ndarray:
 def test_relays_about_a_level_that_is_not_zero_are_followed() -> None:
     rng = np.random.default_rng(3)
     u = np.repeat(rng.uniform(LOW, HIGH, 60), 10)
-    u[10:30] = np.repeat([LOW, HIGH], 10)  # the recorded range is that of the relays
+    u[:30] = np.repeat([(LOW + HIGH) / 2, LOW, HIGH], 10)  # from the middle over the whole range
     data = record(u, lag(0.2 * u + 0.8 * relays(u)), bound=0.02)
     used = (np.arange(len(u)) < 400,)
     base = Base(fit(OutputError(stable=True), data, used), data, used, "u", "y")
@@ -36,7 +36,7 @@ def test_relays_about_a_level_that_is_not_zero_are_followed() -> None:
     held = ~used[0]
     before, after = (np.sqrt(np.mean(f.residual(data, "y")[0][held] ** 2)) for f in (base.fit, trial.fit))
     assert trial.label == "Prandtl-Ishlinskii at the input"
-    assert after < 0.1 * before
+    assert after < 0.25 * before
 
 
 def test_a_loop_keeps_the_ends_of_the_range() -> None:
