@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from smid.clutch.virtual_sensors.lag import lag, lag_derivatives
 from smid.clutch.virtual_sensors.ptx_dynamics import REFERENCE, Dynamics
 from smid.data import DataError, Dataset
+from smid.models import ModelError
 from smid.networks import (
     Array,
     NormalEquations,
@@ -210,7 +211,11 @@ def train_ptx(
     ------
     DataError
         If there are more parameters than training samples.
+    ModelError
+        If there are no starts.
     """
+    if starts < 1:
+        raise ModelError(f"starts = {starts}: give a positive number")
     generator = np.random.default_rng(seed)
     sizes = (1, *hidden)
     pressure, temperature, position = (data.stacked(name) for name in ("pressure", "temperature", "position"))

@@ -179,6 +179,11 @@ def test_one_temperature_cannot_train_it():
         PTX().fit(load_clutch_records("20C_step_a"), seed=1)
 
 
+def test_no_start_cannot_train_it():
+    with pytest.raises(ModelError, match="starts = 0: give a positive number"):
+        PTX().fit(load_clutch_records("20C_step_a"), seed=1, starts=0)
+
+
 def test_the_temperature_may_vary_within_a_record(small):
     data = load_clutch_records("20C_step_b").crop(0, 400)
     run = data.experiments[0]
