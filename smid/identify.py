@@ -12,6 +12,7 @@ import numpy as np
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
+from relaxations.lasserre import METHODS as LASSERRE
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
@@ -26,6 +27,9 @@ from smid.piecewise import piecewise_centre, piecewise_intervals
 from smid.start import equation_error_fit, magnitudes
 
 Progress = Callable[[str], None]
+
+METHODS = ("auto", "lift", *LASSERRE)
+"""How bounds may be asked for."""
 
 
 class EmptyFeasibleSetError(ValueError):

@@ -26,6 +26,7 @@ from smid.identify import identify
 from smid.models import OutputError
 from smid.reports import versions
 from smid.reports.pdf import find_browser
+from smid.study.workers import THREADS
 
 EXTRAS = {
     "pandas": (("pandas",), "Dataset.from_pandas and to_pandas"),
@@ -38,7 +39,6 @@ EXTRAS = {
 }
 """The extras that pip knows, the modules they bring, and what for."""
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 TRUE_POLE = -0.5
 
 
