@@ -18,6 +18,7 @@ Reference: hybrid thesis, section 6.2.2, (6.1)-(6.5), appendices B and D.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,7 @@ from smid.models import Model, ModelError, signal, simulate, t
 from smid.models.errors import refuse_unknown
 from smid.models.symbols import references
 from smid.networks import Array
+from smid.result import Part, Result
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 
@@ -38,8 +40,8 @@ TOPOLOGIES = ("series", "parallel")
 _S, _Q, _MOVING = sympy.symbols("s q e")
 
 
-@dataclass(frozen=True)
-class Requirement:
+@dataclass(frozen=True, repr=False)
+class Requirement(Result):
     """What a network has to learn.
 
     Parameters
@@ -83,8 +85,8 @@ class Requirement:
         times = self.sampling_time * np.arange(count)
         return np.asarray(amplitude * np.broadcast_to(function(times), times.shape), dtype=np.float64)
 
-    def __str__(self) -> str:
-        return f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; needs {self.couplings}"
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; needs {self.couplings}"
 
 
 def transfer(model: Model) -> sympy.Expr:
