@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from relaxations.hierarchy import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
-from smid.models import Model, Parameter
-from smid.result import Part, Result, Tabular, plain
+from smid.models import Model, ModelError, Parameter
+from smid.models.linear_block import linear_block
+from smid.result import Part, Result, Tabular, optional, plain
 from smid.table import Table
+
+if TYPE_CHECKING:
+    from control import TransferFunction
 
 SCHEMA = "smid.estimate/1"
 _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
@@ -257,6 +262,53 @@ class Estimate(Tabular):
                 "sampling_time": self.data.sampling_time,
             },
         }
+
+    def to_control(self) -> TransferFunction:
+        """Return the central model as a transfer function of python-control, with the sampling time of the data.
+
+        A model with a curve gives its linear block: that of a Hammerstein model begins behind the curve, at its signal
+        ``x``, that of a Wiener model ends before the sensor's curve. The names of input and output tell.
+
+        Returns
+        -------
+        control.TransferFunction
+            In z, from rest: what an experiment begins with is no part of it.
+
+        Warns
+        -----
+        UserWarning
+            Where a line has a constant, an offset say: it is left out, and the response is that of changes.
+
+        Raises
+        ------
+        ImportError
+            Where python-control is not installed.
+        ModelError
+            Where there is no central model, or no linear block with one input and one output.
+
+        Examples
+        --------
+        >>> from smid import OutputError, identify
+        >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+        >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+        >>> system = identify(OutputError(stable=True), data, noise_bound=0.1).to_control()
+        >>> system.dt, system.input_labels, system.output_labels, bool(abs(system.poles()[0] - 0.5) < 0.05)
+        (0.1, ['u'], ['y'], True)
+        """
+        control = optional("control", "to_control")
+        if self.unbounded:
+            raise ModelError(f"there is no central model. {self.summary}")
+        block = linear_block(self.model)
+        if block.constants:
+            warnings.warn(
+                f"the constant in the line of {', '.join(block.constants)} is no part of a transfer function: its "
+                "response is that of changes about an operating point",
+                stacklevel=2,
+            )
+        count = max(len(block.numerator), len(block.denominator))
+        # Powers of 1/z, padded to the same number, are those of z from the highest down.
+        parts = (np.pad(part, (0, count - len(part))) for part in (block.numerator, block.denominator))
+        return control.TransferFunction(*parts, self.data.sampling_time, inputs=[block.input], outputs=[block.output])
 
     def plot(self) -> Figure:
         """Return a figure of the intervals: outer, inner and centre of each parameter."""

@@ -30,6 +30,7 @@ from smid.study.workers import THREADS
 
 EXTRAS = {
     "pandas": (("pandas",), "Dataset.from_pandas and to_pandas"),
+    "control": (("control",), "Estimate.to_control"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
