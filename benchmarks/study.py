@@ -21,8 +21,8 @@ import numpy as np
 from smid import Dataset, OutputError, order_study
 from smid.study import Cell, Outcome, Study, dask_executor
 from smid.study.store import FILE
+from smid.study.workers import THREADS
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 MODEL = OutputError(na=1, stable=True)
 
 

@@ -14,6 +14,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
+from html import escape
 
 import numpy as np
 
@@ -157,6 +158,17 @@ class Enclosure:
     complicating: tuple[str, ...]
     largest_block: int
     n_moments: int
+
+    def _repr_html_(self) -> str:
+        titles = ("variable", "lower, certified", "lower, verified", "upper, verified", "upper, certified")
+        head = "".join(f'<th scope="col">{title}</th>' for title in titles)
+        rows = ""
+        for i in self.intervals:
+            ends = (i.lower, i.inner_lower, i.inner_upper, i.upper)
+            cells = "".join(f'<td style="text-align: right">{float(end)!r}</td>' for end in ends)
+            rows += f"<tr><td>{escape(i.name)}</td>{cells}</tr>"
+        told = f"{self.method}, order {self.order}, {self.solves} certified solves: {self.reason.value}"
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table><p>{escape(told)}</p>"
 
 
 @dataclass

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
+from html import escape
 from math import comb
 
 import numpy as np
@@ -109,6 +110,14 @@ class Minimum:
         reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point was verified)"
         branches = f", {self.nodes} branches" if self.nodes else ""
         return f"{self.lower:.9g} <= minimum {reached} (order {self.order}{branches})"
+
+    def _repr_html_(self) -> str:
+        numbers = {"lower end, certified": self.lower, "upper end, verified": self.upper, **self.point}
+        rows = "".join(
+            f'<tr><td>{escape(k)}</td><td style="text-align: right">{float(v)!r}</td></tr>' for k, v in numbers.items()
+        )
+        head = '<tr><th scope="col">minimum</th><th scope="col">value</th></tr>'
+        return f"<table><thead>{head}</thead><tbody>{rows}</tbody></table><p>{escape(self.reason.value)}</p>"
 
 
 @dataclass

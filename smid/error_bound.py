@@ -8,9 +8,8 @@ identify with a larger one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,11 +25,13 @@ from smid.data import Dataset
 from smid.estimate import round_down, round_up
 from smid.feasible import FREE_BOUND, FeasibleSet
 from smid.models import Model, ModelError
+from smid.result import Part, Result
 from smid.start import equation_error_fit, magnitudes
+from smid.table import Table
 
 
-@dataclass(frozen=True)
-class ErrorBound:
+@dataclass(frozen=True, repr=False)
+class ErrorBound(Result):
     """An enclosure of the least noise bound.
 
     Parameters
@@ -76,9 +77,11 @@ class ErrorBound:
             " (lower end certified, upper end witnessed)" if self.lower > 0 else " (witnessed; no lower end is proven)"
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data; the reason by its name."""
-        return {**asdict(self), "reason": self.reason.name.lower()}
+    def _content(self) -> Iterator[Part]:
+        said = str(self)
+        yield f"{said[0].upper()}{said[1:]}; {self.reason.value}."
+        rows = tuple((name, f"{value:.6g}") for name, value in self.parameters.items())
+        yield Table("Parameters that explain the data with the upper end.", ("parameter", "value"), rows, "lr")
 
 
 def error_bound(

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from relaxations.hierarchy import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
-from smid.models import Model, Parameter
+from smid.models import Model, ModelError, Parameter
+from smid.models.linear_block import linear_block
+from smid.result import Part, Result, Tabular, optional, plain
+from smid.table import Table
+
+if TYPE_CHECKING:
+    from control import TransferFunction
 
 SCHEMA = "smid.estimate/1"
 _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
@@ -32,8 +39,8 @@ class CentreStatus(Enum):
     UNDECIDED = "it is undecided whether the vector of centres is feasible"
 
 
-@dataclass(frozen=True)
-class ParameterInterval:
+@dataclass(frozen=True, repr=False)
+class ParameterInterval(Result):
     """The parameter uncertainty interval (PUI) of one parameter, (2.15)-(2.17).
 
     Parameters
@@ -51,6 +58,8 @@ class ParameterInterval:
     >>> a1 = ParameterInterval("a1", "", -0.6, -0.4, -0.59, -0.41, Proof.PROVEN, Proof.PROVEN)
     >>> round(a1.width, 6), round(a1.centre, 6), round(a1.gap, 6)
     (0.2, -0.5, 0.01)
+    >>> a1
+    a1 in [-0.6000, -0.4000] (proven / proven)
     """
 
     name: str
@@ -95,25 +104,51 @@ class ParameterInterval:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite and missing numbers become None."""
-        plain = {
-            name: _plain(getattr(self, name))
-            for name in ("lower", "upper", "inner_lower", "inner_upper", "width", "centre", "gap")
-        }
+        content: dict[str, Any] = plain(self.row)
+        return content
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """Return the numbers by name, with all digits."""
+        numbers = ("lower", "upper", "inner_lower", "inner_upper", "width", "centre", "gap")
         return {
             "name": self.name,
             "unit": self.unit,
-            **plain,
+            **{name: float(getattr(self, name)) for name in numbers},
             "proof_lower": self.proof_lower.name.lower(),
             "proof_upper": self.proof_upper.name.lower(),
         }
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of a table: ends rounded outwards, to three figures of the width."""
+        digits = shown_digits(self)
+        ends = " / ".join("proven" if p is Proof.PROVEN else "prior box" for p in (self.proof_lower, self.proof_upper))
+        return (
+            self.name,
+            round_down(self.lower, digits),
+            round_up(self.upper, digits),
+            f"{self.gap:.1e}" if np.isfinite(self.gap) else "unknown",
+            f"{self.centre:.{digits}g}" if np.isfinite(self.centre) else "unknown",
+            self.unit,
+            ends,
+        )
 
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    def __str__(self) -> str:
+        _, lower, upper, *_, ends = self.cells
+        return f"{self.name} in [{lower}, {upper}] {self.unit}".rstrip() + f" ({ends})"
+
+    def _content(self) -> Iterator[Part]:
+        yield interval_table("", (self,))
 
 
-@dataclass(frozen=True)
-class Estimate:
+def interval_table(caption: str, intervals: tuple[ParameterInterval, ...]) -> Table:
+    """Return a row for each interval."""
+    return Table(caption, _HEADER, tuple(i.cells for i in intervals), "r" * len(_HEADER))
+
+
+@dataclass(frozen=True, repr=False)
+class Estimate(Tabular):
     """Parameter uncertainty intervals of a model on data.
 
     Parameters
@@ -174,40 +209,25 @@ class Estimate:
         how = f"parametric lift in {', '.join(e.complicating)}" if e.method == "lift" else f"{e.method} relaxation"
         return f"{how}, order {e.order}, {e.solves} certified solves in {e.seconds:.3g} s; {e.reason.value}."
 
-    def __str__(self) -> str:
-        bounds = ", ".join(f"|noise of {c}| <= {b:g} {self._unit(c)}".rstrip() for c, b in self.noise_bound.items())
-        rows = [_HEADER, *(self._row(i) for i in self.intervals)]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(_HEADER))]
-        lines = ["  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
-        return "\n".join(
-            [f"{self.model.name} on {self.data.n_samples} samples, {bounds}", *lines, self.summary, self.centre_text]
-        )
+    @property
+    def table(self) -> Table:
+        """Return a row for each parameter; printed ends are rounded outwards."""
+        units = {c: self.data.channel(c).unit for c in self.noise_bound}
+        bounds = ", ".join(f"|noise of {c}| <= {b:g} {units[c]}".rstrip() for c, b in self.noise_bound.items())
+        return interval_table(f"{self.model.name} on {self.data.n_samples} samples, {bounds}", self.intervals)
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.summary
+        yield self.centre_text
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (i.row for i in self.intervals)
 
     @property
     def centre_text(self) -> str:
         """Return the sentence about the centres."""
         return f"{self.centre_status.value[0].upper()}{self.centre_status.value[1:]}."
-
-    def _unit(self, channel: str) -> str:
-        return self.data.channel(channel).unit
-
-    def _row(self, i: ParameterInterval) -> tuple[str, ...]:
-        digits = shown_digits(i)
-        ends = " / ".join("proven" if p is Proof.PROVEN else "prior box" for p in (i.proof_lower, i.proof_upper))
-        return (
-            i.name,
-            round_down(i.lower, digits),
-            round_up(i.upper, digits),
-            f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
-            f"{i.centre:.{digits}g}" if np.isfinite(i.centre) else "unknown",
-            i.unit,
-            ends,
-        )
-
-    def _repr_html_(self) -> str:
-        head = "<tr>" + "".join(f"<th>{title}</th>" for title in _HEADER) + "</tr>"
-        body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in self._row(i)) + "</tr>" for i in self.intervals)
-        return f"<table>{head}{body}</table><p>{self.summary} {self.centre_text}</p>"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``estimate`` of the versioned JSON schema in docs/json.md."""
@@ -217,7 +237,7 @@ class Estimate:
             "model": self.model.to_dict(),
             "noise_bound": dict(self.noise_bound),
             "parameters": [i.to_dict() for i in self.intervals],
-            "centre": {k: _plain(v) for k, v in self.centre.items()},
+            "centre": plain(self.centre),
             "centre_status": self.centre_status.name.lower(),
             "nearest_feasible": None if self.nearest is None else dict(self.nearest),
             "derived_boxes": list(self.derived),
@@ -242,6 +262,53 @@ class Estimate:
                 "sampling_time": self.data.sampling_time,
             },
         }
+
+    def to_control(self) -> TransferFunction:
+        """Return the central model as a transfer function of python-control, with the sampling time of the data.
+
+        A model with a curve gives its linear block: that of a Hammerstein model begins behind the curve, at its signal
+        ``x``, that of a Wiener model ends before the sensor's curve. The names of input and output tell.
+
+        Returns
+        -------
+        control.TransferFunction
+            In z, from rest: what an experiment begins with is no part of it.
+
+        Warns
+        -----
+        UserWarning
+            Where a line has a constant, an offset say: it is left out, and the response is that of changes.
+
+        Raises
+        ------
+        ImportError
+            Where python-control is not installed.
+        ModelError
+            Where there is no central model, or no linear block with one input and one output.
+
+        Examples
+        --------
+        >>> from smid import OutputError, identify
+        >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+        >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+        >>> system = identify(OutputError(stable=True), data, noise_bound=0.1).to_control()
+        >>> system.dt, system.input_labels, system.output_labels, bool(abs(system.poles()[0] - 0.5) < 0.05)
+        (0.1, ['u'], ['y'], True)
+        """
+        control = optional("control", "to_control")
+        if self.unbounded:
+            raise ModelError(f"there is no central model. {self.summary}")
+        block = linear_block(self.model)
+        if block.constants:
+            warnings.warn(
+                f"the constant in the line of {', '.join(block.constants)} is no part of a transfer function: its "
+                "response is that of changes about an operating point",
+                stacklevel=2,
+            )
+        count = max(len(block.numerator), len(block.denominator))
+        # Powers of 1/z, padded to the same number, are those of z from the highest down.
+        parts = (np.pad(part, (0, count - len(part))) for part in (block.numerator, block.denominator))
+        return control.TransferFunction(*parts, self.data.sampling_time, inputs=[block.input], outputs=[block.output])
 
     def plot(self) -> Figure:
         """Return a figure of the intervals: outer, inner and centre of each parameter."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
+from relaxations.lasserre import METHODS as LASSERRE
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
@@ -23,12 +25,17 @@ from smid.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.feasible import FeasibleSet
 from smid.models import Model, ModelError
 from smid.piecewise import piecewise_centre, piecewise_intervals
+from smid.result import Part, Result, plain
 from smid.start import equation_error_fit, magnitudes
+from smid.table import Table
 
 Progress = Callable[[str], None]
 
+METHODS = ("auto", "lift", *LASSERRE)
+"""How bounds may be asked for."""
 
-class EmptyFeasibleSetError(ValueError):
+
+class EmptyFeasibleSetError(ValueError, Result):
     """A proven negative: no parameters and noises within the bound explain the data.
 
     Parameters
@@ -55,6 +62,15 @@ class EmptyFeasibleSetError(ValueError):
         super().__init__(message)
         self.least_bound = least_bound
         self.samples = samples
+
+    def _content(self) -> Iterator[Part]:
+        yield str(self)
+        rows = tuple((run, str(k), f"{weight:.0%}") for run, k, weight in self.samples)
+        yield Table("What carries the proof.", ("experiment", "sample", "share"), rows, "lrr")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the message, the certified least bound, and the samples that carry the proof."""
+        return {"message": str(self), "least_bound": self.least_bound, "samples": plain(self.samples)}
 
 
 def identify(

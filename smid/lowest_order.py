@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
+from smid.binding import bind
 from smid.data import Dataset
-from smid.estimate import Estimate
+from smid.estimate import Estimate, round_down
+from smid.feasible import check_noise_bound
 from smid.identify import EmptyFeasibleSetError, identify
-from smid.models import Model
+from smid.models import Model, ModelError
+from smid.result import Part, Tabular
+from smid.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -24,16 +32,31 @@ class OrderStep:
         A feasible point is verified. Where neither holds, the candidate is undecided.
     reason : str
         The proof of emptiness in words, or how the intervals came about.
+    least_bound : float or None
+        Where the set is empty, the certified lower end of the least noise bound that the candidate needs; None where
+        it was not computed.
     """
 
     model: Model
     empty: bool
     feasible: bool
     reason: str
+    least_bound: float | None
+
+    @property
+    def size(self) -> str:
+        """Return how many parameters the candidate has, in words."""
+        count = len(self.model.parameters)
+        return f"{count} parameter{'s' if count > 1 else ''}"
+
+    @property
+    def verdict(self) -> str:
+        """Return the verdict in two words."""
+        return "proven empty" if self.empty else "feasible" if self.feasible else "undecided"
 
 
-@dataclass(frozen=True)
-class LowestOrder:
+@dataclass(frozen=True, repr=False)
+class LowestOrder(Tabular):
     """The candidates tried, and the estimate of the first one that is not proven wrong.
 
     Parameters
@@ -41,14 +64,58 @@ class LowestOrder:
     steps : tuple of OrderStep
     estimate : Estimate or None
         None where every candidate is proven wrong.
+    channel, unit : str
+        The output whose noise is meant.
+    noise_bound : float
+        What was allowed of it.
     """
 
     steps: tuple[OrderStep, ...]
     estimate: Estimate | None
+    channel: str
+    unit: str
+    noise_bound: float
 
-    def __str__(self) -> str:
-        words = {(True, False): "proven empty", (False, True): "feasible", (False, False): "undecided"}
-        return "\n".join(f"{s.model.name}: {words[s.empty, s.feasible]}. {s.reason}" for s in self.steps)
+    @property
+    def table(self) -> Table:
+        """Return a row for each candidate; least bounds are rounded down, for they are proven."""
+        needs = ("" if s.least_bound is None else f">= {round_down(s.least_bound, 4)}" for s in self.steps)
+        rows = tuple(
+            (s.model.name, str(len(s.model.parameters)), s.verdict, need)
+            for s, need in zip(self.steps, needs, strict=True)
+        )
+        unit = f" [{self.unit}]" if self.unit else ""
+        caption = f"Candidates for noise of {self.channel} of at most {self.noise_bound:g} {self.unit}".rstrip()
+        return Table(caption, ("model", "parameters", "feasible set", f"least noise bound{unit}"), rows, "lrlr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield from (f"{s.model.name}, {s.size}: {s.reason}" for s in self.steps)
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for s in self.steps:
+            yield {
+                "model": s.model.name,
+                "parameters": len(s.model.parameters),
+                "verdict": s.verdict,
+                "least_bound": s.least_bound,
+                "reason": s.reason,
+            }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the verdicts, and the estimate."""
+        return {
+            "channel": self.channel,
+            "noise_bound": self.noise_bound,
+            "steps": list(self._rows()),
+            "estimate": None if self.estimate is None else self.estimate.to_dict(),
+        }
+
+    def plot(self) -> Figure:
+        """Draw the least noise bound that each candidate needs, against the bound that was allowed."""
+        from smid.reports.figures import lowest_order_figure
+
+        return lowest_order_figure(self)
 
 
 def lowest_order(
@@ -78,7 +145,7 @@ def lowest_order(
     Raises
     ------
     ModelError, DataError
-        Where a candidate does not fit the data.
+        Where a candidate does not fit the data, or there is none.
 
     Examples
     --------
@@ -89,16 +156,21 @@ def lowest_order(
     >>> [step.empty for step in found.steps]
     [True, False]
     """
-    steps = []
+    if not candidates:
+        raise ModelError("there is no model to try: give at least one")
+    steps, found = [], None
     for model in candidates:
         if progress:
             progress(f"trying {model.name}")
         try:
-            estimate = identify(model, data, noise_bound, progress=progress, **settings)  # type: ignore[arg-type]
+            found = identify(model, data, noise_bound, progress=progress, **settings)  # type: ignore[arg-type]
         except EmptyFeasibleSetError as proof:
-            steps.append(OrderStep(model, True, False, str(proof)))
+            steps.append(OrderStep(model, True, False, str(proof), proof.least_bound))
             continue
-        witnessed = estimate.enclosure is not None and len(estimate.enclosure.witnesses) > 0
-        steps.append(OrderStep(model, False, witnessed, estimate.summary))
-        return LowestOrder(tuple(steps), estimate)
-    return LowestOrder(tuple(steps), None)
+        witnessed = found.enclosure is not None and len(found.enclosure.witnesses) > 0
+        steps.append(OrderStep(model, False, witnessed, found.summary, None))
+        break
+    last = bind(model, data)
+    bounds = check_noise_bound(last, noise_bound, None)
+    channel = next(c for c in last.output_channels if c in bounds)
+    return LowestOrder(tuple(steps), found, channel, data.channel(channel).unit, bounds[channel])

@@ -1,8 +1,9 @@
-"""A table for the eye: a caption, a header, cells of text, and how a number is written there."""
+"""A table for the eye: a caption, a header, cells of text, printed or in a notebook; how a number is written there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 
 __all__ = ["Table", "figure"]
 
@@ -54,6 +55,22 @@ class Table:
             for row in (self.header, *self.rows)
         ]
         return "\n".join([self.caption, *lines] if self.caption else lines)
+
+    def _repr_html_(self) -> str:
+        # A caption element is as narrow as its table; notebooks align every cell to the right unless it says otherwise.
+        caption = f"<figcaption>{escape(self.caption)}</figcaption>" if self.caption else ""
+        head = self._cells(self.header, 'th scope="col"')
+        body = "".join(self._cells(row, "td") for row in self.rows)
+        table = f"<table><thead>{head}</thead><tbody>{body}</tbody></table>"
+        return f'<figure style="margin: 1em 0; overflow-x: auto">{caption}{table}</figure>'
+
+    def _cells(self, texts: tuple[str, ...], tag: str) -> str:
+        sides = ("left" if side == "l" else "right" for side in self.align)
+        cells = (
+            f'<{tag} style="text-align: {side}">{escape(text)}</{tag[:2]}>'
+            for text, side in zip(texts, sides, strict=True)
+        )
+        return f"<tr>{''.join(cells)}</tr>"
 
 
 def figure(value: float) -> str:

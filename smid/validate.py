@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,11 @@ from relaxations.balls import Array
 from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.models import Model
+from smid.result import Part, Tabular, plain
+from smid.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,8 @@ class Score:
     violations: int | None
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, repr=False)
+class Validation(Tabular):
     """Free-run simulation of a model on data, scored.
 
     Parameters
@@ -64,23 +69,29 @@ class Validation:
     scores: tuple[Score, ...]
     simulated: tuple[Mapping[str, Array], ...]
 
-    def __str__(self) -> str:
-        header = ("experiment", "output", "samples", "RMSE", "fit %", "largest", "violations")
-        rows = [header]
-        for s in self.scores:
-            rows.append(
-                (
-                    s.experiment,
-                    s.channel,
-                    str(s.samples),
-                    f"{s.rmse:.4g} {s.unit}".rstrip(),
-                    f"{s.fit_percent:.2f}",
-                    f"{s.largest:.4g} {s.unit}".rstrip(),
-                    "-" if s.violations is None else f"{s.violations}",
-                )
+    @property
+    def table(self) -> Table:
+        """Return a row for each score."""
+        rows = tuple(
+            (
+                s.experiment,
+                s.channel,
+                str(s.samples),
+                f"{s.rmse:.4g} {s.unit}".rstrip(),
+                f"{s.fit_percent:.2f}",
+                f"{s.largest:.4g} {s.unit}".rstrip(),
+                "-" if s.violations is None else f"{s.violations}",
             )
-        widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
-        return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+            for s in self.scores
+        )
+        header = ("experiment", "output", "samples", "RMSE", "fit %", "largest", "violations")
+        return Table("", header, rows, "llrrrrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (asdict(score) for score in self.scores)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``validation`` of the versioned JSON schema in docs/json.md."""
@@ -88,12 +99,25 @@ class Validation:
             "schema": "smid.validation/1",
             "model": self.model.to_dict(),
             "data": {"source": self.data.source, "checksum": self.data.checksum},
-            "scores": [{k: _plain(v) for k, v in asdict(s).items()} for s in self.scores],
+            "scores": plain(self.scores),
         }
 
+    def plot(self, number: int = 0) -> Figure:
+        """Draw the measured output over the free run, and the error below.
 
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+        Parameters
+        ----------
+        number : int
+            Which of the scores: there is one for each experiment and output.
+
+        Returns
+        -------
+        Figure
+            With the band of the noise bound, where one was given.
+        """
+        from smid.reports.figures import simulation_figure
+
+        return simulation_figure(self, number)
 
 
 def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:

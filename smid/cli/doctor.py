@@ -26,9 +26,11 @@ from smid.identify import identify
 from smid.models import OutputError
 from smid.reports import versions
 from smid.reports.pdf import find_browser
+from smid.study.workers import THREADS
 
 EXTRAS = {
     "pandas": (("pandas",), "Dataset.from_pandas and to_pandas"),
+    "control": (("control",), "Estimate.to_control"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
@@ -38,7 +40,6 @@ EXTRAS = {
 }
 """The extras that pip knows, the modules they bring, and what for."""
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 TRUE_POLE = -0.5
 
 

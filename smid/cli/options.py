@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from relaxations.lasserre import METHODS
+from smid.identify import METHODS
 
 Command = Callable[..., Any]
 FILE = click.Path(dir_okay=False)
@@ -62,31 +62,35 @@ def apply_all(*options: Command) -> Command:
     return decorate
 
 
-record_options = apply_all(
-    click.argument("data", type=FILE),
+column_options = apply_all(
     click.option("--input", "input_", required=True, metavar="U", help="Column of the input."),
     click.option("--output", required=True, metavar="Y", help="Column of the output."),
     click.option("--sampling-time", type=float, metavar="S", help="Seconds; else from the time stamps."),
     click.option("--time", metavar="COL", help="Column of time stamps; else the one called time."),
+)
+model_option = click.option("--model", required=True, type=FILE, metavar="TOML", help="Model class and its fields.")
+input_noise_option = click.option(
+    "--input-noise-bound",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="D",
+    help="Noise bound of the input, for models with input noise.",
+)
+solver_option = click.option("--solver", default="clarabel", show_default=True, help="clarabel, or any of cvxpy's.")
+
+record_options = apply_all(
+    click.argument("data", type=FILE),
+    column_options,
     click.option("--start", type=int, metavar="K", help="First sample to use, counted from 0."),
     click.option("--stop", type=int, metavar="K", help="First sample not to use any more."),
-    click.option("--model", required=True, type=FILE, metavar="TOML", help="Model class and its fields."),
+    model_option,
 )
 
-data_options = apply_all(
-    record_options,
-    click.option(
-        "--input-noise-bound",
-        type=click.FloatRange(min=0, min_open=True),
-        metavar="D",
-        help="Noise bound of the input, for models with input noise.",
-    ),
-)
+data_options = apply_all(record_options, input_noise_option)
 
 solver_options = apply_all(
     click.option("--order", type=click.IntRange(min=1), help="Relaxation order; else the usual one."),
-    click.option("--method", type=click.Choice(["auto", "lift", *METHODS]), default="auto", show_default=True),
-    click.option("--solver", default="clarabel", show_default=True, help="clarabel, or any of cvxpy's."),
+    click.option("--method", type=click.Choice(METHODS), default="auto", show_default=True),
+    solver_option,
 )
 
 json_option = click.option(

@@ -11,15 +11,25 @@ from typing import TypeVar
 import click
 
 from relaxations.hierarchy import Reason
-from relaxations.lasserre import METHODS
 from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
-from smid.cli.options import FILE, NoiseBound, json_option, read_noise_bound, report_option
+from smid.cli.options import (
+    FILE,
+    NoiseBound,
+    column_options,
+    input_noise_option,
+    json_option,
+    model_option,
+    read_noise_bound,
+    report_option,
+    solver_option,
+)
 from smid.cli.outputs import Outputs
 from smid.cli.studies import publish
 from smid.data import DataError, Dataset
 from smid.error_bound import error_bound as least_bound
 from smid.estimate import round_up
+from smid.identify import METHODS
 from smid.models import Model
 from smid.reports import report as write_report
 from smid.reports.chapter import together
@@ -47,9 +57,8 @@ def _read_count(context: click.Context, parameter: click.Parameter, text: str) -
 
 
 def _read_method(context: click.Context, parameter: click.Parameter, text: str) -> str:
-    choices = ("auto", "lift", *METHODS)
-    if text not in choices:
-        raise click.BadParameter(f"{text!r} is no method: choose among {', '.join(choices)}", context, parameter)
+    if text not in METHODS:
+        raise click.BadParameter(f"{text!r} is no method: choose among {', '.join(METHODS)}", context, parameter)
     return text
 
 
@@ -61,11 +70,8 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
 
 @click.command()
 @click.argument("data", type=FILE, nargs=-1, required=True)
-@click.option("--input", "input_", required=True, metavar="U", help="Column of the input.")
-@click.option("--output", required=True, metavar="Y", help="Column of the output.")
-@click.option("--sampling-time", type=float, metavar="S", help="Seconds; else from the time stamps.")
-@click.option("--time", metavar="COL", help="Column of time stamps; else the one called time.")
-@click.option("--model", required=True, type=FILE, metavar="TOML", help="Model class and its fields.")
+@column_options
+@model_option
 @click.option(
     "--orders",
     default="1,2",
@@ -80,7 +86,7 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
     show_default=True,
     callback=separated(_read_method),
     metavar="M,...",
-    help=f"auto, lift, {', '.join(METHODS)}.",
+    help=f"{', '.join(METHODS)}.",
 )
 @click.option(
     "--noise-bounds",
@@ -90,16 +96,11 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
     metavar="D|1.2x,...",
     help="Of the output in its unit, or factors times the least bound that suits all records.",
 )
-@click.option(
-    "--input-noise-bound",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="D",
-    help="Noise bound of the input, for models with input noise.",
-)
+@input_noise_option
 @click.option(
     "--samples", callback=separated(_read_count), metavar="N,...", help="First samples to use; by default all."
 )
-@click.option("--solver", default="clarabel", show_default=True, help="clarabel, or any of cvxpy's.")
+@solver_option
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine. [default: 1]")
 @click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
 @click.option("--folder", type=FOLDER, metavar="DIR", help="Keep each outcome there as it comes.")

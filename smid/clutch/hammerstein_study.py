@@ -20,7 +20,7 @@ Reference: clutch thesis, section 3.2, figures 3.3 to 3.6.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -48,6 +48,7 @@ from smid.error_bound import ErrorBound, error_bound
 from smid.estimate import Estimate
 from smid.fit import fit
 from smid.models import Model
+from smid.result import Heading, Part, Result
 from smid.table import Table
 from smid.validate import Validation
 
@@ -66,8 +67,8 @@ CENTRAL, ON_STEPS = "set-membership", "HS20: the same on steps"
 ALL_POWERS = (5, 4, 3, 2, 1)
 
 
-@dataclass(frozen=True, eq=False)
-class HammersteinStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class HammersteinStudy(Result):
     """The three phases, and what stands beside them.
 
     Parameters
@@ -151,19 +152,20 @@ class HammersteinStudy:
             "Figures of merit: the thesis's, and those on our records.", ("", "thesis", "our records"), rows, "lll"
         )
 
-    def __str__(self) -> str:
-        bound = str(self.bound)
-        phases = {
-            "Phase 1: error bound": f"{bound[0].upper()}{bound[1:]}.",
-            "Choice of the structure": self.structures,
-            "Phase 2: parameter intervals": self.orders,
-            "Widths against the noise bound": self.widths,
-            "Phase 3: validation": f"{self.validation}\n\n{self.runs}",
-            "What the thesis prints": self.printed,
-            "Beside the thesis": self.beside_thesis,
-            "Conclusion": self.conclusion,
+    def _content(self) -> Iterator[Part]:
+        phases: dict[str, tuple[Part, ...]] = {
+            "Phase 1: error bound": (self.bound,),
+            "Choice of the structure": (self.structures,),
+            "Phase 2: parameter intervals": (self.orders,),
+            "Widths against the noise bound": (self.widths,),
+            "Phase 3: validation": (self.validation, self.runs),
+            "What the thesis prints": (self.printed,),
+            "Beside the thesis": (self.beside_thesis,),
+            "Conclusion": (self.conclusion,),
         }
-        return "\n\n".join(f"{title}\n{'-' * len(title)}\n{content}" for title, content in phases.items())
+        for title, parts in phases.items():
+            yield Heading(title)
+            yield from parts
 
     def plot(self) -> Figure:
         """Draw the central model's free runs over all records: figures 3.3 and 3.4 of the thesis."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,13 +10,14 @@ from matplotlib.figure import Figure
 
 from smid.clutch.records import load_clutch_records
 from smid.data import Dataset
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["RecordOverview", "record_overview"]
 
 
-@dataclass(frozen=True, eq=False)
-class RecordOverview:
+@dataclass(frozen=True, eq=False, repr=False)
+class RecordOverview(Tabular):
     """Records of the actuator, a row for each.
 
     Parameters
@@ -58,8 +60,16 @@ class RecordOverview:
         )
         return Table("Simulated records of the clutch actuator.", header, cells, "lrrrrrr")
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for row in self.rows:
+            numbers = {name: value for name, value in row.items() if not isinstance(value, list)}
+            ends = [(name, value) for name, value in row.items() if isinstance(value, list)]
+            yield numbers | {
+                f"{name} {k}": end for name, pair in ends for k, end in zip(("from", "to"), pair, strict=True)
+            }
 
     def plot(self) -> Figure:
         """Draw current, pressure and position of each record."""

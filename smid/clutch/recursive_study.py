@@ -17,7 +17,7 @@ Reference: clutch thesis, section 3.3, figures 3.8-3.20.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,6 +42,7 @@ from smid.recursive import (
     gain_study,
     track,
 )
+from smid.result import Part, Result
 from smid.table import Table, figure
 
 __all__ = ["RecursiveStudy", "recursive_study"]
@@ -54,8 +55,8 @@ SPREAD, DRIFT = 10.0, 1e-3  # in scales of the parameter
 NOISE_SEED = 3
 
 
-@dataclass(frozen=True, eq=False)
-class RecursiveStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class RecursiveStudy(Result):
     """The recursive estimators on the clutch records.
 
     Parameters
@@ -109,8 +110,11 @@ class RecursiveStudy:
         )
         return Table(f"Median over the records of the RMSE [{self.on_noise.unit}]", header, rows, "llrrrrr")
 
-    def __str__(self) -> str:
-        return f"{self.meaning}\n\n{self.summary}\n\n{self.gains}\n\n{self.comparison}"
+    def _content(self) -> Iterator[Part]:
+        yield self.meaning
+        yield self.summary
+        yield self.gains
+        yield self.comparison
 
     def plot(self) -> Figure:
         """Draw the three errors of every method on every record."""

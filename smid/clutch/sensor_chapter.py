@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,12 +25,13 @@ from smid.clutch.sensor_study import (
     table_5_4,
     train_thesis_sensors,
 )
+from smid.result import Part, Result
 
 __all__ = ["SensorChapter", "sensor_chapter"]
 
 
-@dataclass(frozen=True, eq=False)
-class SensorChapter:
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorChapter(Result):
     """All studies of the virtual sensors.
 
     Parameters
@@ -53,8 +54,8 @@ class SensorChapter:
     single: SingleSensorStudy
     intervals: IntervalStudy
 
-    def __str__(self) -> str:
-        return "\n\n".join(map(str, (*self.tables, self.cross, self.single, self.intervals)))
+    def _content(self) -> Iterator[Part]:
+        yield from (*self.tables, self.cross, self.single, self.intervals)
 
     def plot(self) -> Figure:
         """Draw the errors on the records that the single sensor has not seen."""

@@ -22,7 +22,7 @@ Reference: clutch thesis, sections 3.2.4 and 6.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +42,7 @@ from smid.recursive.arx import Arx
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_history import Change, SetHistory
 from smid.recursive.set_membership import RecursiveSet
+from smid.result import Part, Result
 from smid.table import Table
 
 __all__ = ["RecordChanges", "SetStudy", "set_study"]
@@ -76,8 +77,8 @@ class RecordChanges:
     changes: Mapping[float, tuple[Change, ...]]
 
 
-@dataclass(frozen=True, eq=False)
-class SetStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class SetStudy(Result):
     """Recursive sets on known plants and on the bundled records.
 
     Parameters
@@ -187,8 +188,11 @@ class SetStudy:
             "bundled records."
         )
 
-    def __str__(self) -> str:
-        return "\n\n".join([self.conclusion, str(self.against_batch), str(self.at_end), str(self.of_records)])
+    def _content(self) -> Iterator[Part]:
+        yield self.conclusion
+        yield self.against_batch
+        yield self.at_end
+        yield self.of_records
 
     def plot(self) -> Figure:
         """Draw the intervals in time of the plant that changes, with the truth."""

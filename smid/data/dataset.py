@@ -1,7 +1,7 @@
 """The data set: experiments over shared channels, uniformly sampled, with the roles of the channels."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -10,24 +10,29 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from smid.data import edit, listing
+from smid.data import edit
 from smid.data.channel import Channel, name_hint
 from smid.data.columns import Names
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
+from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.plot import plot
 from smid.data.resample import Resampling
 from smid.data.validate import validate
+from smid.result import Part, Result, optional
 
 if TYPE_CHECKING:
     import pandas
 
 Paths = str | Path | Sequence[str | Path]
 
+MOST_DRAWN = 10_000
+"""Samples up to which a notebook shows the record by itself: more take too long."""
+
 
 @dataclass(frozen=True)
-class Dataset:
+class Dataset(Result):
     """Measured experiments that share channels, roles and sampling time.
 
     Parameters
@@ -514,32 +519,33 @@ class Dataset:
 
         Raises
         ------
-        DataError
-            When pandas is not installed.
+        ImportError
+            Where pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise DataError("to_pandas needs pandas; install it with: pip install smid[pandas]") from None
-        frames = [
-            pandas.DataFrame(
-                {name: run.values[name] for name in self.names}, index=pandas.Index(self.time(k), name="time")
-            )
+        pd = optional("pandas", "to_pandas")
+        frames: list[pandas.DataFrame] = [
+            pd.DataFrame({name: run.values[name] for name in self.names}, index=pd.Index(self.time(k), name="time"))
             for k, run in enumerate(self.experiments)
         ]
-        if len(frames) == 1:
-            return frames[0]
-        return pandas.concat(frames, keys=[run.name for run in self.experiments], names=["experiment"])
+        names = [run.name for run in self.experiments]
+        return frames[0] if len(frames) == 1 else pd.concat(frames, keys=names, names=["experiment"])
 
-    def __str__(self) -> str:
-        return listing.as_text(self)
+    def _content(self) -> Iterator[Part]:
+        yield channel_table(self)
+        yield from notes(self)
+
+    def _picture(self) -> Figure | None:
+        if self.n_samples > MOST_DRAWN:
+            return None
+        from smid.reports.style import WIDTH, style
+
+        with style():
+            figure = self.plot()
+            figure.set_size_inches(WIDTH, 0.6 + 1.3 * len(figure.axes))
+        return figure
 
     def __repr__(self) -> str:
-        # The generated one would print every sample.
-        return f"<{listing.as_text(self).splitlines()[0]}>"
-
-    def _repr_html_(self) -> str:
-        return listing.as_html(self)
+        return f"<{channel_table(self).caption}>"  # short, for it stands inside other results
 
 
 def _only(role: str, names: tuple[str, ...]) -> str:

@@ -20,6 +20,7 @@ A record is finite, so each limit needs a criterion that such a record can fail:
    tolerance * sigma_max; the Gram matrix itself is never formed, as that would square the condition number.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,13 +28,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from smid.data.dataset import Dataset
 from smid.data.errors import DataError
+from smid.result import Part, Result
+from smid.table import Table
 
 LARGEST_DRIFT = 1.0
 LARGEST_VARIANCE_RATIO = 4.0
 
 
-@dataclass(frozen=True, eq=False)
-class Excitation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Excitation(Result):
     """How rich an input is.
 
     Parameters
@@ -72,17 +75,19 @@ class Excitation:
         """Whether the mean and the autocovariance exist, and the matrix is positive definite at order 1."""
         return self.drift <= LARGEST_DRIFT, self.variance_ratio <= LARGEST_VARIANCE_RATIO, self.order > 0
 
-    def __str__(self) -> str:
-        first, second, third = ("yes" if holds else "no" for holds in self.conditions)
+    def _content(self) -> Iterator[Part]:
         least = "at least " if self.order == self.max_order else ""
-        return "\n".join(
-            [
-                f"Persistence of excitation: order {least}{self.order}",
-                f"  1. mean exists:            {first} (mean {self.mean:.4g}, drift {self.drift:.2g} std)",
-                f"  2. autocovariance exists:  {second} (variance ratio of halves {self.variance_ratio:.3g})",
-                f"  3. positive definite:      {third} (up to order {self.order} of {self.max_order} tried)",
-            ]
+        found = (
+            ("1. mean exists", f"mean {self.mean:.4g}, drift {self.drift:.2g} std"),
+            ("2. autocovariance exists", f"variance ratio of halves {self.variance_ratio:.3g}"),
+            ("3. positive definite", f"up to order {self.order} of {self.max_order} tried"),
         )
+        rows = tuple(
+            (condition, "yes" if holds else "no", why)
+            for (condition, why), holds in zip(found, self.conditions, strict=True)
+        )
+        caption = f"Persistence of excitation: order {least}{self.order}"
+        yield Table(caption, ("condition", "holds", "found"), rows, "lll")
 
 
 def _is_constant(records: list[NDArray[np.float64]]) -> bool:

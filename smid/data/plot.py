@@ -42,7 +42,7 @@ def plot(dataset: "Dataset") -> Figure:
                 label=run.name,
             )
             if dataset.n_init and one_run:
-                axis.axvspan(time[0], time[dataset.n_init], color="0.9", zorder=0)
+                axis.axvspan(time[0], time[dataset.n_init], color="0.5", alpha=0.2, linewidth=0, zorder=0)
         axis.set_ylabel(str(dataset.channel(name)))
         axis.grid(True, linewidth=0.4, alpha=0.5)
         axis.margins(x=0)

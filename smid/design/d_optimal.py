@@ -6,8 +6,9 @@ global: SciPy's differential evolution, with a stated budget and a seed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from scipy.optimize import Bounds, differential_evolution
 from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation
 from smid.models import ModelError
+from smid.result import Part, Result, plain
 
 __all__ = ["Design", "d_optimal"]
 
@@ -25,8 +27,8 @@ SINGULAR_COST = 1e3  # stands for a determinant of zero
 PEOPLE = 5  # members of the population per number to choose
 
 
-@dataclass(frozen=True)
-class Design:
+@dataclass(frozen=True, repr=False)
+class Design(Result):
     """An input, and the information that it carries.
 
     Parameters
@@ -45,12 +47,21 @@ class Design:
     information: FisherInformation
     evaluations: int
 
-    def __str__(self) -> str:
-        chosen = ", ".join(f"{name} = {x:.4g}" for name, x in zip(self.family.names, self.choice, strict=True))
-        return (
-            f"{self.family.name}: {chosen}\nlog det {self.information.log_determinant:.2f} "
-            f"after {self.evaluations} inputs\n{self.information}"
-        )
+    def _content(self) -> Iterator[Part]:
+        yield self.family.told(self.choice)
+        yield f"log det {self.information.log_determinant:.2f} after {self.evaluations} inputs"
+        yield self.information
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: what was chosen, the input, and what it tells."""
+        return {
+            "family": self.family.name,
+            "choice": dict(zip(self.family.names, self.choice.tolist(), strict=True)),
+            "input": self.input.tolist(),
+            "log_determinant": plain(self.information.log_determinant),
+            "information": self.information.to_dict(),
+            "evaluations": self.evaluations,
+        }
 
 
 def d_optimal(

@@ -73,6 +73,10 @@ class InputFamily:
         largest = float(np.abs(u).max())
         return u * (self.amplitude / largest) if largest > self.amplitude else u
 
+    def told(self, choice: Array) -> str:
+        """Return a choice in words."""
+        return f"{self.name}: " + ", ".join(f"{name} = {x:.4g}" for name, x in zip(self.names, choice, strict=True))
+
     def draw(self, random: np.random.Generator) -> Array:
         """Return a choice, uniform in the box."""
         return random.uniform(self.lower, self.upper)

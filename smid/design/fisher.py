@@ -13,8 +13,9 @@ Analysis" (1977), chapter 6.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from smid.models import Model, ModelError
 from smid.models.running import at_sampling_time
 from smid.models.sensitivities import compile_free_run
+from smid.result import Part, Tabular, plain
 from smid.table import Table
 
 __all__ = ["FisherInformation", "fisher_information", "model_information"]
@@ -31,8 +33,8 @@ Array = NDArray[np.float64]
 SINGULAR = 1e-12  # of the largest eigenvalue: below it a direction counts as not excited
 
 
-@dataclass(frozen=True)
-class FisherInformation:
+@dataclass(frozen=True, repr=False)
+class FisherInformation(Tabular):
     """The information of an experiment.
 
     Parameters
@@ -69,17 +71,26 @@ class FisherInformation:
             return np.full(len(self.names), np.inf)
         return np.sqrt(np.diag(np.linalg.inv(self.relative)))
 
-    def __str__(self) -> str:
-        return str(
-            Table(
-                "Least deviations (Cramer-Rao)",
-                ("parameter", "value", "deviation"),
-                tuple(
-                    (name, f"{value:.5g}", f"{100 * share:.2g}%")
-                    for name, value, share in zip(self.names, self.values, self.relative_deviations, strict=True)
-                ),
-                "lrr",
-            )
+    @property
+    def table(self) -> Table:
+        """Return the least deviation of each parameter."""
+        rows = tuple(
+            (row["parameter"], f"{row['value']:.5g}", f"{100 * row['relative_deviation']:.2g}%") for row in self._rows()
+        )
+        return Table("Least deviations (Cramer-Rao)", ("parameter", "value", "deviation"), rows, "lrr")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the rows of the table, and the matrix."""
+        return {"parameters": plain(tuple(self._rows())), "matrix": plain(self.matrix)}
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        columns = (self.names, self.values.tolist(), self.relative_deviations.tolist())
+        return (
+            {"parameter": name, "value": value, "relative_deviation": share}
+            for name, value, share in zip(*columns, strict=True)
         )
 
 

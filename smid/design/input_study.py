@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -20,6 +20,7 @@ from smid.hybrid.certified import CertifiedArm, certify_arm
 from smid.hybrid.certified.box import CONSTANTS
 from smid.models import ModelError
 from smid.reports.style import BLUE, INK, ORANGE, WIDTH, style
+from smid.result import Part, Tabular, plain
 from smid.signals import TABLE_F1, plot_spread
 from smid.table import Table
 
@@ -72,8 +73,8 @@ class InputRow:
     arm: CertifiedArm
 
 
-@dataclass(frozen=True)
-class InputStudy:
+@dataclass(frozen=True, repr=False)
+class InputStudy(Tabular):
     """All experiments, from the thesis's inputs to the one whose intervals are the narrowest.
 
     Parameters
@@ -130,8 +131,16 @@ class InputStudy:
             "estimators could know."
         )
 
-    def __str__(self) -> str:
-        return f"{self.table}\n\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each input and constant."""
+        for row in self.rows:
+            deviations = dict(zip(CONSTANTS, row.information.relative_deviations.tolist(), strict=True))
+            for constant in row.arm._rows():
+                yield {"input": row.name, **constant, "relative_deviation": deviations[constant["constant"]]}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -142,9 +151,7 @@ class InputStudy:
                 {
                     "name": row.name,
                     "order": row.order,
-                    "deviations": dict(
-                        zip(CONSTANTS, _plain(row.information.relative_deviations.tolist()), strict=True)
-                    ),
+                    "deviations": dict(zip(CONSTANTS, plain(row.information.relative_deviations), strict=True)),
                     "arm": row.arm.to_dict(),
                     "holds": row.arm.holds(ARM),
                 }
@@ -272,7 +279,3 @@ def _row(name: str, u: Array, noise_bound: float, seed: int) -> InputRow:
     return InputRow(
         name, u, angle, excitation(u, max_order=MOST_ORDER).order, information, certify_arm(data, noise_bound)
     )
-
-
-def _plain(values: list[float]) -> list[float | None]:
-    return [v if np.isfinite(v) else None for v in values]

@@ -8,14 +8,16 @@ lean one: given members and drawn ones first, then normal steps around the best,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from smid.design.family import InputFamily
 from smid.models import ModelError
+from smid.result import Part, Result, plain
 
 __all__ = ["Shrinking", "shrinking_input"]
 
@@ -25,8 +27,8 @@ FIRST_STEP, SHORTER = 0.15, 0.8  # share of the box, and its factor after a step
 LEAST_WIDTH = 1e-12
 
 
-@dataclass(frozen=True)
-class Shrinking:
+@dataclass(frozen=True, repr=False)
+class Shrinking(Result):
     """An input, and how wide its intervals are.
 
     Parameters
@@ -46,10 +48,20 @@ class Shrinking:
     widths: Mapping[str, float]
     costs: Array
 
-    def __str__(self) -> str:
-        chosen = ", ".join(f"{name} = {x:.4g}" for name, x in zip(self.family.names, self.choice, strict=True))
-        widths = ", ".join(f"{name} {100 * w:.3g}%" for name, w in self.widths.items())
-        return f"{self.family.name}: {chosen}\nrelative widths: {widths}\nafter {len(self.costs)} inputs"
+    def _content(self) -> Iterator[Part]:
+        yield self.family.told(self.choice)
+        yield "relative widths: " + ", ".join(f"{name} {100 * w:.3g}%" for name, w in self.widths.items())
+        yield f"after {len(self.costs)} inputs"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: what was chosen, the input, and how wide its intervals are."""
+        return {
+            "family": self.family.name,
+            "choice": dict(zip(self.family.names, self.choice.tolist(), strict=True)),
+            "input": self.input.tolist(),
+            "widths": plain(self.widths),
+            "costs": plain(self.costs),
+        }
 
 
 def shrinking_input(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
+
+from smid.result import Part, Result, plain
+from smid.table import Table
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,14 @@ class CauseParameter:
             said += f" in [{self.lower:.4g}, {self.upper:.4g}]" + (" (proven)" if self.proven else "")
         return said if self.null is None else f"{said}; no effect at {self.null:.4g}"
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of a table."""
+        numbers = (self.value, self.lower, self.upper)
+        value, lower, upper, null = ("-" if x is None else f"{x:.4g}" for x in (*numbers, self.null))
+        kind = "" if self.lower is None else "proven" if self.proven else "linearised"
+        return self.name, value, lower, upper, self.unit, null, kind
+
 
 @dataclass(frozen=True)
 class Rival:
@@ -71,8 +81,8 @@ class Rival:
     why: str
 
 
-@dataclass(frozen=True)
-class Cause:
+@dataclass(frozen=True, repr=False)
+class Cause(Result):
     """A named effect.
 
     Parameters
@@ -107,19 +117,25 @@ class Cause:
     rivals: tuple[Rival, ...]
     evidence: Mapping[str, float]
 
+    def __str__(self) -> str:
+        return "\n".join(
+            (
+                f"{self.effect} ({self.confidence:.0%}): {self.sentence}",
+                *(f"  {p}" for p in self.parameters),
+                *(f"  not {r.effect}: {r.why}" for r in self.rivals[:3]),
+            )
+        )
+
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.effect} ({self.confidence:.0%}): {self.sentence}"
+        if self.parameters:
+            header = ("parameter", "value", "lower", "upper", "unit", "no effect at", "interval")
+            yield Table("", header, tuple(p.cells for p in self.parameters), "lrrrlrl")
+        if self.rivals:
+            rows = tuple((r.effect, f"{r.rmse:.4g}", f"{r.odds:.2g}", r.why) for r in self.rivals)
+            yield Table("Its rivals.", ("effect", "held-out RMSE", "odds against it", "why not"), rows, "lrrl")
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain, JSON-ready content; what is not finite becomes None."""
-        parameters = {p.name: {k: _plain(v) for k, v in asdict(p).items() if k != "name"} for p in self.parameters}
-        return {
-            "effect": self.effect,
-            "label": self.label,
-            "sentence": self.sentence,
-            "confidence": self.confidence,
-            "parameters": parameters,
-            "rivals": [{k: _plain(v) for k, v in asdict(rival).items()} for rival in self.rivals],
-            "evidence": {name: _plain(value) for name, value in self.evidence.items()},
-        }
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        parameters = {p.name: {k: v for k, v in plain(p).items() if k != "name"} for p in self.parameters}
+        return {**super().to_dict(), "parameters": parameters}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from math import nan
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
@@ -16,6 +18,7 @@ from smid.diagnosis.faults import Fault
 from smid.diagnosis.gain import Gain
 from smid.diagnosis.misfit import Misfit
 from smid.models import Model
+from smid.result import Part, Tabular
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,8 +47,8 @@ class Verdict(StrEnum):
         }[self]
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Tabular):
     """What a simulation gets wrong, why, what to add and what it gains.
 
     Parameters
@@ -106,21 +109,43 @@ class Diagnosis:
     seconds: float
 
     def __str__(self) -> str:
-        lines = [self.misfit.sentence]
+        causes = (indent(str(cause), "  ") for cause in self.causes)
+        return "\n".join((*self._before, *causes, *self._after))
+
+    def _content(self) -> Iterator[Part]:
+        yield from self._before
+        yield from self.causes
+        yield from self._after
+        if self.model is not self.base:
+            yield self.gain
+
+    @property
+    def _before(self) -> Iterator[str]:
+        yield self.misfit.sentence
         if self.proof is not None:
-            lines.append(self.proof.sentence)
-        lines += [fault.sentence for fault in self.faults]
-        lines.append(self.conclusion)
-        for cause in self.causes:
-            lines.append(f"  {cause.effect} ({cause.confidence:.0%}): {cause.sentence}")
-            lines += [f"    {p}" for p in cause.parameters]
-            lines += [f"    not {r.effect}: {r.why}" for r in cause.rivals[:3]]
+            yield self.proof.sentence
+        yield from (fault.sentence for fault in self.faults)
+        yield self.conclusion
+
+    @property
+    def _after(self) -> Iterator[str]:
         if self.experiment is not None:
-            lines.append(self.experiment.sentence)
-        lines.append(str(self.gain_sentence))
+            yield self.experiment.sentence
+        yield self.gain_sentence
         if self.unexplained:
-            lines.append("What is left is still more than noise: no effect of the library explains it.")
-        return "\n".join(lines)
+            yield "What is left is still more than noise: no effect of the library explains it."
+
+    def _picture(self) -> Figure:
+        return self.plot()
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each cause, and one for each effect that was weighed against it."""
+        for cause in self.causes:
+            named = {"cause": cause.effect, "effect": cause.effect, "named": True, "confidence": cause.confidence}
+            yield {**named, "rmse": cause.evidence.get("rmse_after", nan), "odds": nan, "said": cause.sentence}
+            for r in cause.rivals:
+                rival = {"cause": cause.effect, "effect": r.effect, "named": False, "confidence": nan}
+                yield {**rival, "rmse": r.rmse, "odds": r.odds, "said": r.why}
 
     @property
     def conclusion(self) -> str:

@@ -17,9 +17,9 @@ nothing is wrong comes first, so every threshold is strict, and small faults pas
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from smid.diagnosis.autoregression import Array
 from smid.diagnosis.effects.naming import quantity
 from smid.diagnosis.feedback import feedback
 from smid.diagnosis.sensor import outlier_mask, quantisation_step, runs_of_equal
+from smid.result import Part, Result
 
 __all__ = ["Fault", "data_faults", "outlier_mask", "quantisation_step"]
 
@@ -41,8 +42,8 @@ _FEW_LINES = 6
 _SMALLEST_JITTER = 0.02
 
 
-@dataclass(frozen=True)
-class Fault:
+@dataclass(frozen=True, repr=False)
+class Fault(Result):
     """Something wrong with the data.
 
     Parameters
@@ -69,12 +70,8 @@ class Fault:
     samples: tuple[tuple[int, int, int], ...] = ()
     size: float = 0.0
 
-    def __str__(self) -> str:
-        return f"{self.severity}: {self.sentence}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        return {**asdict(self), "samples": [list(stretch) for stretch in self.samples]}
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.severity}: {self.sentence}"
 
 
 def data_faults(data: Dataset) -> tuple[Fault, ...]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from smid.diagnosis.compare import rms
 from smid.diagnosis.effects.effect import Array
+from smid.result import Part, Result
+from smid.table import Table
 
 
-@dataclass(frozen=True)
-class Gain:
+@dataclass(frozen=True, repr=False)
+class Gain(Result):
     """Free runs of the base and of the extended model against held-out samples.
 
     Parameters
@@ -45,6 +47,17 @@ class Gain:
     violations_before: int | None
     violations_after: int | None
     samples: int
+
+    def _content(self) -> Iterator[Part]:
+        figures = {
+            "RMSE": (self.rmse_before, self.rmse_after),
+            "fit %": (self.fit_percent_before, self.fit_percent_after),
+            "largest error": (self.noise_bound_before, self.noise_bound_after),
+            "violations": (self.violations_before, self.violations_after),
+        }
+        rows = tuple((name, *("-" if x is None else f"{x:.4g}" for x in pair)) for name, pair in figures.items())
+        caption = f"Free runs on {self.samples} held-out samples."
+        yield Table(caption, ("", "base model", "extended model"), rows, "lrr")
 
     def to_dict(self) -> dict[str, float | int | None]:
         """Return the eight figures of the JSON schema; the number of samples stands beside them there."""

@@ -8,8 +8,8 @@ the error's variance that it explains, corrected for chance; see `smid.diagnosis
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ from smid.diagnosis.serial import (
     past_inputs_structure,
 )
 from smid.diagnosis.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes
+from smid.result import Part, Tabular, plain
+from smid.table import Table
 
 SIGNS = ("falls", "rests", "rises")
 _TIME_BINS = 6
@@ -76,8 +78,8 @@ class Violations:
     intervals: tuple[Interval, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Misfit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Misfit(Tabular):
     """What a simulation gets wrong.
 
     Parameters
@@ -116,8 +118,8 @@ class Misfit:
     violations: Violations | None
     structure: tuple[Structure, ...]
     input: str
-    data: Dataset = field(repr=False)
-    residual: tuple[Array, ...] = field(repr=False)
+    data: Dataset
+    residual: tuple[Array, ...]
     start: int
 
     @property
@@ -146,10 +148,10 @@ class Misfit:
         """Return plain data without the samples; what is not finite becomes None."""
         keys = ("channel", "unit", "samples", "rmse", "fit_percent", "largest", "noise_bound", "input")
         return {
-            **{key: _plain(getattr(self, key)) for key in keys},
+            **{key: plain(getattr(self, key)) for key in keys},
             "sentence": self.sentence,
-            "violations": None if self.violations is None else _plain(asdict(self.violations)),
-            "structure": [_plain(asdict(one)) for one in self.structure],
+            "violations": plain(self.violations),
+            "structure": plain(self.structure),
         }
 
     def plot(self) -> Figure:
@@ -158,12 +160,18 @@ class Misfit:
 
         return misfit_figure(self)
 
-    def __str__(self) -> str:
-        rows = [("error against", "share", "chance")]
-        rows += [(f"{s.kind} {s.against}".rstrip(), _percent(s.share), f"{s.chance:.1g}") for s in self.structure]
-        widths = [max(len(row[k]) for row in rows) for k in range(2)]
-        table = [f"  {a.ljust(widths[0])}  {b.rjust(widths[1])}  {c}" for a, b, c in rows]
-        return "\n".join([self.sentence, *table])
+    @property
+    def table(self) -> Table:
+        """Return which share of the error each quantity explains, and how likely chance does."""
+        rows = tuple((f"{s.kind} {s.against}".rstrip(), _percent(s.share), f"{s.chance:.1g}") for s in self.structure)
+        return Table("", ("error against", "share", "chance"), rows, "lrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.sentence
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return ({k: v for k, v in asdict(s).items() if k != "bins"} for s in self.structure)
 
 
 def misfit(
@@ -366,11 +374,3 @@ def _time_structure(data: Dataset, residual: Sequence[Array], start: int, unit: 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.1f} %"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -18,6 +18,7 @@ Reference: hybrid thesis, section 6.2.2, (6.1)-(6.5), appendices B and D.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,19 +28,21 @@ from sympy.solvers.solveset import NonlinearError
 
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
-from smid.models import Model, ModelError, signal, simulate, t
+from smid.models import Model, ModelError, simulate
 from smid.models.errors import refuse_unknown
+from smid.models.linear_block import DELAY, RATE, exact_values, response
 from smid.models.symbols import references
 from smid.networks import Array
+from smid.result import Part, Result
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 
 TOPOLOGIES = ("series", "parallel")
-_S, _Q, _MOVING = sympy.symbols("s q e")
+_S, _Q, _MOVING = RATE, DELAY, sympy.Symbol("e")
 
 
-@dataclass(frozen=True)
-class Requirement:
+@dataclass(frozen=True, repr=False)
+class Requirement(Result):
     """What a network has to learn.
 
     Parameters
@@ -83,8 +86,8 @@ class Requirement:
         times = self.sampling_time * np.arange(count)
         return np.asarray(amplitude * np.broadcast_to(function(times), times.shape), dtype=np.float64)
 
-    def __str__(self) -> str:
-        return f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; needs {self.couplings}"
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; needs {self.couplings}"
 
 
 def transfer(model: Model) -> sympy.Expr:
@@ -291,24 +294,13 @@ def _solved(model: Model) -> sympy.Expr:
             "a transfer function needs one of each"
         )
     values = {p.name: p.lower for p in model.parameters if p.lower == p.upper} | dict(model.values)
-    numbers = {sympy.Symbol(name, real=True): _exact(value) for name, value in values.items()}
-    symbols = {name: sympy.Dummy(name) for name in (*(line.signal for line in model.lines), *model.inputs)}
-    equations = []
-    for line in model.lines:
-        reads = references(line.expression)
-        if model.continuous and any(lag for _, lag in reads):
+    for line in model.lines if model.continuous else ():
+        if any(lag for _, lag in references(line.expression)):
             raise ModelError(f"the line of {line.signal!r} reads past samples: write the model in derivatives alone")
-        swap = {signal(name)[t - lag]: symbols[name] * _Q**lag for name, lag in reads}
-        expression = line.expression.xreplace(swap).xreplace(numbers)
-        expression = expression.xreplace({item: _exact(item) for item in expression.atoms(sympy.Float)})
-        equations.append(expression - symbols[line.signal] * (_S if line.rate else 1))
-    unknown = [symbols[line.signal] for line in model.lines]
     try:
-        matrix, _ = sympy.linear_eq_to_matrix(equations, [*unknown, symbols[model.inputs[0]]])
+        return response(model.lines, model.inputs[0], outputs[0], exact_values(values))[0]
     except NonlinearError:
         raise ModelError(f"{model.name!r} is not linear: it has no transfer function") from None
-    response = matrix[:, :-1].LUsolve(-matrix[:, -1])
-    return sympy.cancel(response[unknown.index(symbols[outputs[0]])])
 
 
 def _exact(value: float) -> sympy.Rational:

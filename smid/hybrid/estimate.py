@@ -17,8 +17,9 @@ Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ from smid.networks import (
     nguyen_widrow,
     sum_normal_equations,
 )
+from smid.result import Part, Result, plain
 
 __all__ = ["ERRORS", "HybridEstimate", "estimate"]
 
@@ -52,8 +54,8 @@ ERRORS = ("prediction", "simulation")
 _INSENSITIVE = 1e-8  # what moves the output less than this, in standard deviations for a unit, keeps its unit
 
 
-@dataclass(frozen=True, eq=False)
-class HybridEstimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class HybridEstimate(Result):
     """An estimated hybrid model.
 
     Parameters
@@ -75,11 +77,22 @@ class HybridEstimate:
         """The estimated model."""
         return self.hybrid.model
 
-    def __str__(self) -> str:
+    def _content(self) -> Iterator[Part]:
         free = [p for p in self.hybrid.white.parameters if p.lower < p.upper]
         told = "".join(f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free)
         weights = len(self.hybrid.term.parameters)
-        return f"{self.hybrid.topology}, {self.hybrid.couplings}, {weights} weights{told}; {self.search}"
+        yield f"{self.hybrid.topology}, {self.hybrid.couplings}, {weights} weights{told}; {self.search}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the estimated model, the free run and how the search ended."""
+        return {
+            "topology": self.hybrid.topology,
+            "couplings": plain(self.hybrid.couplings),
+            "model": self.model.to_dict(),
+            "cost": plain(self.fit.cost),
+            "simulated": plain(self.fit.simulated),
+            "search": str(self.search),
+        }
 
 
 @dataclass(frozen=True, eq=False)

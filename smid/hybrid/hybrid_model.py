@@ -6,6 +6,7 @@ The ways to join them are functions from a first-principles model to a hybrid on
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from smid.binding import bind
@@ -14,6 +15,7 @@ from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.neural import NeuralTerm
 from smid.models import Measurement, Model, ModelError
 from smid.models.symbols import rename_signals
+from smid.result import Part, Result
 
 __all__ = ["HYBRID", "HybridModel", "bound_to", "measure_instead", "output_measurement"]
 
@@ -21,8 +23,8 @@ HYBRID = "hybrid"
 """Name of the signal that first principles and network give together."""
 
 
-@dataclass(frozen=True)
-class HybridModel:
+@dataclass(frozen=True, repr=False)
+class HybridModel(Result):
     """First principles and a network in one model.
 
     Parameters
@@ -44,6 +46,10 @@ class HybridModel:
     white: Model
     topology: str
     couplings: BackCouplings
+
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.white.name} and a network, {self.topology}: it reads {self.couplings}."
+        yield self.model
 
 
 def output_measurement(white: Model, output: str | None) -> Measurement:

@@ -5,7 +5,7 @@ Reference: Prechelt, "Early stopping - but when?", in "Neural Networks: Tricks o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -14,6 +14,7 @@ import numpy as np
 from smid.models import ModelError
 from smid.networks.least_squares import LeastSquares, Method
 from smid.networks.network import Array
+from smid.result import Part, Result
 
 __all__ = ["Descent", "Progress", "ProgressCallback", "Stop", "descend"]
 
@@ -65,8 +66,8 @@ class Progress:
 ProgressCallback = Callable[[Progress], None]
 
 
-@dataclass(frozen=True, eq=False)
-class Descent:
+@dataclass(frozen=True, eq=False, repr=False)
+class Descent(Result):
     """The best point of one descent, and how it was reached.
 
     Parameters
@@ -88,6 +89,9 @@ class Descent:
     def best(self) -> float:
         """The least validation error."""
         return float(self.validation.min())
+
+    def _content(self) -> Iterator[Part]:
+        yield f"{self.training.size - 1} iterations, mean squared error {self.best:.4g}: {self.stop.value}"
 
 
 def descend(

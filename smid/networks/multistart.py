@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,13 @@ from smid.models import ModelError
 from smid.networks.descend import Descent, ProgressCallback, Stop, descend
 from smid.networks.least_squares import LeastSquares, Method
 from smid.networks.network import Array
+from smid.result import Part, Result
 
 __all__ = ["MultiStart", "multistart"]
 
 
-@dataclass(frozen=True, eq=False)
-class MultiStart:
+@dataclass(frozen=True, eq=False, repr=False)
+class MultiStart(Result):
     """What came of each start.
 
     Parameters
@@ -37,12 +38,10 @@ class MultiStart:
         """The point it came to."""
         return self.descents[self.winner].theta
 
-    def __str__(self) -> str:
-        winner = self.descents[self.winner]
-        return (
-            f"start {self.winner + 1} of {len(self.descents)}, {winner.training.size - 1} iterations: "
-            f"{winner.stop.value}"
-        )
+    def _content(self) -> Iterator[Part]:
+        best = self.descents[self.winner]
+        iterations = best.training.size - 1
+        yield f"start {self.winner + 1} of {len(self.descents)}, {iterations} iterations: {best.stop.value}"
 
 
 def multistart(

@@ -24,6 +24,7 @@ from smid.networks.network import Array, TanhNetwork, weight_count
 from smid.networks.scaling import fold, scaling_of
 from smid.networks.split import Split, random_split
 from smid.networks.start import nguyen_widrow
+from smid.result import Part, Result
 
 __all__ = ["NetworkError", "Training", "train"]
 
@@ -68,8 +69,8 @@ class NetworkError:
             yield self.inputs[k : k + BLOCK], self.targets[k : k + BLOCK]
 
 
-@dataclass(frozen=True, eq=False)
-class Training:
+@dataclass(frozen=True, eq=False, repr=False)
+class Training(Result):
     """A trained network.
 
     Parameters
@@ -91,12 +92,11 @@ class Training:
     test: float
     search: MultiStart
 
-    def __str__(self) -> str:
+    def _content(self) -> Iterator[Part]:
         shape = " - ".join(map(str, (*self.network.sizes, 1)))
-        return (
-            f"Network {shape}, {self.network.weights.size} weights; {self.search}\n"
-            f"mean squared error: training {self.training:.4g}, validation {self.validation:.4g}, test {self.test:.4g}"
-        )
+        errors = {"training": self.training, "validation": self.validation, "test": self.test}
+        yield f"Network {shape}, {self.network.weights.size} weights; {self.search}"
+        yield f"mean squared error: {', '.join(f'{part} {error:.4g}' for part, error in errors.items())}"
 
 
 def train(

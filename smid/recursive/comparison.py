@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +13,14 @@ from smid.models import ModelError
 from smid.recursive.arx import Arx
 from smid.recursive.method import Method
 from smid.recursive.tracking import Tracking, track
+from smid.result import Part, Tabular
 from smid.table import Table, figure
 
 __all__ = ["Comparison", "compare"]
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Tabular):
     """The three errors of several estimators on one or more records.
 
     Parameters
@@ -47,8 +48,13 @@ class Comparison:
         )
         return Table(f"{len(rows)} runs{unit}", header, rows, "lllrrrrl")
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for t in self.trackings:
+            errors = {name: residual.rmse for name, residual in {**t.residuals, "held": t.held}.items()}
+            yield {"record": t.record, "model": str(t.arx), "method": str(t.method), **errors}
 
     def plot(self) -> Figure:
         """Draw the three errors of every method on every record, on one logarithmic scale."""

@@ -7,6 +7,7 @@ those that the sample has already corrected.  Only the first one says something 
 from __future__ import annotations
 
 from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,14 +17,16 @@ from smid.models import ModelError
 from smid.recursive.arx import LARGEST, Array, Arx, refusal
 from smid.recursive.method import DivergenceError, Method
 from smid.recursive.poles import put_inside, stable
+from smid.result import Part, Result
+from smid.table import Table, figure
 
 __all__ = ["History", "RecursiveEstimator"]
 
 _ROOM = 1024
 
 
-@dataclass(frozen=True, eq=False)
-class History:
+@dataclass(frozen=True, eq=False, repr=False)
+class History(Result):
     """What a recursive estimator found, sample by sample.
 
     Parameters
@@ -53,6 +56,14 @@ class History:
     one_step: Array
     a_posteriori: Array
     put_inside: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+    def _content(self) -> Iterator[Part]:
+        errors = {"one step ahead": self.one_step, "a posteriori": self.a_posteriori}
+        known = {name: error[np.isfinite(error)] for name, error in errors.items()}
+        rows = tuple((name, figure(float(np.sqrt(np.mean(e**2)))) if e.size else "-") for name, e in known.items())
+        yield Table(
+            f"{len(self.one_step)} samples, {self.parameters.shape[1]} parameters.", ("error", "RMSE"), rows, "lr"
+        )
 
 
 class RecursiveEstimator:

@@ -7,6 +7,7 @@ A frozen model may be unstable.  Its run is stopped where it leaves the measured
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.signal import lfilter, lfiltic
 from smid.models import ModelError
 from smid.recursive.arx import Array, Arx
 from smid.recursive.poles import largest_pole
+from smid.result import Part, Result
 
 __all__ = ["FreeRun", "free_run"]
 
@@ -23,8 +25,8 @@ _RUNAWAY = 1e6
 """In largest measured outputs: a run beyond that does not come back."""
 
 
-@dataclass(frozen=True, eq=False)
-class FreeRun:
+@dataclass(frozen=True, eq=False, repr=False)
+class FreeRun(Result):
     """The simulated output of a frozen model.
 
     Parameters
@@ -42,6 +44,11 @@ class FreeRun:
     output: Array
     stopped: int | None
     radius: float
+
+    def _content(self) -> Iterator[Part]:
+        told = "stable" if self.radius < 1 else "unstable"
+        ended = "" if self.stopped is None else f"; it ran away and was stopped at sample {self.stopped}"
+        yield f"Free run over {self.output.size} samples; {told}, largest pole {self.radius:.4g}{ended}."
 
 
 def free_run(arx: Arx, parameters: ArrayLike, input: ArrayLike, output: ArrayLike) -> FreeRun:

@@ -6,7 +6,7 @@ for any data.  The table shows the other two errors as well, and which gains the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from smid.recursive.arx import Arx
 from smid.recursive.normalised_gradient import NormalisedGradient
 from smid.recursive.tracking import Tracking, track
 from smid.recursive.unnormalised_gradient import UnnormalisedGradient
+from smid.result import Part, Tabular
 from smid.table import Table, figure
 
 __all__ = ["GainStudy", "gain_study"]
@@ -27,8 +28,8 @@ Gradient = NormalisedGradient | UnnormalisedGradient
 _SHARES = (0.005, 0.05, 0.15, 0.25, 0.5, 0.75, 0.95, 1.05)
 
 
-@dataclass(frozen=True, eq=False)
-class GainStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class GainStudy(Tabular):
     """A gradient method at several gains on one record.
 
     Parameters
@@ -72,13 +73,16 @@ class GainStudy:
         )
         return Table(caption, header, rows, "rlrrrrl")
 
-    def __str__(self) -> str:
-        return (
-            f"{self.table}\n"
-            "Poles left alone: the largest a posteriori error where the stability rule moved none.\n"
-            f"One step ahead the error is least at gain {figure(self.best)}; "
-            f"holding the last output gives {figure(self.trackings[0].held.rmse)}."
-        )
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield "Poles left alone: the largest a posteriori error where the stability rule moved none."
+        held = figure(self.trackings[0].held.rmse)
+        yield f"One step ahead the error is least at gain {figure(self.best)}; holding the last output gives {held}."
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for gain, t in zip(self.gains, self.trackings, strict=True):
+            errors = {name: residual.rmse for name, residual in t.residuals.items()}
+            yield {"gain": gain, "kept": gain < self.largest_gain, **errors}
 
     def plot(self) -> Figure:
         """Draw the three errors over the gain."""

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from relaxations.balls import Array
+from smid.estimate import round_down, round_up
+from smid.result import Part, Result, Tabular
+from smid.table import Table
 
 __all__ = ["Change", "SetHistory"]
 
 
-@dataclass(frozen=True)
-class Change:
+@dataclass(frozen=True, repr=False)
+class Change(Result):
     """A certified change of the plant: no constant parameters explain a stretch of samples.
 
     That is proven.  That the plant changed follows where the model's structure, its first box and the noise bound hold.
@@ -34,12 +39,12 @@ class Change:
     after: int
     sample: int
 
-    def __str__(self) -> str:
-        return f"no constant parameters explain samples {self.after} to {self.sample}: the plant changed in between"
+    def _content(self) -> Iterator[Part]:
+        yield f"no constant parameters explain samples {self.after} to {self.sample}: the plant changed in between"
 
 
-@dataclass(frozen=True, eq=False)
-class SetHistory:
+@dataclass(frozen=True, eq=False, repr=False)
+class SetHistory(Tabular):
     """Certified intervals of the parameters, sample by sample.
 
     Parameters
@@ -62,6 +67,28 @@ class SetHistory:
     lower: Array
     upper: Array
     changes: tuple[Change, ...]
+
+    @property
+    def table(self) -> Table:
+        """Return the intervals after the last sample, rounded outwards; none before the first."""
+        ends = zip(self.names, self.lower[-1:].T, self.upper[-1:].T, strict=True)
+        rows = tuple(
+            (name, round_down(float(low), 6), round_up(float(high), 6), f"{high - low:.3g}")
+            for name, lows, highs in ends
+            for low, high in zip(lows, highs, strict=True)
+        )
+        caption = f"Certified intervals after {len(self.lower)} samples."
+        return Table(caption, ("parameter", "lower", "upper", "width"), rows, "lrrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield from (f"Proven: {change}." for change in self.changes)
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each sample and parameter."""
+        for sample, (lower, upper) in enumerate(zip(self.lower.tolist(), self.upper.tolist(), strict=True)):
+            for name, low, high in zip(self.names, lower, upper, strict=True):
+                yield {"sample": sample, "parameter": name, "lower": low, "upper": high}
 
     def plot(self, truth: ArrayLike | None = None, sampling_time: float | None = None) -> Figure:
         """Return a figure of the intervals in time.

@@ -11,6 +11,7 @@ there is a model.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,6 +25,7 @@ from smid.recursive.arx import Array, Arx
 from smid.recursive.estimator import History, RecursiveEstimator
 from smid.recursive.free_run import FreeRun, free_run
 from smid.recursive.method import DivergenceError, Method
+from smid.result import Part, Tabular, plain
 from smid.table import Table, figure
 
 __all__ = ["Residual", "Tracking", "track"]
@@ -61,8 +63,8 @@ class Residual:
         return Residual(samples, rmse, largest)
 
 
-@dataclass(frozen=True, eq=False)
-class Tracking:
+@dataclass(frozen=True, eq=False, repr=False)
+class Tracking(Tabular):
     """What a recursive estimator made of a record.
 
     Parameters
@@ -192,14 +194,23 @@ class Tracking:
             return f"{figure(alone)}{unit}"
         return f"{figure(alone)}{unit}, and {figure(anywhere)}{unit} where the stability rule moved poles"
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """Return the three errors, and that of holding the last output."""
         unit = f" [{self.unit}]" if self.unit else ""
-        kinds = {**self.residuals, "last output held": self.held}
-        rows = tuple((name, figure(residual.rmse), figure(residual.largest)) for name, residual in kinds.items())
+        rows = tuple((row["error"], figure(row["rmse"]), figure(row["largest"])) for row in self._rows())
         head = f"{self.method} on {self.record}, {self.measured.size} samples; {self.arx}"
-        remarks = [f"Note: {'; '.join(self.remarks)}."] if self.remarks else []
-        table = Table(head, ("error", f"RMSE{unit}", f"largest{unit}"), rows, "lrr")
-        return "\n".join([str(table), *remarks, self.meaning])
+        return Table(head, ("error", f"RMSE{unit}", f"largest{unit}"), rows, "lrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        if self.remarks:
+            yield f"Note: {'; '.join(self.remarks)}."
+        yield self.meaning
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        kinds = {**self.residuals, "last output held": self.held}
+        return ({"error": name, "rmse": r.rmse, "largest": r.largest} for name, r in kinds.items())
 
     def plot(self) -> Figure:
         """Draw the output with the free run, the three errors on one logarithmic scale, and the parameters."""
@@ -209,21 +220,14 @@ class Tracking:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: settings, parameters at the end and the figures; missing ones are None."""
-
-        def plain(residual: Residual) -> dict[str, float | None]:
-            pairs = (("rmse", residual.rmse), ("largest", residual.largest))
-            return {name: value if np.isfinite(value) else None for name, value in pairs}
-
+        errors = {name: getattr(self, name) for name in ("a_posteriori", "one_step", "free_run", "held")}
         return {
             "record": self.record,
             "model": str(self.arx),
             "method": str(self.method),
             "unit": self.unit,
             "parameters": dict(zip(self.arx.names, self.frozen.parameters.tolist(), strict=True)),
-            "a_posteriori": plain(self.a_posteriori),
-            "one_step": plain(self.one_step),
-            "free_run": plain(self.free_run),
-            "held": plain(self.held),
+            **{name: plain({"rmse": r.rmse, "largest": r.largest}) for name, r in errors.items()},
             "remarks": list(self.remarks),
         }
 

@@ -8,11 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.markers import CARETDOWNBASE, CARETUPBASE
 from matplotlib.patches import Patch
 
 from relaxations.hierarchy import Proof
 from smid.data import Dataset
 from smid.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
+from smid.lowest_order import LowestOrder
 from smid.reports.style import BLUE, GRID, INK, NARROW, ORANGE, RED, SKY, WIDTH, style
 from smid.validate import Validation
 
@@ -160,4 +162,40 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
         figure.align_ylabels()
         handles, labels = top.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+def lowest_order_figure(found: LowestOrder) -> Figure:
+    """Draw what is known of the least noise bound of each candidate, beside the bound that was allowed.
+
+    Parameters
+    ----------
+    found : LowestOrder
+
+    Returns
+    -------
+    Figure
+        Arrows point to where the least bound lies: up from its certified lower end where a candidate is proven wrong,
+        down from the allowed bound where it is feasible. A candidate of which neither is known has none.
+    """
+    allowed = found.noise_bound
+    refused = [(k, s.least_bound) for k, s in enumerate(found.steps) if s.least_bound]
+    feasible = [(k, allowed) for k, s in enumerate(found.steps) if s.feasible]
+    with style():
+        figure = Figure(figsize=(NARROW, 2.8), layout="constrained")
+        axes = figure.subplots()
+        axes.axhline(allowed, color=RED, linewidth=0.8, linestyle="--", label="allowed")
+        for points, marker, colour, label in (
+            (refused, CARETUPBASE, BLUE, "proven: no less"),
+            (feasible, CARETDOWNBASE, ORANGE, "verified: no more"),
+        ):
+            if points:
+                axes.plot(*zip(*points, strict=True), color=colour, marker=marker, markersize=10, ls="", label=label)
+        axes.set_yscale("log")
+        axes.margins(y=0.25)
+        axes.set_xticks(range(len(found.steps)), [f"{s.model.name}\n{s.size}" for s in found.steps])
+        axes.set_xlim(-0.5, len(found.steps) - 0.5)
+        axes.set_ylabel(f"least noise bound of {found.channel}" + (f" [{found.unit}]" if found.unit else ""))
+        axes.grid(True, axis="y", linewidth=0.4, color=GRID)
+        figure.legend(loc="outside upper center", ncols=3)
     return figure

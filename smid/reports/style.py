@@ -124,6 +124,26 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
     return text.replace("<svg ", head, 1).rstrip()
 
 
+def notebook_svg(figure: Figure, label: str) -> str:
+    """Return a figure for a page of unknown background: ink as the page's own text, the rest readable on both.
+
+    Parameters
+    ----------
+    figure : Figure
+    label : str
+        What the picture shows, for readers who do not see it.
+
+    Examples
+    --------
+    >>> notebook_svg(Figure(), "nothing").startswith('<div style="overflow-x: auto; --ink: currentColor;')
+    True
+    """
+    colours = {name: colour for colour, name in _VARIABLES.items()}
+    colours |= {"ink": "currentColor", "paper": "transparent", "grid": "#8885", "shade": "#8883", "blue": "#1f8ad6"}
+    variables = "".join(f" --{name}: {colour};" for name, colour in colours.items())
+    return f'<div style="overflow-x: auto;{variables}">{inline_svg(figure, label, label)}</div>'
+
+
 def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
     """Write a figure on white paper to a file; the same figure gives the same file.
 

@@ -10,11 +10,11 @@ from contextlib import nullcontext
 from itertools import product
 from pathlib import Path
 
-from relaxations.lasserre import METHODS
 from relaxations.solvers.interface import check_solver
 from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.feasible import check_data, check_noise_bound
+from smid.identify import METHODS
 from smid.models import Model, ModelError
 from smid.study.cell import Cell, Job, Settings
 from smid.study.outcome import Outcome, Status
@@ -28,7 +28,6 @@ from smid.study.workers import local_workers
 __all__ = ["order_study"]
 
 NoiseBound = float | Mapping[str, float]
-_METHODS = ("auto", "lift", *METHODS)
 
 
 def order_study(
@@ -176,8 +175,8 @@ def _grid(
         if not given:
             raise ModelError(f"{name} is empty: a study needs at least one")
     for method in methods:
-        if method not in _METHODS:
-            raise ModelError(f"unknown method {method!r}: choose among {', '.join(_METHODS)}")
+        if method not in METHODS:
+            raise ModelError(f"unknown method {method!r}: choose among {', '.join(METHODS)}")
     for name, numbers in (("order", orders), ("sample size", sizes or [])):
         for number in numbers:
             if number < 1 or number != int(number):

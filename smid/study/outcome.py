@@ -10,6 +10,7 @@ import numpy as np
 
 from relaxations.hierarchy import Proof
 from smid.estimate import ParameterInterval
+from smid.result import plain
 
 __all__ = ["Outcome", "Status"]
 
@@ -94,8 +95,8 @@ class Outcome:
             "solves": self.solves,
             "moments": self.moments,
             "largest_block": self.largest_block,
-            "seconds": _or_none(self.seconds),
-            "peak_memory": _or_none(self.peak_memory),
+            "seconds": plain(self.seconds),
+            "peak_memory": plain(self.peak_memory),
         }
 
     @staticmethod
@@ -137,7 +138,3 @@ def _interval(content: dict[str, Any]) -> ParameterInterval:
 
 def _number(value: float | None, missing: float) -> float:
     return missing if value is None else float(value)
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,13 +13,11 @@ from matplotlib.figure import Figure
 from smid.data import DataError, Dataset
 from smid.estimate import ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model
+from smid.result import Part, Tabular
 from smid.study.cell import Cell, Settings
 from smid.study.figures import study_figure
 from smid.study.outcome import Outcome, Status
 from smid.table import Table, figure
-
-if TYPE_CHECKING:
-    import pandas
 
 __all__ = ["Study"]
 
@@ -33,8 +30,8 @@ _FACTORS = (
 )
 
 
-@dataclass(frozen=True)
-class Study:
+@dataclass(frozen=True, repr=False)
+class Study(Tabular):
     """The outcomes of a grid of cells.
 
     Parameters
@@ -112,15 +109,10 @@ class Study:
         varying = [factor for factor in _FACTORS if len(seen[factor[0]]) > 1]
         return varying, [(name, next(iter(seen[name]))) for name, _, _ in _FACTORS if len(seen[name]) == 1]
 
-    def __str__(self) -> str:
-        return "\n".join([str(self.table), *self.messages, self.conclusion])
-
-    def _repr_html_(self) -> str:
-        table = self.table
-        head = "".join(f"<th>{escape(name)}</th>" for name in table.header)
-        body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows)
-        words = "".join(f"<p>{escape(text)}</p>" for text in (*self.messages, self.conclusion))
-        return f"<p>{escape(table.caption)}</p><table><tr>{head}</tr>{body}</table>{words}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield from self.messages
+        yield self.conclusion
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the fields of ``smid.study/1`` in docs/json.md."""
@@ -135,21 +127,8 @@ class Study:
             "interrupted": self.interrupted,
         }
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """Return a frame with a row for each cell and parameter; cells without intervals have one row without.
-
-        Raises
-        ------
-        DataError
-            When pandas is not installed.
-        """
-        try:
-            import pandas
-        except ImportError:
-            raise DataError("to_pandas needs pandas; install it with: pip install smid[pandas]") from None
-        return pandas.DataFrame(list(self._rows()))
-
     def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each cell and parameter; a cell without intervals has one row without."""
         for cell, outcome in self.done:
             about = {
                 "record": cell.record,

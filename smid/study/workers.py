@@ -16,10 +16,10 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Thread
 
-__all__ = ["local_workers"]
+__all__ = ["THREADS", "local_workers"]
 
 # Workers that each take all cores fight for them: a fit of 0.4 s has taken 15 s.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 
 
 @contextmanager
@@ -50,7 +50,7 @@ def local_workers(count: int) -> Iterator[ProcessPoolExecutor]:
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Set what new processes inherit; a number of threads that the user has set stays."""
-    missing = [name for name in _THREADS if name not in os.environ]
+    missing = [name for name in THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(missing, "1"))
     try:
         yield

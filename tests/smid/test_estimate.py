@@ -79,7 +79,7 @@ def test_the_table_shows_proven_ends(estimate: Estimate) -> None:
         assert Decimal(upper) >= Decimal(interval.upper)
     assert "output error on 12 samples, |noise of y| <= 0.1" in str(estimate)
     for interval in estimate.intervals:
-        assert f"<td>{interval.name}</td>" in estimate._repr_html_()
+        assert f">{interval.name}</td>" in estimate._repr_html_()
 
 
 def test_centre_width_and_gap() -> None:

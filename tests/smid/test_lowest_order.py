@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from smid import Dataset, OutputError, lowest_order
+from smid import Dataset, ModelError, OutputError, error_bound, lowest_order
 
 CANDIDATES = [OutputError(0), OutputError(1, stable=True), OutputError(2, 1, stable=True)]
 
@@ -27,8 +27,11 @@ def test_first_order_data() -> None:
     assert found.estimate is not None
     assert found.estimate["a1"].lower <= -0.7 <= found.estimate["a1"].upper
     assert found.steps[0].reason.startswith("proven: no parameters explain the data")
-    assert "output error: proven empty" in str(found)
-    assert "output error: feasible" in str(found)
+    assert [row[1:3] for row in found.table.rows] == [("1", "proven empty"), ("2", "feasible")]
+    proven = found.steps[0].least_bound
+    assert 0.05 < float(found.table.rows[0][3].removeprefix(">= ")) <= proven
+    assert proven <= error_bound(CANDIDATES[0], record((0.7,), 0.05)).upper
+    assert (found.channel, found.noise_bound, found.steps[1].least_bound) == ("y", 0.05, None)
     assert lines[0] == "trying output error"
 
 
@@ -45,6 +48,11 @@ def test_all_proven_empty() -> None:
     assert [s.empty for s in found.steps] == [True, True]
     assert found.estimate is None
     assert str(found).count("proven empty") == 2
+
+
+def test_nothing_to_try_is_refused() -> None:
+    with pytest.raises(ModelError, match="no model to try"):
+        lowest_order([], record((0.7,), 0.05), 0.05)
 
 
 def test_settings_reach_the_identification() -> None:

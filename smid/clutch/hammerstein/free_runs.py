@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,15 @@ from matplotlib.figure import Figure
 
 from smid.data import Dataset
 from smid.models import Model, ModelError
+from smid.result import Part, Tabular
 from smid.table import Table
 from smid.validate import Validation, validate
 
 __all__ = ["FreeRuns", "free_runs"]
 
 
-@dataclass(frozen=True, eq=False)
-class FreeRuns:
+@dataclass(frozen=True, eq=False, repr=False)
+class FreeRuns(Tabular):
     """Free runs of several models over the same records.
 
     Parameters
@@ -52,8 +53,13 @@ class FreeRuns:
         header = ("record", *self.validations)
         return Table(f"RMSE of the free runs [{unit}].", header, rows, "l" + "r" * len(columns))
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each model and record."""
+        for name, validation in self.validations.items():
+            yield from ({"model": name, **row} for row in validation._rows())
 
     def plot(self) -> Figure:
         """Draw the RMSE of every model on every record."""

@@ -11,7 +11,7 @@ Reference: clutch thesis, section 3.2.3; (2.15)-(2.17) and (3.18).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ from smid.error_bound import ErrorBound
 from smid.estimate import Estimate, round_down, round_up, shown_digits
 from smid.identify import identify
 from smid.models import Model, ModelError
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
@@ -31,8 +32,8 @@ __all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
 Progress = Callable[[str], None]
 
 
-@dataclass(frozen=True, eq=False)
-class OrderStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class OrderStudy(Tabular):
     """The intervals at several relaxation orders.
 
     Parameters
@@ -72,8 +73,13 @@ class OrderStudy:
                 return f"Order {order} suffices: every certified end meets a verified point within the tolerance."
         return f"Order {self.orders[-1]} leaves gaps: a higher one, or branching, may narrow the intervals."
 
-    def __str__(self) -> str:
-        return f"{self.table}\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for order, estimate in zip(self.orders, self.estimates, strict=True):
+            yield from ({"order": order, **i.row} for i in estimate.intervals)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -144,8 +150,8 @@ def order_study(
     return OrderStudy(rising, tuple(estimates))
 
 
-@dataclass(frozen=True, eq=False)
-class WidthStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class WidthStudy(Tabular):
     """The widths of the intervals at several noise bounds.
 
     Parameters
@@ -181,8 +187,13 @@ class WidthStudy:
         header = (f"noise bound [{self.least.unit}]", "times the least", *self.names)
         return Table("Widths of the certified intervals against the noise bound.", header, rows, "r" * len(header))
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for k, (factor, estimate) in enumerate(zip(self.factors, self.estimates, strict=True)):
+            given = {"noise_bound": self.noise_bound(k), "factor": factor}
+            yield from ({**given, "name": i.name, "width": i.width} for i in estimate.intervals)
 
     def plot(self) -> Figure:
         """Draw the widths over the noise bound."""

@@ -17,7 +17,7 @@ Reference: clutch thesis, section 3.2.3.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,6 +32,7 @@ from smid.data import Dataset
 from smid.estimate import Estimate
 from smid.identify import identify
 from smid.models import Hammerstein, Model
+from smid.result import Part, Result
 from smid.table import Table
 
 __all__ = [
@@ -141,8 +142,8 @@ def printed_step_model() -> Model:
     return model.with_values({"alpha": -_STEP_POLE, **gains})
 
 
-@dataclass(frozen=True, eq=False)
-class PrintedComparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class PrintedComparison(Result):
     """The printed intervals beside certified ones.
 
     Parameters
@@ -227,8 +228,10 @@ class PrintedComparison:
             "the truth is, so its width says nothing about how well alpha is known.",
         )
 
-    def __str__(self) -> str:
-        return "\n\n".join([str(self.consistency), str(self.table), *self.findings])
+    def _content(self) -> Iterator[Part]:
+        yield self.consistency
+        yield self.table
+        yield from self.findings
 
     def plot(self) -> Figure:
         """Draw the printed interval and model of each parameter over the certified interval."""

@@ -9,7 +9,7 @@ Reference: clutch thesis, section 3.2.1 ("this structure has been selected after
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from smid.data import Dataset
 from smid.error_bound import ErrorBound, error_bound
 from smid.fit import fit
 from smid.models import ModelError
+from smid.result import Part, Result
 from smid.table import Table
 from smid.validate import validate
 
@@ -75,8 +76,8 @@ class Structure:
         }
 
 
-@dataclass(frozen=True)
-class StructureChoice:
+@dataclass(frozen=True, repr=False)
+class StructureChoice(Result):
     """The candidates side by side.
 
     Parameters
@@ -124,8 +125,9 @@ class StructureChoice:
             f"pole, powers {powers}."
         )
 
-    def __str__(self) -> str:
-        return f"{self.table}\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

@@ -5,7 +5,7 @@ Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +17,14 @@ from smid.clutch.virtual_sensors import VirtualSensor
 from smid.data import Dataset
 from smid.models import ModelError
 from smid.networks import Array
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["ErrorTable", "cross_errors"]
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class ErrorTable(Tabular):
     """Errors of sensors on records.
 
     Parameters
@@ -49,8 +50,13 @@ class ErrorTable:
         rows = tuple((name, *(f"{error:.3f}" for error in row)) for name, row in zip(down, errors, strict=True))
         return Table(self.caption, (first, *across), rows, "l" + "r" * len(across))
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for record, errors in zip(self.records, self.rmse.tolist(), strict=True):
+            for sensor, rmse in zip(self.sensors, errors, strict=True):
+                yield {"record": record, "sensor": sensor, "rmse": rmse}
 
     def plot(self) -> Figure:
         """Draw the errors as a chart of shades."""

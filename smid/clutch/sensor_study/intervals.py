@@ -8,7 +8,7 @@ Reference: `smid.clutch.virtual_sensors.bounded`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from smid.clutch.records import load_clutch_records
 from smid.clutch.sensor_study.single_sensor import HELD_OUT
 from smid.clutch.virtual_sensors import BoundedSensor, IntervalPrediction, VirtualSensor, bound_error
 from smid.data import Dataset
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["IntervalRow", "IntervalStudy", "interval_study"]
@@ -51,8 +52,8 @@ class IntervalRow:
     mean_width: float
 
 
-@dataclass(frozen=True, eq=False)
-class IntervalStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class IntervalStudy(Tabular):
     """The bound of a sensor's error, with what leaving out each record says of it.
 
     Parameters
@@ -97,8 +98,12 @@ class IntervalStudy:
             f"{100 * self.sensor.violation:.3f} % would leave the bound without margin."
         )
 
-    def __str__(self) -> str:
-        return f"{self.table}\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (dict(vars(row)) for row in self.rows)
 
     def predictions(self) -> IntervalPrediction:
         """Return the intervals of the records with the bound from all of them."""
@@ -112,7 +117,7 @@ class IntervalStudy:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return {"margin": self.sensor.margin, "rows": [vars(row) for row in self.rows]}
+        return {"margin": self.sensor.margin, "rows": list(self._rows())}
 
 
 def interval_study(sensor: VirtualSensor, records: Sequence[str] = HELD_OUT) -> IntervalStudy:

@@ -19,7 +19,7 @@ Reference: clutch thesis, section 6.2.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +31,7 @@ from smid.clutch.sensor_study.cross import ErrorTable
 from smid.clutch.sensor_study.structures import CPX_ORDER, Report, final_form
 from smid.clutch.virtual_sensors import CPX, PTX, MedianFiltered, VirtualSensor
 from smid.networks import ProgressCallback
+from smid.result import Part, Result
 
 __all__ = ["HELD_OUT", "TRAINING", "SingleSensorStudy", "single_sensor_study", "train_single_sensor"]
 
@@ -42,8 +43,8 @@ _TRAINED_ON = {"step": "step_a", "same": "ramp_a and step_a, as PTX", "all": "ev
 _FORMS = {"M": "behind the centred median", "MD": "and with dead zone", "C": "behind the causal median, 49 ms late"}
 
 
-@dataclass(frozen=True, eq=False)
-class SingleSensorStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class SingleSensorStudy(Result):
     """PTX beside the sensors of one temperature.
 
     Parameters
@@ -86,8 +87,10 @@ class SingleSensorStudy:
             f"which is {min(ratios):.2f} to {max(ratios):.2f} times as large."
         )
 
-    def __str__(self) -> str:
-        return f"{self.held_out}\n\n{self.training}\n\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.held_out
+        yield self.training
+        yield self.conclusion
 
     def plot(self) -> Figure:
         """Draw the errors on the held-out records."""

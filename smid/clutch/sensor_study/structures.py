@@ -9,7 +9,7 @@ Reference: clutch thesis, tables 5.1 to 5.4.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from smid.clutch.records import load_clutch_records
 from smid.clutch.virtual_sensors import CFPX, CPX, PX, DeadZone, MedianFiltered, VirtualSensor
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["StructureRow", "StructureTable", "table_5_1", "table_5_2", "table_5_3", "table_5_4"]
@@ -77,8 +78,8 @@ class StructureRow:
     printed: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class StructureTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class StructureTable(Tabular):
     """Sensors of several structures, trained on one record.
 
     Parameters
@@ -110,8 +111,13 @@ class StructureTable:
             "lrrr",
         )
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (
+            {"structure": r.name, "parameters": r.n_parameters, "mse": r.mse, "thesis": r.printed} for r in self.rows
+        )
 
     def plot(self) -> Figure:
         """Draw our errors and the thesis's, each over that of its own first row."""
@@ -121,10 +127,7 @@ class StructureTable:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        rows = [
-            {"structure": r.name, "parameters": r.n_parameters, "mse": r.mse, "thesis": r.printed} for r in self.rows
-        ]
-        return {"table": self.number, "record": self.record, "rows": rows}
+        return {"table": self.number, "record": self.record, "rows": list(self._rows())}
 
 
 def _compare(

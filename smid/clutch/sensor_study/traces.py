@@ -8,7 +8,7 @@ Reference: clutch thesis, figures 5.2 to 5.29.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ from smid.clutch.virtual_sensors import VirtualSensor
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.networks import Array
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["THESIS_FIGURES", "SensorTraces", "sensor_traces"]
@@ -59,8 +60,8 @@ THESIS_FIGURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 """Number to the sensors and the records; figure 5.14 is the curve of position over pressure."""
 
 
-@dataclass(frozen=True, eq=False)
-class SensorTraces:
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorTraces(Tabular):
     """What is behind one figure.
 
     Parameters
@@ -97,8 +98,11 @@ class SensorTraces:
         rows = tuple((name, f"{error:.4f}") for name, error in self.rmse.items())
         return Table(f"Figure {self.number}: {' and '.join(self.records)}.", ("sensor", "RMSE [mm]"), rows, "lr")
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return ({"sensor": name, "rmse": error} for name, error in self.rmse.items())
 
     def plot(self) -> Figure:
         """Draw position over time; figure 5.14 over pressure."""

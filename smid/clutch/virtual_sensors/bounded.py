@@ -22,6 +22,7 @@ Automatica 40 (2004), for bounds that vary over the range.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,8 @@ from smid.clutch.virtual_sensors.stream import Stream
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.networks import Array
+from smid.result import Part, Result
+from smid.table import Table
 
 __all__ = ["BoundedSensor", "IntervalEstimate", "IntervalPrediction", "IntervalStream", "bound_error"]
 
@@ -41,8 +44,8 @@ MEMORY = 0.8  # the pole of the speed: five samples
 MARGIN = 0.3
 
 
-@dataclass(frozen=True, eq=False)
-class IntervalPrediction:
+@dataclass(frozen=True, eq=False, repr=False)
+class IntervalPrediction(Result):
     """Intervals of the position of records.
 
     Parameters
@@ -66,6 +69,14 @@ class IntervalPrediction:
     lower: tuple[Array, ...]
     upper: tuple[Array, ...]
     warnings: tuple[str, ...] = ()
+
+    def _content(self) -> Iterator[Part]:
+        rows = tuple(
+            (name, str(low.size), f"{np.mean(high - low):.3g}")
+            for name, low, high in zip(self.records, self.lower, self.upper, strict=True)
+        )
+        yield Table("Intervals of the position.", ("record", "samples", "mean width [mm]"), rows, "lrr")
+        yield from self.warnings
 
     @property
     def mean_width(self) -> float:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from smid.data import DataError, Dataset
 from smid.networks import Array
+from smid.result import Part, Result
+from smid.table import Table
 
 __all__ = ["Prediction"]
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(Result):
     """Positions of records.
 
     Parameters
@@ -34,6 +37,14 @@ class Prediction:
     records: tuple[str, ...]
     position: tuple[Array, ...]
     warnings: tuple[str, ...] = ()
+
+    def _content(self) -> Iterator[Part]:
+        rows = tuple(
+            (name, str(x.size), f"{x.min():.4g} to {x.max():.4g}")
+            for name, x in zip(self.records, self.position, strict=True)
+        )
+        yield Table("Computed positions.", ("record", "samples", "position [mm]"), rows, "lrr")
+        yield from self.warnings
 
     def residuals(self, data: Dataset) -> tuple[Array, ...]:
         """Return measured minus computed positions, in mm.

@@ -25,6 +25,7 @@ from smid.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQUE_UNIT
 from smid.hybrid.arm.input_error import Motion
 from smid.models import ModelError
 from smid.networks import Iterate, Method, NetworkError, TanhNetwork, levenberg_marquardt
+from smid.result import Part, Result
 
 __all__ = ["Alternation", "alternate"]
 
@@ -33,8 +34,8 @@ Array = NDArray[np.float64]
 STEPS, SETTLED = 2, 1e-7
 
 
-@dataclass(frozen=True, eq=False)
-class Alternation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Alternation(Result):
     """What the alternation came to.
 
     Parameters
@@ -55,6 +56,10 @@ class Alternation:
     def reciprocal_inertia(self) -> float:
         """The last 1/J, in 1/(kg m2)."""
         return float(self.theta[-1])
+
+    def _content(self) -> Iterator[Part]:
+        told = f"1/J = {self.reciprocal_inertia:.5g} 1/(kg m2) after {self.theta.size - 1} rounds"
+        yield f"{told}, error of the torque {self.rmse:.3g} Nm RMS."
 
 
 def alternate(

@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ from smid.hybrid.arm.input_error import INERTIA_UNIT, InputError, Motion, estima
 from smid.hybrid.arm.records import held_record, thesis_record
 from smid.hybrid.arm.white import TABLE_F2_START, WhiteEstimate, estimate_white
 from smid.networks import Array, TanhNetwork, weight_count
+from smid.result import Part, Result, Tabular
 from smid.signals import TABLE_F1
 from smid.table import Table, figure
 
@@ -40,8 +41,8 @@ EDGE, RIGHT = 1.5, (0.5, 1.5)  # rad/s; shares of the plant's jump
 HIDDEN, SPREAD = (3,), 10.0  # of listing K.23
 
 
-@dataclass(frozen=True, eq=False)
-class NetworkRuns:
+@dataclass(frozen=True, eq=False, repr=False)
+class NetworkRuns(Tabular):
     """1/J and networks from many starts.
 
     Parameters
@@ -62,6 +63,17 @@ class NetworkRuns:
     def shapes(self) -> tuple[str, ...]:
         """Each network's shape, see `shape_of`."""
         return tuple(shape_of(network) for network in self.networks)
+
+    def _content(self) -> Iterator[Part]:
+        counted = ", ".join(f"{self.shapes.count(shape)} {shape}" for shape in SHAPES)
+        yield f"{self.theta.size} runs: 1/J from {self.theta.min():.4g} to {self.theta.max():.4g} 1/(kg m2); {counted}."
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        columns = (self.theta.tolist(), self.rmse.tolist(), self.shapes)
+        return (
+            {"reciprocal_inertia": theta, "rmse": rmse, "shape": shape}
+            for theta, rmse, shape in zip(*columns, strict=True)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -159,8 +171,8 @@ def input_error_runs(seeds: Iterable[int], *, input: str = "one_sine") -> Networ
     return NetworkRuns(theta, rmse, tuple(networks))
 
 
-@dataclass(frozen=True, eq=False)
-class ArmStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class ArmStudy(Result):
     """Section 6.3, ours beside the thesis.
 
     Parameters
@@ -235,8 +247,11 @@ class ArmStudy:
             "llrrrrrl",
         )
 
-    def __str__(self) -> str:
-        return f"{self.conclusion}\n\n{self.white_table}\n\n{self.network_table}\n\n{self.embedded}"
+    def _content(self) -> Iterator[Part]:
+        yield self.conclusion
+        yield self.white_table
+        yield self.network_table
+        yield self.embedded
 
     def plot(self) -> Figure:
         """Draw 1/J of every embedded run."""

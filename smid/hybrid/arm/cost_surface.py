@@ -8,7 +8,7 @@ Reference: hybrid thesis, section 6.3.2, figure 6.9.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from smid.hybrid.arm.exact_motion import ARM
 from smid.hybrid.arm.free_run_error import FreeRunError
 from smid.hybrid.arm.records import held_record
 from smid.models import ModelError
+from smid.result import Part, Result
 from smid.signals import TABLE_F1
 
 __all__ = ["CostSurface", "cost_surface", "figure_6_9"]
@@ -29,8 +30,8 @@ Array = NDArray[np.float64]
 BATCH = 500  # runs at once
 
 
-@dataclass(frozen=True, eq=False)
-class CostSurface:
+@dataclass(frozen=True, eq=False, repr=False)
+class CostSurface(Result):
     """Free-run error over two parameters.
 
     Parameters
@@ -53,6 +54,13 @@ class CostSurface:
         """Where the error is least."""
         row, column = np.unravel_index(int(np.argmin(self.rmse)), self.rmse.shape)
         return float(self.first[row]), float(self.second[column])
+
+    def _content(self) -> Iterator[Part]:
+        where = ", ".join(f"{name} = {value:.4g}" for name, value in zip(self.names, self.least, strict=True))
+        yield f"Free-run error at {self.rmse.size} points: least at {where}, {self.rmse.min():.3g} rad RMS."
+
+    def _picture(self) -> Figure:
+        return self.plot()
 
     def plot(self) -> Figure:
         """Draw the surface, and its contours with the least point."""

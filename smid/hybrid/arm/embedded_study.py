@@ -19,7 +19,7 @@ Reference: hybrid thesis, section 6.3.2, table 8, appendix F.1, figures F.3 and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +44,7 @@ from smid.hybrid.arm.records import held_record, similar, thesis_record
 from smid.hybrid.arm.white import estimate_white, white_arm
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
+from smid.result import Part, Tabular, plain
 from smid.signals import TABLE_F1
 from smid.table import Table, figure
 
@@ -137,8 +138,8 @@ COMPARED = ("random", "small", "local", "certified", "multistart")
 """The ways that are compared unless others are named; one of the rest takes as long as these together."""
 
 
-@dataclass(frozen=True, eq=False)
-class EmbeddedRuns:
+@dataclass(frozen=True, eq=False, repr=False)
+class EmbeddedRuns(Tabular):
     """One way on one input, from many starts.
 
     Parameters
@@ -182,9 +183,23 @@ class EmbeddedRuns:
         good, bad = int(self.good.sum()), int(self.bad.sum())
         return good, self.theta.size - good - bad, bad
 
+    def _content(self) -> Iterator[Part]:
+        counts = "/".join(map(str, self.counts))
+        yield f"{self.input}, {WAYS[self.way].label}: {counts} of {self.theta.size} runs good/moderate/bad."
 
-@dataclass(frozen=True, eq=False)
-class EmbeddedStudy:
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        columns = {
+            "reciprocal_inertia": self.theta,
+            "validation_error": self.validation,
+            "curve_error": self.curve,
+            "jump": self.jump,
+        }
+        for numbers in zip(*(values.tolist() for values in columns.values()), strict=True):
+            yield {"input": self.input, "way": self.way, **dict(zip(columns, numbers, strict=True))}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EmbeddedStudy(Tabular):
     """Ways and inputs compared.
 
     Parameters
@@ -221,8 +236,13 @@ class EmbeddedStudy:
         )
         return Table(caption, header, tuple(rows), "llrrlrrrr")
 
-    def __str__(self) -> str:
-        return str(self.table)
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each run."""
+        for runs in self.runs:
+            yield from runs._rows()
 
     def plot(self) -> Figure:
         """Draw 1/J of every run, as figures F.3 and F.7 do: good, moderate and bad ones apart."""
@@ -241,7 +261,7 @@ class EmbeddedStudy:
                     "thesis": TABLE_8[runs.input],
                     "white_error": runs.white,
                     "reciprocal_inertia": runs.theta.tolist(),
-                    "validation_error": [None if not np.isfinite(e) else e for e in runs.validation.tolist()],
+                    "validation_error": plain(runs.validation),
                     "curve_error": runs.curve.tolist(),
                     "jump": runs.jump.tolist(),
                 }

@@ -10,7 +10,7 @@ Reference: hybrid thesis, section F.2, table F.2.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from smid.hybrid.arm.free_run_error import FreeRunError
 from smid.models import Model, ModelError, RotatingArm
 from smid.models.errors import refuse_unknown
 from smid.networks import descend, levenberg_marquardt
+from smid.result import Part, Result
 
 __all__ = ["INTEGRATIONS", "TABLE_F2_START", "WhiteEstimate", "estimate_white", "white_arm", "white_free_run"]
 
@@ -37,8 +38,8 @@ STEP, SMALL, EVALUATIONS = 1e-6, 1e-12, 50
 LEVELS = np.geomspace(0.1, 10.0, 13)  # of (Ws - Wd) / Wd
 
 
-@dataclass(frozen=True, eq=False)
-class WhiteEstimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class WhiteEstimate(Result):
     """The white arm's constants.
 
     Parameters
@@ -55,9 +56,9 @@ class WhiteEstimate:
     integration: str
     rmse: float
 
-    def __str__(self) -> str:
+    def _content(self) -> Iterator[Part]:
         told = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
-        return f"white arm, {self.integration}: {told}; free-run error {self.rmse:.3g} rad"
+        yield f"white arm, {self.integration}: {told}; free-run error {self.rmse:.3g} rad"
 
 
 def white_arm(scheme: str = "rk4", substeps: int = 1) -> Model:

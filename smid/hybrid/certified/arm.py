@@ -21,7 +21,7 @@ Reference: hybrid thesis, (5.7)-(5.9) and section 7.4 ("an optimisation method t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +34,7 @@ from smid.hybrid.certified.enclosure import Enclosure
 from smid.hybrid.certified.relations import arm_problem
 from smid.hybrid.certified.speeds import ArmRecord, enclose_speeds
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["CertifiedArm", "certify_arm"]
@@ -47,8 +48,8 @@ MOST_PARTS = 120
 UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
-@dataclass(frozen=True)
-class CertifiedArm:
+@dataclass(frozen=True, repr=False)
+class CertifiedArm(Tabular):
     """Intervals that hold every arm that explains the angles.
 
     Parameters
@@ -96,8 +97,10 @@ class CertifiedArm:
         """Tell whether all the given constants lie inside."""
         return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
-    def __str__(self) -> str:
-        table = Table(
+    @property
+    def table(self) -> Table:
+        """Return a row for each constant."""
+        return Table(
             f"Certified intervals of the arm, |noise| <= {self.noise_bound:g} rad",
             ("constant", "lower", "upper", "width", "unit", "within a factor of two"),
             tuple(
@@ -113,7 +116,14 @@ class CertifiedArm:
             ),
             "lrrrll",
         )
-        return f"{table}\n{self.parts} parts, {self.rounds} rounds, {self.seconds:.1f} s"
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield f"{self.parts} parts, {self.rounds} rounds, {self.seconds:.1f} s"
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for name, (lower, upper) in self.intervals.items():
+            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name], "told": self.told(name)}
 
     def _verdict(self, name: str) -> str:
         if self.intervals[name][1] >= self.prior[name][1]:

@@ -23,7 +23,7 @@ Reference: hybrid thesis, (5.6), (5.10)-(5.13), table 2.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +38,7 @@ from smid.hybrid.certified.enclosure import Array, Enclosure
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import A_BOX, LEAST_TAU, REACTION_RATE
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["CertifiedReactor", "certify_reactor"]
@@ -50,8 +51,8 @@ SERIES = 1e-2  # below it phi is taken between terms of its series
 UNITS = {"tau": "s", "a": ""}
 
 
-@dataclass(frozen=True)
-class CertifiedReactor:
+@dataclass(frozen=True, repr=False)
+class CertifiedReactor(Tabular):
     """Intervals that hold every reactor that explains the concentrations.
 
     Parameters
@@ -79,13 +80,22 @@ class CertifiedReactor:
         """Tell whether all the given constants lie inside."""
         return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """Return a row for each constant."""
         rows = tuple(
             (name, f"{low:.6g}", f"{high:.6g}", f"{100 * self.relative_width(name):.3g}%", UNITS[name])
             for name, (low, high) in self.intervals.items()
         )
         caption = f"Certified intervals of the reactor, |noise| <= {self.noise_bound:g}"
-        return str(Table(caption, ("constant", "lower", "upper", "width", "unit"), rows, "lrrrl"))
+        return Table(caption, ("constant", "lower", "upper", "width", "unit"), rows, "lrrrl")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for name, (lower, upper) in self.intervals.items():
+            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name]}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

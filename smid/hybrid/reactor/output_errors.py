@@ -14,7 +14,7 @@ Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
 from smid.hybrid.parallel import parallel
 from smid.hybrid.reactor.records import PLANTS, free_run, reactor_record, white_reactor
 from smid.hybrid.series import series
+from smid.result import Part, Tabular, plain
 from smid.table import Table, figure
 
 __all__ = ["CELLS", "OutputErrors", "estimated_reactor", "output_errors"]
@@ -44,8 +45,8 @@ CELLS: Mapping[str, tuple[str, BackCouplings]] = {
 _WORDS = {"prediction": "one step ahead, as the thesis", "simulation": "free run"}
 
 
-@dataclass(frozen=True, eq=False)
-class OutputErrors:
+@dataclass(frozen=True, eq=False, repr=False)
+class OutputErrors(Tabular):
     """Largest output errors under a constant input.
 
     Parameters
@@ -92,8 +93,15 @@ class OutputErrors:
             f"ones and {free['parallel, as analysed']} with those that the analysis asks for."
         )
 
-    def __str__(self) -> str:
-        return "\n\n".join([*(str(self.table(error)) for error in ERRORS), self.conclusion])
+    def _content(self) -> Iterator[Part]:
+        yield from map(self.table, ERRORS)
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each plant, network and error that was lowered."""
+        for (error, column), values in self.largest.items():
+            for plant, largest in zip(self.plants, values.tolist(), strict=True):
+                yield {"plant": plant, "network": column, "trained": error, "largest": largest}
 
     def plot(self) -> Figure:
         """Draw figure 6.7: the largest errors as bars, on a logarithmic axis."""
@@ -107,7 +115,7 @@ class OutputErrors:
             "plants": list(self.plants),
             "first_principles": self.alone.tolist(),
             "largest": [
-                {"error": error, "column": column, "values": [v if np.isfinite(v) else None for v in values.tolist()]}
+                {"error": error, "column": column, "values": plain(values)}
                 for (error, column), values in self.largest.items()
             ],
             "conclusion": self.conclusion,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +10,13 @@ from smid.hybrid.reactor.output_errors import OutputErrors, output_errors
 from smid.hybrid.reactor.requirements import RequirementStudy, requirement_study
 from smid.hybrid.reactor.time_constant import TimeConstants, time_constant_study
 from smid.models import ModelError
+from smid.result import Heading, Part, Result
 
 __all__ = ["ReactorStudy", "reactor_study"]
 
 
-@dataclass(frozen=True, eq=False)
-class ReactorStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class ReactorStudy(Result):
     """The three studies of the reactor.
 
     Parameters
@@ -37,13 +38,13 @@ class ReactorStudy:
         """Return in a few sentences what the three gave."""
         return f"{self.errors.conclusion} {self.time_constants.conclusion}"
 
-    def __str__(self) -> str:
-        parts = {
-            "Table 5: largest output errors": self.errors,
-            "Table 6: what the networks learned": self.requirements,
-            "A time constant and a network at once": self.time_constants,
-        }
-        return "\n\n".join(f"{title}\n{'-' * len(title)}\n{content}" for title, content in parts.items())
+    def _content(self) -> Iterator[Part]:
+        yield Heading("Table 5: largest output errors")
+        yield self.errors
+        yield Heading("Table 6: what the networks learned")
+        yield self.requirements
+        yield Heading("A time constant and a network at once")
+        yield self.time_constants
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

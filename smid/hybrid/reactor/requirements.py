@@ -9,7 +9,7 @@ Reference: hybrid thesis, table 6, appendices B and D, figures B.2 to B.6 and D.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ from smid.hybrid.plants import reactor_plant
 from smid.hybrid.reactor.output_errors import CELLS, estimated_reactor
 from smid.hybrid.reactor.records import SAMPLING_TIME, white_reactor
 from smid.networks import Array
+from smid.result import Part, Tabular
 from smid.table import Table, figure
 
 __all__ = ["LINEAR", "Learned", "RequirementStudy", "requirement_study"]
@@ -75,8 +76,8 @@ class Learned:
         return float(np.abs(self.response - self.wanted)[(time > start) & (time <= stop)].max())
 
 
-@dataclass(frozen=True, eq=False)
-class RequirementStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class RequirementStudy(Tabular):
     """All networks of the linear mismatches, beside their requirements.
 
     Parameters
@@ -140,8 +141,9 @@ class RequirementStudy:
             "lllrr",
         )
 
-    def __str__(self) -> str:
-        return f"{self.transfers}\n\n{self.table}"
+    def _content(self) -> Iterator[Part]:
+        yield self.transfers
+        yield self.table
 
     def plot(self) -> Figure:
         """Draw learned against required responses: figures B.3 to B.6 and D.2 to D.5."""
@@ -151,20 +153,19 @@ class RequirementStudy:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return {
-            "networks": [
-                {
-                    "mismatch": item.plant,
-                    "network": item.column,
-                    "trained": item.error,
-                    "transfer": str(item.requirement.transfer),
-                    "needs": [item.requirement.couplings.inputs, item.requirement.couplings.outputs],
-                    "initial": item.largest(0.0, INITIAL),
-                    "steady": item.largest(STEADY, COUNT),
-                }
-                for item in self.learned
-            ]
-        }
+        return {"networks": list(self._rows())}
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for item in self.learned:
+            yield {
+                "mismatch": item.plant,
+                "network": item.column,
+                "trained": item.error,
+                "transfer": str(item.requirement.transfer),
+                "needs": [item.requirement.couplings.inputs, item.requirement.couplings.outputs],
+                "initial": item.largest(0.0, INITIAL),
+                "steady": item.largest(STEADY, COUNT),
+            }
 
 
 def requirement_study(

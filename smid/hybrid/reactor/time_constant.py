@@ -9,7 +9,7 @@ Reference: hybrid thesis, section 6.2.4, appendix E, (5.12)-(5.13), listings K.9
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,7 @@ from smid.hybrid.plants import MISMATCHES
 from smid.hybrid.reactor.records import free_run, reactor_record, white_reactor
 from smid.hybrid.simultaneous import simultaneous
 from smid.models import Model, signal, t
+from smid.result import Part, Tabular
 from smid.table import Table
 
 __all__ = ["TimeConstants", "balance_with_network", "time_constant_study"]
@@ -37,8 +38,8 @@ WAYS: Mapping[str, BackCouplings | None] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class TimeConstants:
+@dataclass(frozen=True, eq=False, repr=False)
+class TimeConstants(Tabular):
     """Estimates of the time constant, one for each start.
 
     Parameters
@@ -77,8 +78,16 @@ class TimeConstants:
             told.append(f"{_range(values)} s with a network that is {way}")
         return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(told)}."
 
-    def __str__(self) -> str:
-        return f"{self.table}\n\n{self.conclusion}"
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each way and start."""
+        for way in self.tau:
+            columns = (values[way].tolist() for values in (self.tau, self.rmse, self.largest))
+            for start, (tau, rmse, largest) in enumerate(zip(*columns, strict=True)):
+                yield {"network": way, "start": start, "tau": tau, "rmse": rmse, "largest": largest}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

@@ -309,5 +309,5 @@ def test_pandas_round_trip():
 
 def test_missing_pandas_is_named_with_its_cure(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(DataError, match=r"pip install smid\[pandas\]"):
+    with pytest.raises(ImportError, match=r"pip install smid\[pandas\]"):
         two_runs().to_pandas()

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import matplotlib
@@ -6,8 +7,9 @@ import pytest
 
 import smid
 from relaxations.hierarchy import Proof
+from smid.lowest_order import OrderStep
 from smid.reports.figures import data_figure, intervals_figure, simulation_figure
-from smid.reports.style import inline_svg, style
+from smid.reports.style import inline_svg, notebook_svg, style
 
 
 def texts(axes):
@@ -69,5 +71,26 @@ def test_the_users_settings_are_left_alone(estimate):
         assert matplotlib.rcParams["font.size"] == 9
 
 
-def test_estimate_plot_is_this_figure(estimate):
+def test_results_plot_these_figures(estimate, validation):
     assert len(estimate.plot().axes) == 2
+    assert [a.get_ylabel() for a in validation.plot().axes] == ["y [bar]", "error [bar]"]
+
+
+def test_what_is_known_of_least_bounds_is_drawn_where_it_is_known(estimate):
+    model, words = estimate.model, ("y", "bar", 0.1)
+    refused = [OrderStep(model, True, False, "", bound) for bound in (0.5, None)]
+    found = smid.LowestOrder((*refused, OrderStep(model, False, True, "", None)), estimate, *words)
+    (axes,) = found.plot().axes
+    points = {line.get_label(): line.get_xydata().tolist() for line in axes.lines if line.get_label() != "allowed"}
+    assert points == {"proven: no less": [[0, 0.5]], "verified: no more": [[2, 0.1]]}
+    assert axes.get_ylabel() == "least noise bound of y [bar]"
+    undecided = smid.LowestOrder((OrderStep(model, False, False, "", None),), estimate, *words)
+    assert [line.get_label() for line in undecided.plot().axes[0].lines] == ["allowed"]
+
+
+def test_a_picture_for_notebooks_takes_its_ink_from_the_page(validation):
+    picture = notebook_svg(validation.plot(), "free run")
+    assert "--ink: currentColor;" in picture
+    used = set(re.findall(r"var\(--(\w+)\)", picture))
+    assert {"ink", "grid", "blue", "red"} <= used
+    assert all(f"--{name}: " in picture for name in used)

@@ -1,0 +1,172 @@
+"""The linear part of a model as a transfer function: of the whole where all its lines are linear, else of a block.
+
+From the measured output upwards, lines are taken as long as they are linear in signals; a signal that a curve gives is
+where the block begins. So the block of a Hammerstein model leads from behind its curve to the output, that of a Wiener
+model from the input to before the sensor's curve. With ``q = 1/z`` for a delay of one sample the lines are linear
+equations over rational functions of q, which are solved in exact fractions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy
+from sympy.solvers.solveset import NonlinearError
+
+from smid.models.errors import ModelError
+from smid.models.model import Model
+from smid.models.parts import Line
+from smid.models.running import parameter_values
+from smid.models.symbols import references, signal, t
+
+__all__ = ["DELAY", "RATE", "LinearBlock", "exact_values", "linear_block", "response"]
+
+DELAY, RATE = sympy.symbols("q s")
+
+
+@dataclass(frozen=True)
+class LinearBlock:
+    """A transfer function ``(b_0 + b_1 q + ...) / (1 + a_1 q + ...)`` with q = 1/z.
+
+    Parameters
+    ----------
+    input, output : str
+        Channels of the data; signals of the model where a curve lies in between.
+    numerator, denominator : tuple of float
+        Coefficients of rising powers of q.
+    constants : tuple of str
+        Signals whose line has a constant beside its linear terms: no transfer function tells of it.
+    """
+
+    input: str
+    output: str
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+    constants: tuple[str, ...]
+
+
+def linear_block(model: Model) -> LinearBlock:
+    """Find the transfer function that ends in a model's output.
+
+    Parameters
+    ----------
+    model : Model
+        With parameter values, and one output; one with rates has its sampling time.
+
+    Returns
+    -------
+    LinearBlock
+
+    Raises
+    ------
+    ModelError
+        Where a value is missing, there are several outputs, the line of the output is itself not linear, or the
+        block has no input or several.
+
+    Examples
+    --------
+    >>> from smid.models import Hammerstein, OutputError
+    >>> linear_block(OutputError(delay=2).with_values({"a1": -0.5, "b0": 1.5})).numerator
+    (0.0, 0.0, 1.5)
+    >>> block = linear_block(Hammerstein(powers=(3,)).with_values({"alpha": -0.75, "gamma1": 2.0}))
+    >>> block.input, block.output, block.numerator, block.denominator
+    ('x', 'y', (0.0, 0.25), (1.0, -0.75))
+    """
+    values, _ = parameter_values(model, None)
+    measured = [item for item in model.measurements if item.channel in model.output_channels]
+    if len(measured) != 1:
+        channels = ", ".join(model.output_channels)
+        raise ModelError(f"{model.name!r} has the outputs {channels}: a transfer function is of one output")
+    seen, numbers = measured[0], exact_values(values)
+    lines = {line.signal: line for line in model.discretised().lines}
+    if not _is_linear(lines[seen.signal], numbers):
+        raise ModelError(
+            f"the line of {seen.signal!r} in {model.name!r} is not linear, so that no transfer function leads to "
+            f"{seen.channel!r}: simulate the model instead, or linearise it about an operating point"
+        )
+    block: dict[str, Line] = {}
+    begins, waiting = set(), {seen.signal}
+    while waiting:
+        name = waiting.pop()
+        if name in lines and _is_linear(lines[name], numbers):
+            block[name] = lines[name]
+            waiting |= {read for read, _ in references(lines[name].expression)} - block.keys()
+        else:
+            begins.add(name)
+    if len(begins) != 1:
+        found = ", ".join(sorted(begins)) or "nothing"
+        raise ModelError(
+            f"{seen.channel!r} follows from {found} in {model.name!r}: a transfer function is of one input"
+        )
+    (begin,) = begins
+    function, constants = response(list(block.values()), begin, seen.signal, numbers)
+    parts = (sympy.Poly(part, DELAY) for part in sympy.fraction(function))
+    numerator, denominator = (part.all_coeffs()[::-1] for part in parts)
+    return LinearBlock(
+        dict(zip(model.inputs, model.input_channels, strict=True)).get(begin, begin),
+        seen.channel if seen.inverse is None else seen.signal,
+        tuple(float(b / denominator[0]) for b in numerator),
+        tuple(float(a / denominator[0]) for a in denominator),
+        constants,
+    )
+
+
+def response(
+    lines: Sequence[Line], begin: str, end: str, numbers: Mapping[sympy.Symbol, sympy.Expr]
+) -> tuple[sympy.Expr, tuple[str, ...]]:
+    """Solve linear lines for one signal over another, a delay being a factor `DELAY`, a rate `RATE` times its signal.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+        They define every signal that they read, but for `begin`.
+    begin, end : str
+        Signals.
+    numbers : mapping symbol -> expression
+        Parameters of known value.
+
+    Returns
+    -------
+    function : sympy.Expr
+        Common factors cancelled.
+    constants : tuple of str
+        Signals whose line has a constant term.
+
+    Raises
+    ------
+    NonlinearError
+        Where a line is not linear.
+    """
+    symbols = {name: sympy.Dummy(name) for name in (*(line.signal for line in lines), begin)}
+    equations = []
+    for line in lines:
+        swap = {signal(name)[t - lag]: symbols[name] * DELAY**lag for name, lag in references(line.expression)}
+        equations.append(
+            exact(line.expression.xreplace(swap), numbers) - symbols[line.signal] * (RATE if line.rate else 1)
+        )
+    unknown = [symbols[line.signal] for line in lines]
+    matrix, constants = sympy.linear_eq_to_matrix(equations, [*unknown, symbols[begin]])
+    solved = matrix[:, :-1].LUsolve(-matrix[:, -1])
+    function = sympy.cancel(solved[unknown.index(symbols[end])])
+    return function, tuple(line.signal for line, term in zip(lines, constants, strict=True) if term != 0)
+
+
+def exact(expression: sympy.Expr, numbers: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
+    """Put numbers in, and write floating-point ones as the fractions that they are written as."""
+    known = expression.xreplace(dict(numbers))
+    return known.xreplace({item: sympy.Rational(repr(float(item))) for item in known.atoms(sympy.Float)})
+
+
+def exact_values(values: Mapping[str, float]) -> dict[sympy.Symbol, sympy.Rational]:
+    """Return the symbols of parameters with their values as fractions."""
+    return {sympy.Symbol(name, real=True): sympy.Rational(repr(float(value))) for name, value in values.items()}
+
+
+def _is_linear(line: Line, numbers: Mapping[sympy.Symbol, sympy.Expr]) -> bool:
+    reads = {signal(name)[t - lag]: sympy.Dummy(name) for name, lag in references(line.expression)}
+    try:
+        sympy.linear_eq_to_matrix([exact(line.expression.xreplace(reads), numbers)], list(reads.values()))
+    except NonlinearError:
+        return False
+    return True
