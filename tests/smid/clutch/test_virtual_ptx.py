@@ -181,7 +181,7 @@ def test_one_temperature_cannot_train_it():
 
 def test_no_start_cannot_train_it():
     with pytest.raises(ModelError, match="starts = 0: give a positive number"):
-        PTX().fit(load_clutch_records("20C_step_a"), seed=1, starts=0)
+        PTX().fit(load_clutch_records(("20C_step_a", "60C_step_a")), seed=1, starts=0)
 
 
 def test_the_temperature_may_vary_within_a_record(small):
