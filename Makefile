@@ -31,7 +31,7 @@ demo: $(READY)
 	.venv/bin/smid demo --since $(STARTED)
 
 test: $(READY)
-	$(ONE_THREAD) .venv/bin/pytest -n $(WORKERS)
+	$(ONE_THREAD) .venv/bin/pytest -n $(WORKERS) --dist worksteal
 
 check: $(READY)
 	.venv/bin/ruff check .

@@ -3,6 +3,7 @@
 It prints a line now and then, and goes on when it is sent one: however slow the machine, it is not done too soon.
 """
 
+import signal
 import sys
 from pathlib import Path
 
@@ -28,4 +29,5 @@ def tell_and_wait(line):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job passes on that it is ignored
     study(Path(sys.argv[1]), tell_and_wait)
