@@ -101,3 +101,7 @@ plot_spread(
 # %%
 for name, v in speeds.items():
     print(f"{name:12} sticks at {np.mean(np.abs(v) < 0.03):.0%} of the samples")
+
+# %% [markdown]
+# **Try next:** `excitation` of the input of your own record. Then:
+# [your own model and your own effect](11_own_model_and_effect.ipynb).

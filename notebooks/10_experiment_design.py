@@ -138,3 +138,7 @@ for plant, power in (("time_constant", 1), ("factor", 1), ("power", 3)):
         proven = certify_reactor(Dataset.from_arrays(input=signal, output=noisy, sampling_time=1.0), 0.005, power=power)
         (low, high), (least, most) = proven.intervals["tau"], proven.intervals["a"]
         print(f"{plant:14} {name:6} tau in [{low:.4f}, {high:.4f}] s, a in [{least:.4f}, {most:.4f}]")
+
+# %% [markdown]
+# **Try next:** a larger `budget`; another `NOISE`, to which widths are nearly proportional until sticking is lost in
+# it. Then: [what a plant is excited with](10b_input_signals.ipynb).

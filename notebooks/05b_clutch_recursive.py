@@ -53,3 +53,7 @@ print(sets)
 
 # %%
 sets.plot()
+
+# %% [markdown]
+# **Try next:** `track(Arx(), ForgettingFactor(0.99), data)` of `smid.recursive` on your own record, and look at the
+# free run. Then: [virtual sensors](06_virtual_sensors.ipynb).

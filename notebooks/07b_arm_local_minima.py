@@ -139,3 +139,7 @@ friction_figure({"network": friction_curve(hybrid, problem.values(found), visite
 error = np.abs(friction_curve(hybrid, problem.values(found), speed) - true_friction(speed))[np.abs(speed) > ARM["eps"]]
 # The step at rest, 0.86 Nm, is itself only 7 % of that: this share alone does not show that the step is right.
 print(f"largest error over the visited speeds: {100 * error.max() / true_friction(speed).max():.1f} % of the largest")
+
+# %% [markdown]
+# **Try next:** another number of neurons in `embedded_arm`; your own input in `held_record`. Then:
+# [diagnosis on simulated data](08_diagnosis_simulated.ipynb).

@@ -68,3 +68,7 @@ print(intervals)
 
 # %%
 intervals.plot()
+
+# %% [markdown]
+# **Try next:** `train_single_sensor(sensor=PTX(plays=1))`, with PTX of `smid.clutch.virtual_sensors`, and see which
+# records suffer. Then: [the reactor](07_reactor_topologies.ipynb), where first principles are known in part.

@@ -92,3 +92,8 @@ study.widths.plot()
 
 # %%
 print(study.conclusion)
+
+# %% [markdown]
+# **Try next:** another part of the record (`PART`), or your own: `hammerstein_study` is made of `error_bound`,
+# `identify` and `validate`. Why the steps fail, [diagnosis](08_diagnosis_simulated.ipynb) tells. Then: [the same
+# plant, sample by sample](05b_clutch_recursive.ipynb).

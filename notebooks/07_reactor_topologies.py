@@ -163,3 +163,7 @@ with style():
     axes.set_xlabel("temperature [K]")
     axes.set_ylabel("reaction rate [1/s]")
     axes.legend()
+
+# %% [markdown]
+# **Try next:** more neurons, fewer back couplings, another seed. Then: [the arm](07b_arm_local_minima.ipynb), where
+# the same idea gets stuck.

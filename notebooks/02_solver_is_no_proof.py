@@ -1,0 +1,258 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Why a solver's answer is not a proof
+#
+# An interval end is the optimum of a polynomial problem. A relaxation makes it a semidefinite program, a solver solves
+# that and prints a number with many digits. It is tempting to publish it. Below such an interval excludes the
+# parameters that made the data, which is shown by means that no solver has a part in; then comes what is done about it:
+# a *certificate*, which can be written to a file and checked by others.
+
+# %%
+# %matplotlib inline
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+from matplotlib import pyplot as plt
+from scipy.optimize import linprog
+from scipy.signal import lfilter
+
+import smid
+from relaxations.bounding import relax
+from relaxations.certificate import certify
+from relaxations.certificate_file import write_certificate
+from relaxations.conic import multipliers
+from relaxations.solvers import solve
+from smid.records import load_clutch, true_parameters
+from smid.reports.style import BLUE, GREEN, INK, ORANGE, RED, style
+
+# %% [markdown]
+# ## The problem
+#
+# Twenty samples of the simulated clutch ramp, $|\eta_t| \le 0.3$ bar, and the Hammerstein model that made them. Every
+# parameter gets a box, so that nothing depends on how one would be derived.
+
+# %%
+START, STOP, BOUND = 15, 35, 0.3
+record, truth = load_clutch("clutch_20C_ramp_a"), true_parameters("clutch_20C_ramp_a")
+data = record.crop(START, STOP)
+boxes = {"gamma1": (-0.01, 0.0), "gamma2": (0.0, 0.1), "gamma3": (-0.2, 0.0)}
+model = smid.Hammerstein(poles=1, powers=(5, 4, 3), input_scale=0.01, stable=True, bounds=boxes)
+feasible = smid.FeasibleSet(model, data, BOUND)
+print(feasible)
+
+# %% [markdown]
+# ## The interval that a textbook gives
+#
+# Lasserre's relaxation of order 2 on the cliques of the equations, built as in the textbook and handed to Clarabel. The
+# solver's number is the cost of the moments that it ends with.
+
+
+# %%
+def solver_and_certificate(method, order, sign):
+    """Return status, the solver's own number, and what its dual variables prove, for one end of alpha."""
+    relaxed = relax(feasible.problem, method, order)
+    objective = relaxed.scaling.polynomials(feasible.problem.variable(0, sign))
+    cost = np.zeros(relaxed.relaxation.n_moments)
+    np.add.at(cost, relaxed.relaxation.moments_of(objective), objective.coefficients.mid)
+    solution = solve(relaxed.program, cost)
+    dual = multipliers(relaxed.relaxation, relaxed.program, solution.dual)
+    proof = certify(relaxed.relaxation, objective, dual)
+    return solution.status, sign * float(cost @ solution.moments), sign * proof.bound
+
+
+lower, upper = (solver_and_certificate("textbook", 2, sign) for sign in (1, -1))
+textbook = (lower[1], upper[1])
+holds = textbook[0] <= truth["alpha"] <= textbook[1]
+print(f"alpha in [{textbook[0]:.6f}, {textbook[1]:.6f}], statuses {lower[0]} and {upper[0]}")
+print(f"the pole that made the data, {truth['alpha']}, is {'inside' if holds else 'OUTSIDE'}")
+
+# %% [markdown]
+# ## Is that pole possible? Two judges that are no semidefinite solver
+#
+# **Exact fractions.** Simulate the true parameters from the record's first sample on, in Python's fractions: nothing is
+# rounded. The largest error says whether they explain the samples. An interval without this pole is false, however many
+# digits it has.
+
+# %%
+alpha, *gammas = (Fraction(str(truth[name])) for name in ("alpha", "gamma1", "gamma2", "gamma3"))
+v = [Fraction(value) / 100 for value in record.values("current")]
+x = [sum(gamma * power for gamma, power in zip(gammas, (vt**5, vt**4, vt**3), strict=True)) for vt in v]
+w = [Fraction(0)]
+for t in range(1, STOP):
+    w.append(-alpha * w[-1] + (1 + alpha) * x[t - 1])
+errors = [abs(Fraction(value) - wt) for value, wt in zip(record.values("pressure")[:STOP], w, strict=True)]
+largest = max(errors[START:STOP])
+assert largest <= Fraction("0.3")
+print(f"largest error of the true parameters: {float(largest):.4f} bar, within {BOUND} bar: exactly")
+
+# %% [markdown]
+# **A linear program at each pole.** With the pole held, the model is linear in all that is left: three gammas and the
+# first state. So the least noise bound at that pole is a linear program in five unknowns, and a pole is possible where
+# it is at most 0.3 bar. Bisection finds both ends.
+
+
+# %%
+def least_bound(pole):
+    """Return the least noise bound at a pole, by HiGHS."""
+    u, y = 0.01 * data.values("current"), data.values("pressure")
+    columns = [lfilter([0, 1 + pole], [1, pole], u**power) for power in (5, 4, 3)]
+    response = np.column_stack([*columns, (-pole) ** np.arange(len(u)), np.zeros(len(u))])
+    # Unknowns: gamma1..3, w[0], D; |y - w| <= D.
+    response[:, -1] = -1
+    above = response * [-1, -1, -1, -1, 1]
+    limits = [*boxes.values(), (None, None), (0, None)]
+    found = linprog([0, 0, 0, 0, 1], np.vstack([response, above]), np.concatenate([y, -y]), bounds=limits)
+    return found.fun
+
+
+def bisect(possible, impossible):
+    """Return the end between a pole that is possible and one that is not."""
+    for _ in range(40):
+        middle = (possible + impossible) / 2
+        possible, impossible = (middle, impossible) if least_bound(middle) <= BOUND else (possible, middle)
+    return possible
+
+
+oracle = bisect(truth["alpha"], -0.75), bisect(truth["alpha"], -0.55)
+print(f"linear programs: alpha in [{oracle[0]:.7f}, {oracle[1]:.7f}]")
+
+# %%
+poles = np.linspace(-0.69, -0.60, 60)
+with style():
+    figure, axes = plt.subplots(figsize=(5.6, 2.8), layout="constrained")
+    axes.plot(poles, [least_bound(pole) for pole in poles], color=BLUE, label="least noise bound, by linear programs")
+    axes.axhline(BOUND, color=INK, linewidth=0.6)
+    axes.axvspan(*oracle, color=GREEN, alpha=0.15, label="possible poles")
+    axes.axvspan(*textbook, color=RED, alpha=0.35, label="the solver's interval")
+    axes.axvline(truth["alpha"], color=ORANGE, linestyle="--", label="the pole that made the data")
+    axes.set_xlabel("alpha")
+    axes.set_ylabel("bar")
+    figure.legend(loc="outside upper center", ncols=2)
+
+# %% [markdown]
+# ## Why it fails
+#
+# Every equation puts vectors into the null space of all feasible moment matrices. The feasible set of the semidefinite
+# program has no interior, and interior-point methods lose their footing: the last iterate is a number without meaning.
+# The remedy is classical, to reduce the matrices to the face where feasible ones live (`method="sparse"`), or to need
+# no such matrices at all (`method="lift"`, [next page](03_orders_sparsity_lift.ipynb)). The solver then converges.
+# Still:
+
+# %%
+rows = [("textbook", 2, (lower, upper))]
+rows += [(m, d, [solver_and_certificate(m, d, sign) for sign in (1, -1)]) for m, d in (("sparse", 2), ("lift", 1))]
+print(f"{'method':10}{'order':>6}  {'the solver says':>26}  {'its dual variables prove':>26}  status of the lower end")
+for method, order, ends in rows:
+    said, proven = (f"[{ends[0][k]:.8f}, {ends[1][k]:.8f}]" for k in (1, 2))
+    print(f"{method:10}{order:6}  {said:>26}  {proven:>26}  {ends[0][0]}")
+    assert ends[0][2] <= oracle[0] + 1e-9
+    assert ends[1][2] >= oracle[1] - 1e-9
+print(f"{'linear programs':16}  [{oracle[0]:.8f}, {oracle[1]:.8f}]")
+
+# %% [markdown]
+# Compare the digits: even a converged solver's number may lie a little inside the true interval, and its status does
+# not tell. The numbers of the next column never do (the code asserts it). Where the solver broke down they are
+# worthless, wide open, and thereby honest; where it converged they lose a few units in a late digit.
+#
+# ## What a certificate is
+#
+# To prove $x^2 - x \ge -\tfrac{1}{4}$, write it as $(x - \tfrac{1}{2})^2 - \tfrac{1}{4}$: a square is not negative.
+# A certificate
+# is that, for any polynomial on any set of equations and inequalities. A solver's dual variables are multipliers
+# $\lambda_k$ and matrices $F_j$, and whatever they are, the polynomial
+#
+# $$ r = f - \sum_k \lambda_k h_k m_k - \sum_j \langle F_j F_j^{\mathsf T},\; g_j b_j b_j^{\mathsf T} \rangle $$
+#
+# has $f \ge r$ on the feasible set, where $h_k = 0$ and $g_j \ge 0$. With all variables scaled to $[-1, 1]$,
+# $r \ge r_0 - \sum_{i > 0} |r_i|$. Had the solver been exact, $r$ would be a constant; the less exact, the weaker the
+# bound. So the solver is asked for a good guess, and the proof is multiplication. smid does it in arithmetic that
+# encloses its own rounding errors.
+#
+# ## A certificate to give away
+
+# %%
+folder = Path(mkdtemp())
+relaxed = relax(feasible.problem, "lift", 1)
+objective = feasible.problem.variable(0)
+write_certificate(folder / "alpha.json", relaxed, objective, relaxed.bound(objective).certificate)
+
+
+def check(file):
+    """Run the check as anybody would: with the standard library alone, in exact fractions."""
+    command = [sys.executable, "-m", "relaxations.check", file.name]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    print((run.stdout + run.stderr).strip(), f"(exit code {run.returncode})")
+    return run.returncode
+
+
+assert check(folder / "alpha.json") == 0
+
+# %% [markdown]
+# The file states the problem, data included, and the multipliers. Who does not trust smid, or the solver, or NumPy,
+# has some 450 lines of Python to trust. Tampering is found, for everything is multiplied out again. A bound that is a
+# little too good:
+
+# %%
+document = json.loads((folder / "alpha.json").read_text(encoding="utf-8"))
+print("keys:", ", ".join(document), "| of a step:", ", ".join(document["steps"][0]))
+
+
+def tampered(change):
+    """Check a copy of the certificate in which something was changed."""
+    copy = json.loads(json.dumps(document))
+    change(copy)
+    (folder / "tampered.json").write_text(json.dumps(copy), encoding="utf-8")
+    return check(folder / "tampered.json")
+
+
+def better_bound(copy):
+    step = copy["steps"][0]
+    step["bound"] = (float.fromhex(step["bound"]) + 1e-6).hex()
+
+
+assert tampered(better_bound) == 1
+
+# %% [markdown]
+# Another problem than the one that was solved, one coefficient of the first equation changed in its fourth digit:
+
+
+# %%
+def other_data(copy):
+    coefficient = copy["equalities"][0][0]
+    coefficient[0] = (1.001 * float.fromhex(coefficient[0])).hex()
+
+
+assert tampered(other_data) == 1
+
+# %% [markdown]
+# (That the problem in the file is the one of *your* record is for you to compare; the check judges what it is given.)
+#
+# A multiplier that is made worse leaves a valid proof of a weaker bound; the claimed one no longer follows:
+
+
+# %%
+def other_multiplier(copy):
+    factor = copy["steps"][0]["products"][0]["factor"]
+    factor[0][0] = (1.01 * float.fromhex(factor[0][0]) + 0.01).hex()
+
+
+assert tampered(other_multiplier) == 1
+
+# %% [markdown]
+# **Try next:** claim less instead of more in `better_bound`; take other samples in `START, STOP`. What facial
+# reduction and the rest are: [the mathematics](../docs/maths.md). Then: [orders, sparsity, the
+# lift](03_orders_sparsity_lift.ipynb).
