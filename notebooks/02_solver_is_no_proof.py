@@ -67,7 +67,7 @@ def solver_and_certificate(method, order, sign):
     relaxed = relax(feasible.problem, method, order)
     objective = relaxed.scaling.polynomials(feasible.problem.variable(0, sign))
     cost = np.zeros(relaxed.relaxation.n_moments)
-    np.add.at(cost, relaxed.relaxation.moments_of(objective), objective.coefficients.mid)
+    np.add.at(cost, relaxed.relaxation.moments_of(objective.factors), objective.coefficients.mid)
     solution = solve(relaxed.program, cost)
     dual = multipliers(relaxed.relaxation, relaxed.program, solution.dual)
     proof = certify(relaxed.relaxation, objective, dual)
