@@ -146,6 +146,12 @@ class Fitting:
         """Numbers to fit: parameters and initial states."""
         return len(self.run.parameters) + self.frees_initial * len(self.begun) * len(self.data.experiments)
 
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Ends of the numbers to fit; initial states have none."""
+        free = np.full(self.n_free - len(self.run.parameters), np.inf)
+        return np.concatenate([self.lower, -free]), np.concatenate([self.upper, free])
+
     def start(self, values: Mapping[str, float]) -> Array:
         """Return the vector to start from: parameter values, then known or guessed initial states, what fits better."""
         theta = [float(values[name]) for name in self.run.parameters]
@@ -306,9 +312,7 @@ class Fitting:
         held : sequence of str
             Parameters that stay where they start.
         """
-        count = len(self.run.parameters)
-        open_end = np.full(self.n_free - count, np.inf)
-        lower, upper = np.concatenate([self.lower, -open_end]), np.concatenate([self.upper, open_end])
+        lower, upper = self.box
         inside = np.clip(vector, lower, upper)
         moves = np.array(
             [n not in held for n in self.run.parameters]

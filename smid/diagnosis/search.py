@@ -26,9 +26,11 @@ may pass test 1 and not lower the held-out error until the others are there: the
 it, or the path is cut before that leader.
 
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
-the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. After
-each further cause all are put to the test again (*backward deletion*): each is left out, and dropped if it is not
-missed, or replaced if another effect does better beside the rest.
+the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. A path that
+ends in a model which no parameters nearby bring within the noise bound (`smid.minimax`) is behind by `MARGIN` there:
+what the noise cannot be is evidence that least squares do not see. After each further cause all are put to the test
+again (*backward deletion*): each is left out, and dropped if it is not missed, or replaced if another effect does
+better beside the rest.
 """
 
 from __future__ import annotations
@@ -125,7 +127,7 @@ def search(
         # the best way ends with more than noise left, the first step may have been the wrong one.
         paths: list[_Path] = []
         for choice in (first.leader, *first.tied[:_FOLLOWED], *first.runners_up[:_FOLLOWED]):
-            if choice in first.runners_up and _is_white(record, path.base):
+            if choice in first.runners_up and _is_white(record, path.base) and record.keeps_bound(path.base.fit):
                 break
             begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])
@@ -133,7 +135,7 @@ def search(
             # A detour has to gain as much as a cause, and so has each cause that it names more.
             more = max(len(followed.stages) - len(path.stages), 0)
             ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
-            if not paths or record.score(followed.base.fit) < record.score(path.base.fit) - ahead:
+            if not paths or record.merit(followed.base.fit) < record.merit(path.base.fit) - ahead:
                 path = followed
             paths.append(followed)
         rest = [p for p in paths if p is not path and _equal(record, p, path)]
@@ -207,7 +209,7 @@ def _is_sure(found: Stage) -> bool:
 
 def _equal(record: Record, first: _Path, second: _Path) -> bool:
     """Tell whether two paths explain the data equally well, and an experiment would separate them."""
-    apart = abs(record.score(first.base.fit) - record.score(second.base.fit))
+    apart = abs(record.merit(first.base.fit) - record.merit(second.base.fit))
     return apart < TIE and differs(record, first.base.fit, second.base.fit)
 
 

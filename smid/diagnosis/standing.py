@@ -16,7 +16,8 @@ from smid.diagnosis.compare import chance, rms
 from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
 from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.trial import Base, Trial
-from smid.fit import Fit
+from smid.fit import Fit, Fitting
+from smid.minimax import minimax
 
 MARGIN = 20.0
 TIE = 6.0
@@ -24,6 +25,7 @@ _CHANCE = 0.01
 _LEAST_GAIN = 0.01
 _PROVISIONAL, _PROVISIONAL_CHANCE = 0.8, 0.1
 _HALF = 0.5
+_BEYOND = 1.05  # the noise bound; what a model integrates or interpolates in its own way adds a little to the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +84,21 @@ class Record:
             spread = n * np.log(np.nanmean(fitted**2)) + m * np.log(np.nanmean(held**2))
             value = float(spread + (fit.n_free + past) * np.log(n))
         return value if np.isfinite(value) else np.inf
+
+    def keeps_bound(self, fit: Fit) -> bool:
+        """Tell whether parameters near a fit explain the fitted samples within the noise bound, if one is known."""
+        if self.noise_bound is None or len(fit.model.output_channels) > 1:
+            return True
+        within = _BEYOND * self.noise_bound
+        if max(float(np.abs(part).max()) for part in self.fitted_part(self.residual(fit))) <= within:
+            return True
+        problem = Fitting(fit.model, self.data, self.used, fit.initial)
+        _, largest = minimax(problem, problem.start(fit.model.values))
+        return largest * problem.scale[self.output] <= within
+
+    def merit(self, fit: Fit) -> float:
+        """Return the score of a finished model; one that cannot keep the noise bound is behind by `MARGIN`."""
+        return self.score(fit) + (0.0 if self.keeps_bound(fit) else MARGIN)
 
 
 def _bridged(residual: Array, counted: Mask) -> Array:
@@ -203,11 +220,12 @@ def weigh(
     """Return a stage that weighs a cause against its rivals beside all other causes."""
     leader = standing(record, reduced.fit, trial)
     ranked = sorted([leader, *rank(record, reduced.fit, rivals)], key=lambda r: r.score)
+    close = [r for r in ranked if r is not leader and r.score < leader.score + TIE]
+    merit = record.merit(trial.fit) if close else np.inf
     tied = tuple(
         r
-        for r in ranked
-        if r is not leader
-        and r.score < leader.score + TIE
+        for r in close
+        if record.merit(r.trial.fit) < merit + TIE
         and trial.effect not in by_name[r.trial.effect].contains
         and differs(record, trial.fit, r.trial.fit)
     )

@@ -1,12 +1,12 @@
 """Polynomials and broken lines with an identity as their straight part, so that a free gain is not fitted twice.
 
-``x + c2 x^2/X + c3 x^3/X^2`` with X the largest magnitude, and ``x + sum_i s_i max(0, x - q_i)`` with kinks at inner
-quantiles of the data.  All c and s are zero without the effect.
+``x + c2 x^2/X + c3 x^3/X^2 + ...`` with X the largest magnitude, and ``x + sum_i s_i (max(0, x - q_i) - max(0, -q_i))``
+with kinks at inner quantiles of the data, or two that are free.  All c and s are zero without the effect.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import sympy
@@ -56,6 +56,14 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         [square, cube],
         ({square.name: 0.2, cube.name: 0.2}, {square.name: -0.2, cube.name: -0.2}),
     )
+    higher = [fresh(model, f"{stem}_{power}", _BOX, "", 0.0) for power in ("fourth", "fifth")]
+    every = [square, cube, *higher]
+    yield (
+        "up to the fifth power",
+        polynomial(*zip(every, (2, 3, 4, 5), strict=True)),
+        every,
+        ({p.name: 0.1 for p in every}, {p.name: -0.1 for p in every}),
+    )
     for places in ((0.5,), (0.25, 0.5, 0.75)):
         quantiles = np.unique(np.quantile(site.values(channel), places))
         kinks = [float(x) for x in quantiles if levels[0] < x < levels[-1]]
@@ -64,16 +72,29 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         slopes = [fresh(model, f"{stem}_kink_{'abc'[k]}", _BOX, "", 0.0) for k in range(len(kinks))]
         yield (
             f"{len(kinks) + 1} straight pieces",
-            _broken(kinks, slopes),
+            _broken([number(x) for x in kinks], slopes),
             slopes,
             ({p.name: 0.3 for p in slopes}, {p.name: -0.3 for p in slopes}),
         )
-
-
-def _broken(kinks: list[float], slopes: list[Parameter]) -> Callable[[sympy.Expr], sympy.Expr]:
-    return lambda x: (
-        x
-        + sum(
-            (p.symbol * sympy.Max(0, x - number(kink)) for p, kink in zip(slopes, kinks, strict=True)), sympy.Integer(0)
-        )
+    low, high = float(levels[0]), float(levels[-1])
+    ends = [fresh(model, f"{stem}_{at}", (low, high), site.unit(channel)) for at in ("first_kink", "second_kink")]
+    slopes = [fresh(model, f"{stem}_kink_{'ab'[k]}", _BOX, "", 0.0) for k in range(2)]
+    yield (
+        "3 straight pieces",
+        _broken([p.symbol for p in ends], slopes),
+        [*slopes, *ends],
+        tuple(
+            {slopes[0].name: a, slopes[1].name: b}
+            | {p.name: low + share * (high - low) for p, share in zip(ends, (0.35, 0.65), strict=True)}
+            for a, b in ((0.5, -0.5), (-0.3, 0.5))
+        ),
     )
+
+
+def _broken(kinks: Sequence[sympy.Expr], slopes: list[Parameter]) -> Callable[[sympy.Expr], sympy.Expr]:
+    def bent(x: sympy.Expr) -> sympy.Expr:
+        # Zero stays zero: a curve is no bias.
+        hinges = (sympy.Max(0, x - kink) - sympy.Max(0, -kink) for kink in kinks)
+        return x + sum((p.symbol * hinge for p, hinge in zip(slopes, hinges, strict=True)), sympy.Integer(0))
+
+    return bent

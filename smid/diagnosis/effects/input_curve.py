@@ -26,7 +26,7 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how much the largest input gains or loses against a straight line."""
     full = site.scale(site.input)
     if find(values, "input_curve_kink_a") is not None:
-        slopes = ", ".join(f"{value:+.0%}" for value in values.values())
+        slopes = ", ".join(f"{value:+.0%}" for name, value in values.items() if "_curve_kink_" in name)
         return f"{site.input} acts along a broken line whose slope changes by {slopes} at its kinks."
     share = sum(values.values())
     return (

@@ -1,7 +1,8 @@
 """Dead time: the input acts d samples later, whole or fractional.
 
 One continuous parameter: hat functions ``sum_k max(0, 1 - |d - k|) u[t-k]`` pick sample d, or interpolate linearly
-between two.  Reference: Laakso et al., IEEE Signal Processing Magazine 13 (1996) 30-60, first-order interpolation.
+between two; behind a static curve of the input, for a held input is half a sample late when the curve of it is.
+Reference: Laakso et al., IEEE Signal Processing Magazine 13 (1996) 30-60, first-order interpolation.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.plant import static_end
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]
@@ -35,8 +37,9 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         return sum(hats, sympy.Integer(0))
 
     starts = [d for d in (1.0, 2.0, 3.0, 5.0, 8.0, 0.5, float(likely)) if 0 < d <= longest]
+    bent = static_end(model, site.input)
     yield Extension(
-        model.insert_before(site.input, late, [delay], new_name=free_name(model, f"{site.input}_delayed")),
+        model.insert_before(bent, late, [delay], new_name=free_name(model, f"{bent}_delayed")),
         tuple({delay.name: d} for d in dict.fromkeys(starts)),
     )
 

@@ -48,7 +48,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     reach = float(np.abs(simulated).max()) or size
     fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
     folded: list[Mapping[str, float]] = [{**values, fold.name: 0.9} for values in _signed_fits(model, site)]
-    if simulated.min() < -_NEGATIVE * reach:
+    if simulated.min() < -_NEGATIVE * reach and simulated.max() > _NEGATIVE * reach:  # of one sign, it is a gain
         folded += [{fold.name: 0.9}, {fold.name: 0.4}]
     if folded:
         yield Extension(
@@ -142,7 +142,7 @@ def describe(values: Mapping[str, float], site: Site) -> str:
         period = 2 * math.pi / (find(values, "output_sine_rate") or 1.0)
         return f"The sensor of {y} shows a sine of {quantity(height, unit)} with a period of {quantity(period, unit)}."
     if find(values, "output_curve_kink_a") is not None:
-        slopes = ", ".join(f"{value:+.0%}" for value in values.values())
+        slopes = ", ".join(f"{value:+.0%}" for name, value in values.items() if "_curve_kink_" in name)
         return f"The sensor of {y} shows a broken line whose slope changes by {slopes} at its kinks."
     return f"The sensor of {y} shows a curve: at {quantity(full, unit)} {sum(values.values()):+.0%} of a straight line."
 

@@ -26,6 +26,7 @@ __all__ = [
     "output_signal",
     "scaled",
     "state_lines",
+    "static_end",
     "with_increment",
 ]
 
@@ -115,6 +116,18 @@ def output_signal(model: Model, site: Site) -> str:
         seen.add(name)
         waiting += sorted(now.get(name, set()) - seen)
     return measured
+
+
+def static_end(model: Model, name: str) -> str:
+    """Name the last signal that is a static function of one, and all that the rest of the model sees of it."""
+    while True:
+        readers = [line for line in model.lines if any(read == name for read, _ in references(line.expression))]
+        curve = readers[0] if len(readers) == 1 else None
+        if curve is None or curve.rate or references(curve.expression) != {(name, 0)}:
+            return name
+        if not any(read == curve.signal for line in model.lines for read, _ in references(line.expression)):
+            return name  # only a sensor sees it
+        name = curve.signal
 
 
 def state_lines(model: Model) -> tuple[StateLine, ...]:
