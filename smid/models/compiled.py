@@ -13,7 +13,9 @@ Arrays have shape (n,), or (B, n) when parameters are batched.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -22,10 +24,11 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.signal import lfilter, lfiltic
+from sympy.printing.pycode import PythonCodePrinter
 
 from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
-from smid.models.symbols import plain_symbols, references, signal, t
+from smid.models.symbols import plain_symbols, references, signal, swapped, t
 
 __all__ = ["Array", "Group", "compile_lines"]
 
@@ -57,7 +60,8 @@ class Group:
     vector : callable
         NumPy function that gives all signals of the group at one time, or over time when static.
     scalar : callable
-        The same on Python floats.
+        The whole loop on Python floats: of parameters, what is read from outside sample by sample, and one list per
+        signal that holds its past and is appended to.
     single : tuple of (tuple of (str, int), callable)
         Per line, what it reads and its NumPy function, where `recursive`; for the samples before the first.
     filter : tuple of callable, or None
@@ -137,25 +141,15 @@ class Group:
         constants = [float(values[name]) for name in self.parameters]
         split = len(self.reads) - self.own
         outside = [known[name][start - lag : count - lag].tolist() for name, lag in self.reads[:split]]
-        history = {name: known[name][:start].tolist() for name in self.signals}
-        past = [(history[name], -lag) for name, lag in self.reads[split:]]
-        rows = [history[name] for name in self.signals]
-        step = self.scalar.function
-        for arguments in zip(*outside, strict=True) if outside else ((),) * (count - start):
-            try:
-                result = step(*constants, *arguments, *[row[back] for row, back in past])
-            except (OverflowError, ZeroDivisionError, ValueError, TypeError):
-                # Python floats raise, or turn complex, where NumPy gives inf or nan; the caller looks for the first
-                # such sample.
-                result = [np.nan] * len(rows)
-                for row, value in zip(rows, result, strict=True):
-                    row.append(value)
-                break
-            for row, value in zip(rows, result, strict=True):
-                row.append(value)
-        for name, row in history.items():
-            # A fractional power of a negative number is complex to Python, NaN to NumPy.
-            known[name][: len(row)] = [np.nan if isinstance(value, complex) else value for value in row]
+        rows = [known[name][:start].tolist() for name in self.signals]
+        # Python floats raise, or turn complex, where NumPy gives inf or nan; the caller looks for the first of these.
+        with suppress(OverflowError, ZeroDivisionError, ValueError, TypeError):
+            self.scalar(constants, zip(*outside, strict=True) if outside else ((),) * (count - start), rows)
+        for name, row in zip(self.signals, rows, strict=True):
+            samples = np.array(row)
+            if np.iscomplexobj(samples):  # a fractional power of a negative number, NaN to NumPy
+                samples = np.array([np.nan if isinstance(value, complex) else value for value in row])
+            known[name][: len(row)] = samples
             known[name][len(row) :] = np.nan
 
     def _batch_loop(self, known: dict[str, Array], values: Mapping[str, Any], start: int, count: int) -> None:
@@ -218,7 +212,7 @@ def _compile_group(lines: tuple[Line, ...], recursive: bool, first: int) -> Grou
     swap = {signal(name)[t - lag]: symbol for (name, lag), symbol in symbols.items()}
     constants = [sympy.Symbol(name, real=True) for name in parameters]
     arguments = [*constants, *(symbols[read] for read in (*outside, *own))]
-    defined = [(symbols[line.signal, 0], line.expression.xreplace(swap)) for line in lines]
+    defined = [(symbols[line.signal, 0], swapped(line.expression, swap)) for line in lines]
     single = []
     for line, (symbol, expression) in zip(lines, defined, strict=True) if recursive else ():
         read = tuple(sorted(references(line.expression)))
@@ -232,7 +226,7 @@ def _compile_group(lines: tuple[Line, ...], recursive: bool, first: int) -> Grou
         (*outside, *own),
         len(own),
         _function(arguments, defined, _NUMPY),
-        _function(arguments, defined, _PYTHON),
+        _Later(lambda: _loop(constants, [symbols[read] for read in outside], own, symbols, members, defined)),
         tuple(single),
         _linear(defined, constants, [symbols[read] for read in outside], own, symbols) if recursive else None,
     )
@@ -254,7 +248,7 @@ def _linear(
     slopes = [sympy.expand(sympy.diff(expression, symbol)) for symbol in past]
     if any(slope.free_symbols - set(constants) for slope in slopes):
         return None
-    forcing = expression.xreplace(dict.fromkeys(past, sympy.Integer(0)))
+    forcing = swapped(expression, dict.fromkeys(past, sympy.Integer(0)))
     return (
         _Later(lambda: sympy.lambdify(constants, slopes, _NUMPY)),
         _Later(lambda: sympy.lambdify([*constants, *outside], _binary(forcing), _NUMPY, cse=True)),
@@ -264,7 +258,9 @@ def _linear(
 # Sympy's NumPy printer stacks the arguments of Max, which fails where a scalar meets an array.
 _MAXIMUM, _MINIMUM = sympy.Function("maximum_"), sympy.Function("minimum_")
 _NUMPY: list[Any] = [{"maximum_": np.maximum, "minimum_": np.minimum}, "numpy"]
-_PYTHON: list[Any] = [{"maximum_": max, "minimum_": min}, "math"]
+_PRINTER = PythonCodePrinter(
+    {"fully_qualified_modules": False, "user_functions": {"maximum_": "max", "minimum_": "min"}}
+)
 
 
 def _binary(expression: sympy.Expr) -> sympy.Expr:
@@ -301,6 +297,44 @@ def _function(
 ) -> _Later:
     """Give one function of all definitions, each reading those before it, that returns their values."""
     return _Later(lambda: _compiled(arguments, defined, modules))
+
+
+def _loop(
+    constants: Sequence[sympy.Symbol],
+    outside: Sequence[sympy.Symbol],
+    own: Sequence[Reference],
+    symbols: Mapping[Reference, sympy.Symbol],
+    members: Sequence[str],
+    defined: Sequence[tuple[sympy.Symbol, sympy.Expr]],
+) -> Function:
+    """Write the loop through time of a group as the source of one function, and compile it."""
+    # Names of our own: what a model calls its signals may mean something to Python.
+    every = [*constants, *outside, *(symbols[read] for read in own), *(symbol for symbol, _ in defined)]
+    names = {symbol: sympy.Symbol(f"v{k}") for k, symbol in enumerate(dict.fromkeys(every))}
+    rows = {name: f"r{k}" for k, name in enumerate(members)}
+    common, expressions = [], [swapped(_binary(expression), names) for _, expression in defined]
+    if len(defined) == 1:
+        common, expressions = sympy.cse(expressions[0], sympy.numbered_symbols("c"))
+
+    def listed(items: Sequence[Any]) -> str:
+        return "".join(f"{item}, " for item in items)
+
+    body = [f"{names[symbols[read]]} = {rows[read[0]]}[-{read[1]}]" for read in own]
+    body += [f"{name} = {_PRINTER.doprint(expression)}" for name, expression in common]
+    results = [names[symbol] for symbol, _ in defined]
+    body += [f"{name} = {_PRINTER.doprint(e)}" for name, e in zip(results, expressions, strict=True)]
+    body += [f"{rows[name]}.append({result})" for name, result in zip(members, results, strict=True)]
+    source = [
+        "def loop(constants, outside, rows):",
+        *([f"    {listed([names[c] for c in constants])}= constants"] if constants else []),
+        f"    {listed([*rows.values()])}= rows",
+        f"    for {listed([names[o] for o in outside]) if outside else '_ '}in outside:",
+        *(f"        {line}" for line in body),
+    ]
+    scope: dict[str, Any] = dict(vars(math))
+    exec("\n".join(source), scope)  # of sympy's own printing; lambdify does the same
+    function: Function = scope["loop"]
+    return function
 
 
 def _compiled(

@@ -33,7 +33,7 @@ import sympy
 
 from smid.models.parts import Line
 from smid.models.structure import groups
-from smid.models.symbols import references, signal, t
+from smid.models.symbols import references, signal, swapped, t
 
 __all__ = ["SCHEMES", "discretise"]
 
@@ -88,7 +88,7 @@ def discretise(
     >>> print(discretise([Line(x[t], u[t] - x[t] ** 2, rate=True)], "euler", 1, 0.5)[0].expression)
     u[t - 1]/2 - x[t - 1]**2/2 + x[t - 1]
     """
-    exact = {line.signal: _exact(line.expression.xreplace(dict(fixed or {}))) for line in lines}
+    exact = {line.signal: _exact(swapped(line.expression, fixed or {})) for line in lines}
     plain = [Line(line.target, exact[line.signal]) for line in lines if not line.rate]
     states = [line.signal for line in lines if line.rate]
     if not states:
@@ -105,7 +105,7 @@ def discretise(
 
 
 def _exact(expression: sympy.Expr) -> sympy.Expr:
-    return expression.xreplace({item: sympy.Rational(item) for item in expression.atoms(sympy.Float)})
+    return swapped(expression, {item: sympy.Rational(item) for item in expression.atoms(sympy.Float)})
 
 
 def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, sympy.Expr]:
@@ -115,22 +115,22 @@ def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, s
     for line in plain:
         now = {name for name, lag in references(line.expression) if lag == 0}
         if line.signal not in memory and any(name in rates or signal(name)[t] in moving for name in now):
-            moving[line.target] = line.expression.xreplace(moving)
+            moving[line.target] = swapped(line.expression, moving)
     result = {}
     for name, rate in rates.items():
-        inlined = rate.xreplace(moving)
+        inlined = swapped(rate, moving)
         earlier = {
             signal(read)[t - lag]: signal(read)[t - lag - 1]
             for read, lag in references(inlined)
             if lag > 0 or read not in rates
         }
-        result[name] = inlined.xreplace(earlier)
+        result[name] = swapped(inlined, earlier)
     return result
 
 
 def _affine(name: str, rate: sympy.Expr, slope: sympy.Expr, scheme: str, substeps: int, step: sympy.Expr) -> sympy.Expr:
     order = len(SCHEMES[scheme][1])
-    forcing = rate.xreplace({signal(name)[t]: sympy.Integer(0)})
+    forcing = swapped(rate, {signal(name)[t]: sympy.Integer(0)})
     z = step * slope
     growth = sum((z**k / sympy.factorial(k) for k in range(order + 1)), sympy.Integer(0))
     drive = sum((z**k / sympy.factorial(k + 1) for k in range(order)), sympy.Integer(0))
@@ -154,7 +154,7 @@ def _steps(
             point = {x: start[x] + (step * advance * slopes[-1][x] if slopes else 0) for x in states}
             # One pass: what a state is replaced by reads earlier samples only.
             stage = {signal(x)[t]: point[x] for x in states}
-            values = {x: rates[x].xreplace(stage) for x in states}
+            values = {x: swapped(rates[x], stage) for x in states}
             if len(weights) > 1:
                 helpers = {x: signal(next(names))[t] for x in states}
                 yield from (Line(helpers[x], values[x]) for x in states)

@@ -11,7 +11,7 @@ import sympy
 
 from smid.models.errors import ModelError
 from smid.models.parts import Parameter
-from smid.models.symbols import canonical, number
+from smid.models.symbols import canonical, number, swapped
 
 if TYPE_CHECKING:
     from smid.models.model import Model
@@ -218,7 +218,7 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
     return replace(
         model,
         parameters=(*(item for item in model.parameters if item.name != old.name), *new_parameters),
-        lines=tuple(replace(line, expression=line.expression.xreplace(swap)) for line in model.lines),
+        lines=tuple(replace(line, expression=swapped(line.expression, swap)) for line in model.lines),
         measurements=tuple(
             item if item.inverse is None else replace(item, inverse=item.inverse.xreplace(swap))
             for item in model.measurements

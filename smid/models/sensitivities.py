@@ -34,7 +34,7 @@ from smid.models.differentiate import derivatives
 from smid.models.model import Model
 from smid.models.parts import Line
 from smid.models.structure import exogenous, groups, state_lags
-from smid.models.symbols import plain_symbols, references, signal, t
+from smid.models.symbols import plain_symbols, references, signal, swapped, t
 
 __all__ = ["FreeRun", "Initial", "compile_free_run"]
 
@@ -330,7 +330,7 @@ def _varying(line: Line, free: Sequence[str], defined: set[str]) -> tuple[tuple[
 def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[str, ...]) -> _Slopes:
     reads = tuple(sorted(references(line.expression)))
     symbols = {read: sympy.Symbol(f"{read[0]}__{read[1]}", real=True) for read in reads}
-    expression = line.expression.xreplace({signal(name)[t - lag]: s for (name, lag), s in symbols.items()})
+    expression = swapped(line.expression, {signal(name)[t - lag]: s for (name, lag), s in symbols.items()})
     names = tuple(sorted(plain_symbols(line.expression)))
     constants = [sympy.Symbol(name, real=True) for name in names]
     by = [*(symbols[read] for read in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]

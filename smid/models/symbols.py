@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import lru_cache
+
 import sympy
 
 from smid.models.errors import ModelError
 
-__all__ = ["VALUE", "canonical", "number", "plain_symbols", "references", "rename_signals", "signal", "t"]
+__all__ = ["VALUE", "canonical", "number", "plain_symbols", "references", "rename_signals", "signal", "swapped", "t"]
 
 t = sympy.Symbol("t", integer=True)
 """Discrete time, the only index of a signal."""
@@ -69,6 +72,7 @@ def _lag(reference: sympy.Indexed) -> int:
     return int(lag)
 
 
+@lru_cache(maxsize=4096)
 def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
     """List the signals an expression reads, each with its lag.
 
@@ -162,7 +166,42 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is no expression: give the right-hand side only, without a relation")
     signals = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     symbols = {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
-    return expression.xreplace({**symbols, **signals})
+    return swapped(expression, {**symbols, **signals})
+
+
+def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sympy.Expr:
+    """Put other expressions in place of some, as ``xreplace``, but leave Max and Min as they are written.
+
+    Sympy would compare all their arguments again, which takes longer than a simulation.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Any expression.
+    swap : mapping of sympy.Expr to sympy.Expr
+        What to put in place of what.
+
+    Returns
+    -------
+    sympy.Expr
+        The rewritten expression.
+
+    Examples
+    --------
+    >>> a, b = sympy.symbols("a b")
+    >>> swapped(sympy.Max(0, a + 1), {a: b})
+    Max(0, b + 1)
+    """
+    if expression in swap:
+        return swap[expression]
+    if not expression.args or isinstance(expression, sympy.Indexed):
+        return expression
+    arguments = [swapped(argument, swap) for argument in expression.args]
+    if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
+        return expression
+    if isinstance(expression, sympy.Max | sympy.Min):
+        return expression.func(*arguments, evaluate=False)
+    return expression.func(*arguments)
 
 
 def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
@@ -190,4 +229,4 @@ def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
         for atom in expression.atoms(sympy.Indexed)
         if str(atom.base.label) in names
     }
-    return expression.xreplace(replacement)
+    return swapped(expression, replacement)

@@ -8,7 +8,7 @@ from benchmarks.soundness.random_problems import random_problem
 from relaxations.certificate import Certificate
 from smid import EmptyFeasibleSetError, identify
 
-PROBLEMS, CHUNK = 40, 5  # `python -m benchmarks.soundness` runs thousands
+PROBLEMS, CHUNK = 25, 5  # `python -m benchmarks.soundness` runs thousands
 
 
 def escapes(seed: int, **settings: object) -> list[str]:

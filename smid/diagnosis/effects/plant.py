@@ -16,7 +16,7 @@ import sympy
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.naming import is_brought, is_helper, signal_of
 from smid.models import Line, Model, Parameter, signal, t
-from smid.models.symbols import number, plain_symbols, references
+from smid.models.symbols import number, plain_symbols, references, swapped
 
 __all__ = [
     "StateLine",
@@ -215,7 +215,7 @@ def let_vary(
     for line in model.lines:
         if line.signal in names and parameter.name in plain_symbols(line.expression):
             lag = states[line.signal].lag if line.signal in states else 0
-            line = replace(line, expression=line.expression.xreplace({parameter.symbol: vary(parameter.symbol, lag)}))
+            line = replace(line, expression=swapped(line.expression, {parameter.symbol: vary(parameter.symbol, lag)}))
             changed = True
         lines.append(line)
     return replace(model, parameters=(*model.parameters, *parameters), lines=tuple(lines)) if changed else None
