@@ -1,9 +1,11 @@
 """An effect tried on one model."""
 
 import numpy as np
+import pytest
 from lag_records import lag, record
 
-from smid import OutputError
+from smid import Hammerstein, OutputError
+from smid.diagnosis.effects.input_delay import EFFECT as DELAY
 from smid.diagnosis.effects.sensor_bias import EFFECT
 from smid.diagnosis.trial import Base, Trial, refit, try_effect
 from smid.fit import fit
@@ -32,3 +34,21 @@ def test_what_runs_away_behind_the_fitted_part_is_not_put_on_again() -> None:
     again, base = _put_on(1.5)
     assert not base.fit.is_finite
     assert again is None
+
+
+def test_part_of_a_sample_later_behind_a_curve_is_exact() -> None:
+    """An input held between samples comes late to the lag, not to the curve before it: its cube is late."""
+    late, tau, bound = 0.4, 2.0, 1e-3
+    u = np.repeat(np.random.default_rng(0).uniform(-1, 1, 100), 3)
+    x = u**3
+    old, pole = np.exp(-(1 - late) / tau) - np.exp(-1 / tau), np.exp(-1 / tau)
+    w = np.zeros(300)
+    for k in range(1, 300):  # the exact solution of tau w' + w = x, held, `late` samples later
+        w[k] = pole * w[k - 1] + old * x[max(k - 2, 0)] + (1 - pole - old) * x[k - 1]
+    data = record(u, w, bound=bound)
+    used = (np.ones(300, bool),)
+    model = Hammerstein(powers=(3,), stable=True)
+    trial = try_effect(DELAY, Base(fit(model, data, used), data, used, "u", "y"))
+    assert trial is not None
+    assert trial.values["delay_samples"] == pytest.approx(old / (1 - pole), abs=0.01)
+    assert max(np.abs(e).max() for e in trial.fit.residual(data, "y")) < 1.1 * bound
