@@ -27,10 +27,10 @@ it, or the path is cut before that leader.
 
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
 the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. A path that
-ends in a model which no parameters nearby bring within the noise bound (`smid.minimax`) is behind by `MARGIN` there:
-what the noise cannot be is evidence that least squares do not see. After each further cause all are put to the test
-again (*backward deletion*): each is left out, and dropped if it is not missed, or replaced if another effect does
-better beside the rest.
+ends in a model which no parameters nearby bring within the noise bound (`smid.minimax`) is judged by the bound that it
+needs as well: what the noise cannot be is evidence that least squares do not see, and all there is where two models err
+slowly and far. After each further cause all are put to the test again (*backward deletion*): each is left out, and
+dropped if it is not missed, or replaced if another effect does better beside the rest.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def search(
         # the best way ends with more than noise left, the first step may have been the wrong one.
         paths: list[_Path] = []
         for choice in (first.leader, *first.tied[:_FOLLOWED], *first.runners_up[:_FOLLOWED]):
-            if choice in first.runners_up and _is_white(record, path.base) and record.keeps_bound(path.base.fit):
+            if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) == 1.0:
                 break
             begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])

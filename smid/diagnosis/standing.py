@@ -85,20 +85,23 @@ class Record:
             value = float(spread + (fit.n_free + past) * np.log(n))
         return value if np.isfinite(value) else np.inf
 
-    def keeps_bound(self, fit: Fit) -> bool:
-        """Tell whether parameters near a fit explain the fitted samples within the noise bound, if one is known."""
+    def excess(self, fit: Fit) -> float:
+        """Return by what factor the noise would have to exceed its bound for parameters near a fit; 1 for none.
+
+        Of the fitted samples; 1 as well where no bound is known.
+        """
         if self.noise_bound is None or len(fit.model.output_channels) > 1:
-            return True
+            return 1.0
         within = _BEYOND * self.noise_bound
         if max(float(np.abs(part).max()) for part in self.fitted_part(self.residual(fit))) <= within:
-            return True
+            return 1.0
         problem = Fitting(fit.model, self.data, self.used, fit.initial)
         _, largest = minimax(problem, problem.start(fit.model.values))
-        return largest * problem.scale[self.output] <= within
+        return max(largest * problem.scale[self.output] / within, 1.0)
 
     def merit(self, fit: Fit) -> float:
-        """Return the score of a finished model; one that cannot keep the noise bound is behind by `MARGIN`."""
-        return self.score(fit) + (0.0 if self.keeps_bound(fit) else MARGIN)
+        """Return the score of a finished model, with what uniform noise of the bound that it needs is less likely."""
+        return self.score(fit) + 2 * sum(int(u.sum()) for u in self.used) * float(np.log(self.excess(fit)))
 
 
 def _bridged(residual: Array, counted: Mask) -> Array:
@@ -184,13 +187,14 @@ def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
     """Return a stage with the effect that may be named, if any, those that do as well, and those that help less."""
     own, rmse, ranked = found.score, found.rmse, found.ranked
     margin = MARGIN + 2 * np.log(max(len(ranked), 1))
-    passing = [
-        r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse
-    ] or [r for r in ranked if own > r.score and r.chance <= _PROVISIONAL_CHANCE and r.rmse < _PROVISIONAL * rmse]
+    sure = [r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse]
+    likely, most = [r for r in ranked if own > r.score], _PROVISIONAL * rmse
+    promising = [r for r in likely if r.chance <= _PROVISIONAL_CHANCE and r.rmse < most]
+    passing = sure or promising
     # An effect that is likelier by far but does not carry over comes before what does: that may be no cause either.
     if not passing or passing[0].score - ranked[0].score > MARGIN:
-        likely = ranked[0] if ranked and own - ranked[0].score > margin else None
-        return replace(found, leader=likely, runners_up=tuple(passing), carries=False)
+        first = ranked[0] if ranked and own - ranked[0].score > margin else None
+        return replace(found, leader=first, runners_up=tuple(passing), carries=False)
     contains = {e.name: e.contains for e in effects}
     leader = passing[0]
     close = [r for r in passing[1:] if r.score - leader.score < TIE]
@@ -198,8 +202,9 @@ def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
     special = next((r for r in close if r.trial.effect in contains[leader.trial.effect]), None)
     if special is not None:
         leader, close = special, [passing[0], *(r for r in close if r is not special)]
-    others = tuple(r for r in passing if r is not leader and leader.trial.effect not in contains[r.trial.effect])
-    tied, rest = [r for r in others if r in close], [r for r in others if r not in close]
+    # What contains the leader is no rival where they do as well; where the leader is not enough it may be.
+    tied = [r for r in close if leader.trial.effect not in contains[r.trial.effect]]
+    rest = [r for r in dict.fromkeys((*passing, *promising)) if r is not leader and r not in close]
     return replace(found, leader=leader, tied=tuple(tied), runners_up=tuple(rest))
 
 
