@@ -13,7 +13,8 @@ noise but nearly all of it in the error of a free run, would drown what an effec
 1. the score falls by more than chance gives among all effects tried (`MARGIN`, plus twice the log of their number),
 2. the held-out error falls, by block bootstrap,
 3. no effect that fails the second test is likelier by more than `MARGIN`, and
-4. no rival comes within `TIE` of it; else the verdict is "ambiguous".  A rival from which no experiment within the
+4. no rival comes within `TIE` of it; else the verdict is "ambiguous". A general effect has to be likelier than its
+  special case by `MARGIN`.  A rival from which no experiment within the
    recorded range would tell the leader (their predictions differ by less than the error that is left) is the same
    equation under another name, and no rival: a decay with y^2 is a quadratic drag.
 
@@ -317,7 +318,7 @@ def _reconsider(
         if without - full < MARGIN:
             path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
             k = 0
-        elif best is not None and least < full - TIE:
+        elif best is not None and least < full - (MARGIN if trials[k].effect in by_name[best.effect].contains else TIE):
             stage = weigh(record, reduced, best)
             path = _Path((*remaining, stage), reduced.extended(best), (*path.dropped, trials[k].effect))
             k = 0

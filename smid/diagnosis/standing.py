@@ -198,14 +198,23 @@ def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
     contains = {e.name: e.contains for e in effects}
     leader = passing[0]
     close = [r for r in passing[1:] if r.score - leader.score < TIE]
-    # Of a general effect and its special case, equally good, the special case is what the data show.
-    special = next((r for r in close if r.trial.effect in contains[leader.trial.effect]), None)
+    special = _special(passing, contains)
     if special is not None:
-        leader, close = special, [passing[0], *(r for r in close if r is not special)]
+        leader, close = special, [r for r in passing if r is not special and abs(r.score - special.score) < TIE]
     # What contains the leader is no rival where they do as well; where the leader is not enough it may be.
     tied = [r for r in close if leader.trial.effect not in contains[r.trial.effect]]
     rest = [r for r in dict.fromkeys((*passing, *promising)) if r is not leader and r not in close]
     return replace(found, leader=leader, tied=tuple(tied), runners_up=tuple(rest))
+
+
+def _special(passing: Sequence[Ranked], contains: Mapping[str, Sequence[str]]) -> Ranked | None:
+    """Return the special case that nearly does as well as the general effects before it: the rest may fit anything."""
+    for one in passing[1:]:
+        ahead = [r for r in passing if r.score < one.score - TIE] or passing[:1]
+        is_special = all(one.trial.effect in contains[r.trial.effect] for r in ahead)
+        if is_special and one.score - passing[0].score < MARGIN:
+            return one
+    return None
 
 
 def drop(found: Stage) -> float:
