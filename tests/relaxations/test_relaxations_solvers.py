@@ -16,7 +16,17 @@ from relaxations.hierarchy import Reason, intervals
 from relaxations.library import load
 from relaxations.polynomial import Polynomials
 from relaxations.problem import from_sympy
-from relaxations.solvers import Attempt, ConicSolution, Stop, attempts, available_solvers, back_ends, interface, solve
+from relaxations.solvers import (
+    Attempt,
+    ConicSolution,
+    Stop,
+    attempts,
+    available_solvers,
+    back_ends,
+    clarabel,
+    interface,
+    solve,
+)
 from relaxations.solvers.back_ends import DIRECT, BackEnd
 from relaxations.solvers.scs import _rows
 from relaxations.solvers.sdpa import _in_full
@@ -216,6 +226,28 @@ def test_a_solver_that_answers_nan_proves_nothing(monkeypatch, method):
     assert (found.intervals[0].lower, found.intervals[0].upper) == (-1.0, 1.0)
     assert found.reason in (Reason.STALLED, Reason.ROUNDS, Reason.TIGHT)
     assert all(word.startswith("broken") for word in found.intervals[0].status)
+
+
+def test_a_solver_that_panics_has_failed_and_an_interrupt_has_not(monkeypatch):
+    class PanicException(BaseException):  # as Clarabel's, which Python cannot import
+        pass
+
+    class Panicking:
+        def __init__(self, *_):
+            pass
+
+        def solve(self):
+            raise failure("Eigval error")
+
+    monkeypatch.setattr(clarabel.clarabel, "DefaultSolver", Panicking)
+    relaxed = relax(product_problem(), "dense", 2)
+    failure = PanicException
+    solution = solve(relaxed.program, np.zeros(relaxed.relaxation.n_moments))
+    assert (solution.stop, solution.status) == (Stop.FAILED, "Panic")
+    assert np.isnan(solution.dual).all()
+    failure = KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        solve(relaxed.program, np.zeros(relaxed.relaxation.n_moments))
 
 
 def test_a_solution_carries_the_status_the_moments_and_the_time():
