@@ -178,7 +178,7 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
     Parameters
     ----------
     problem : PolynomialProblem
-    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int or None
         None asks for the default.
 
@@ -223,7 +223,7 @@ def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
     Parameters
     ----------
     problem : PolynomialProblem
-    method : {"lift", "sparse", "dense", "textbook"}
+    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
     complicating : ndarray of int
         Those of the lift; others do not look at them.
 
@@ -248,6 +248,7 @@ def relax(
     order: int,
     solver: str = "clarabel",
     objective: Polynomials | None = None,
+    steps: int = 1,
 ) -> Relaxed:
     """Scale a problem with a finite box and build its relaxation.
 
@@ -255,11 +256,14 @@ def relax(
     ----------
     problem : PolynomialProblem
         With a finite box.
-    method : {"lift", "sparse", "dense", "textbook"}
+    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int
     solver : str
     objective : Polynomials, optional
-        Where a sparse relaxation is to bound products of variables that share no constraint.
+        What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
+        and serves no other then. Products of variables that share no constraint must be known.
+    steps : int
+        Of the extension of supports, for ``"terms"`` and ``"chordal"``.
 
     Returns
     -------
@@ -281,7 +285,11 @@ def relax(
     """
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
-    relaxation = lift(scaled, order) if method == "lift" else lasserre(scaled, order, method, objective)
+    if method == "lift":
+        relaxation = lift(scaled, order)
+    else:
+        known = None if objective is None else scaling.polynomials(objective)
+        relaxation = lasserre(scaled, order, method, known, steps)
     return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
 
 

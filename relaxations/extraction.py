@@ -18,7 +18,6 @@ import numpy as np
 from scipy.linalg import qr, schur
 
 from relaxations.balls import Array
-from relaxations.errors import ProblemError
 from relaxations.moment import Relaxation, monomials_up_to
 from relaxations.polynomial import multiply, pad
 
@@ -33,7 +32,7 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     Parameters
     ----------
     relaxation : Relaxation
-        Of one clique: ``dense``, or ``sparse`` where every variable meets every other.
+        Of one clique: ``dense``, or others where every variable meets every other.
     moments : ndarray, shape (n_moments,)
         A solver's, the constant first.
     step : int
@@ -59,10 +58,10 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     n, order = relaxation.n_variables, relaxation.order
     basis = monomials_up_to(range(n), order)
     i, j = np.triu_indices(len(basis))
-    try:
-        entries = moments[relaxation.moments_of(multiply(basis[i], basis[j]))]
-    except ProblemError:  # a sparse relaxation of several cliques keeps no such matrix
+    found = relaxation.find(multiply(basis[i], basis[j]))
+    if (found[i == j] < 0).any():  # a sparse relaxation of several cliques keeps no such matrix
         return None
+    entries = np.where(found >= 0, moments[found], 0.0)  # where symmetry or terms split it, the rest is zero
     matrix = np.empty((len(basis), len(basis)))
     matrix[i, j] = matrix[j, i] = entries
     # Monomials far inside the box are small: what counts is their size beside themselves.

@@ -22,7 +22,7 @@ from relaxations.balls import Array, Index
 from relaxations.bounding import CLOSE, Emptiness, Outcome, Relaxed, lowest, relax, resolve
 from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
-from relaxations.lasserre import groups
+from relaxations.lasserre import plan
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 from relaxations.solvers.interface import check_solver
@@ -208,7 +208,7 @@ def intervals(
         With a finite box.
     targets : sequence of int
         Variables whose intervals are asked for.
-    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int, optional
         Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
     solver : str
@@ -255,9 +255,9 @@ def intervals(
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
     method, order, complicating = resolve(problem, method, order)
     least = lowest(problem, method, complicating)
-    Scaling.of_box(problem)  # refuses an infinite box before any work
+    scaling = Scaling.of_box(problem)  # refuses an infinite box before any work
     if method != "lift":
-        groups(problem, order, method)  # refuses blocks that are too wide, at the highest order
+        plan(scaling.apply(problem), order, method)  # refuses blocks that are too wide, at the highest order
     say = progress or (lambda _: None)
     watched = sorted({*targets, *(complicating.tolist() if method == "lift" else ())})
     ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))

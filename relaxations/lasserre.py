@@ -1,13 +1,15 @@
-"""Lasserre's moment relaxations: dense, sparse over cliques, and the textbook's, which breaks down on equalities.
+"""Lasserre's moment relaxations: dense, sparse over cliques, with term sparsity, and the textbook's, which breaks down.
 
 For each clique I of variables (one clique of all of them: the dense hierarchy), with ``b_d`` all monomials in x_I up
 to degree d:
 
     L(b_d b_d') >= 0,   L(g b b') >= 0 with deg(g b b') <= 2 d,   L(h m) = 0 with deg(h m) <= 2 d,
 
-and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there; ``"sparse"`` and
-``"dense"`` reduce every semidefinite block to its face (:mod:`relaxations.reductions.facial`) and drop dependent
-equalities.
+and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there, and breaks down on
+equalities. The others reduce every semidefinite block to its face (:mod:`relaxations.reductions.facial`) and drop
+dependent equalities. Where the objective is known, ``"sparse"`` and ``"dense"`` split by sign symmetry
+(:mod:`relaxations.reductions.symmetry`), which loses nothing. ``"terms"`` and ``"chordal"`` keep, clique by clique,
+what concerns the terms of the problem (:mod:`relaxations.reductions.terms`).
 
 References
 ----------
@@ -21,20 +23,27 @@ from math import comb
 
 import numpy as np
 
-from relaxations.balls import Array, Balls
+from relaxations.balls import Index
 from relaxations.conic import check_memory
 from relaxations.errors import ProblemError
-from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
-from relaxations.polynomial import Polynomials
+from relaxations.moment import Localiser, Relaxation, assemble, localise
+from relaxations.polynomial import Polynomials, unique
 from relaxations.problem import PolynomialProblem
-from relaxations.reductions import facial
+from relaxations.reductions import facial, symmetry, terms
+from relaxations.reductions.blocks import Clique, Split, whole
 from relaxations.reductions.sparsity import cliques, row_variables
 
-METHODS = ("sparse", "dense", "textbook")
+METHODS = ("sparse", "dense", "terms", "chordal", "textbook")
+BY_TERMS = ("terms", "chordal")
+MOST = 5000  # monomials of a basis: no structure is looked for in a longer one
 
 
 def lasserre(
-    problem: PolynomialProblem, order: int, method: str = "sparse", objective: Polynomials | None = None
+    problem: PolynomialProblem,
+    order: int,
+    method: str = "sparse",
+    objective: Polynomials | None = None,
+    steps: int = 1,
 ) -> Relaxation:
     """Build a Lasserre relaxation of a scaled problem (all variables in [-1, 1]), as in section 4 of Lasserre (2001).
 
@@ -44,9 +53,13 @@ def lasserre(
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
     order : int
         At least half of every degree.
-    method : {"sparse", "dense", "textbook"}
+    method : {"sparse", "dense", "terms", "chordal", "textbook"}
     objective : Polynomials, optional
-        Objectives with products of variables that share no constraint must be known here.
+        In the scaled variables; one row for each objective that the relaxation is to serve. A split by symmetry or
+        terms leaves no moments for others. Without it nothing is split by symmetry, a split by terms serves single
+        variables, and products of variables that share no constraint have no moments.
+    steps : int
+        Of the extension of supports, for ``"terms"`` and ``"chordal"``: each is at least as tight as the one before.
 
     Returns
     -------
@@ -62,54 +75,97 @@ def lasserre(
     >>> import sympy; from relaxations.problem import from_sympy
     >>> x = sympy.symbols("x0:6")
     >>> chain = [v * w - sympy.Rational(1, 4) for v, w in zip(x, x[1:])]
-    >>> problem, _ = from_sympy(None, chain, [], x, {v: (-1, 1) for v in x})
+    >>> problem, objective = from_sympy(x[0]**2, chain, [], x, {v: (-1, 1) for v in x})
     >>> dense, sparse = (lasserre(problem, 2, method) for method in ("dense", "sparse"))
     >>> dense.largest_block, sparse.largest_block  # monomials up to degree 2 in six variables, and in two
     (28, 6)
+    >>> lasserre(problem, 2, "sparse", objective).largest_block  # all signs change at once: even and odd degrees
+    4
     """
-    own_groups = groups(problem, order, method, objective)
-    one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
     equalities, localisers = [], []
-    own_equalities = _assign(problem.equalities, own_groups)
-    own_inequalities = _assign(problem.inequalities, own_groups)
-    boxed: set[int] = set()
-    for k, clique in enumerate(own_groups):
-        equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
-        products = facial.multiplied(equal, clique, 2 * order)
+    for clique, kept in plan(problem, order, method, objective, steps):
+        products = clique.multiples.take(kept.multiples)
         if method != "textbook" and products.n_rows > 1:
-            vectors = facial.coordinates(products, monomials_up_to(clique, 2 * order))
-            products = products.take(facial.independent(vectors))
+            occurring, _ = unique(products.factors)
+            products = products.take(facial.independent(facial.coordinates(products, occurring)))
         equalities.append(products)
-        faces = {
-            degree: None if method == "textbook" else facial.complement(equal, clique, degree)
-            for degree in range(order + 1)
-        }
-        new = [v for v in clique if v not in boxed]
-        boxed.update(new)
-        unequal = Polynomials.join(
-            [
-                one,
-                problem.inequalities.take(np.array(own_inequalities[k], dtype=np.int64)),
-                *(Polynomials.from_terms([{(): 1.0, (v, v): -1.0}]) for v in new),
-            ]
-        )
-        for degree in np.unique(unequal.row_degrees()).tolist():
-            members = unequal.take(np.flatnonzero(unequal.row_degrees() == degree))
-            half = order - -(-degree // 2)
-            localisers.append(_localise(members, clique, half, faces[half]))
+        localisers += _localisers(clique, kept, reduced=method != "textbook")
     return assemble(method, order, problem.n_variables, np.zeros(0, dtype=np.int64), equalities, localisers)
+
+
+def plan(
+    problem: PolynomialProblem,
+    order: int,
+    method: str,
+    objective: Polynomials | None = None,
+    steps: int = 1,
+) -> tuple[tuple[Clique, Split], ...]:
+    """Return what a relaxation takes of each clique, and refuse one that cannot be built.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to [-1, 1].
+    order : int
+    method : {"sparse", "dense", "terms", "chordal", "textbook"}
+    objective : Polynomials, optional
+        As for :func:`lasserre`.
+    steps : int
+
+    Returns
+    -------
+    tuple of (Clique, Split)
+
+    Raises
+    ------
+    ProblemError
+        Where the order is too low (the least one is named) or the machine's memory too small.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> x, y, z = v = sympy.symbols("x y z")
+    >>> problem, objective = from_sympy(x**4 + y**4 + x * y + z**2, [], [], v, {v: (-1, 1) for v in v})
+    >>> for method in ("textbook", "dense", "terms"):
+    ...     print([max(split.widths) for _, split in plan(problem, 2, method, objective)])
+    [6, 3]
+    [5]
+    [4, 2]
+    """
+    if steps < 1:
+        raise ProblemError(f"steps is {steps}: at least one is needed")
+    found = groups(problem, order, method, objective)
+    own_inequalities = _assign(problem.inequalities, found)
+    signs = np.zeros((0, problem.n_variables), dtype=np.bool_)
+    if method in ("sparse", "dense") and objective is not None:
+        signs = symmetry.sign_symmetries(problem, objective)
+    sizes = [comb(len(clique) + order, order) for clique in found]
+    what = f"order {order} with {max(map(len, found))} variables in a clique"
+    if max(sizes) > MOST or not (len(signs) or method in BY_TERMS):
+        widths = []
+        for clique, own, size in zip(found, own_inequalities, sizes, strict=True):
+            widths += [size, *[comb(len(clique) + order - 1, order - 1)] * (len(clique) + len(own))]
+        check_memory(widths, what)
+    parts = _cliques(problem, order, found, own_inequalities)
+    if method in BY_TERMS:
+        support = Polynomials.variables(np.arange(problem.n_variables)) if objective is None else objective
+        splits = terms.split(parts, support, steps, chordal=method == "chordal")
+    else:
+        splits = tuple(symmetry.split(clique, signs) if len(signs) else whole(clique) for clique in parts)
+    check_memory([width for kept in splits for width in kept.widths], what)
+    return tuple(zip(parts, splits, strict=True))
 
 
 def groups(
     problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
 ) -> tuple[tuple[int, ...], ...]:
-    """Return the cliques a relaxation is built on, and refuse one that cannot be built.
+    """Return the cliques a relaxation is built on.
 
     Parameters
     ----------
     problem : PolynomialProblem
     order : int
-    method : {"sparse", "dense", "textbook"}
+    method : {"sparse", "dense", "terms", "chordal", "textbook"}
     objective : Polynomials, optional
         The variables of each of its monomials lie in one clique.
 
@@ -121,7 +177,7 @@ def groups(
     Raises
     ------
     ProblemError
-        Where the order is too low (the least one is named) or the machine's memory too small.
+        Where the order is too low (the least one is named).
 
     Examples
     --------
@@ -136,13 +192,28 @@ def groups(
     least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    found = (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
-    widths = []
-    for clique, own in zip(found, _assign(problem.inequalities, found), strict=True):
-        n = len(clique)
-        widths += [comb(n + order, n), *[comb(n + order - 1, n)] * (n + len(own))]
-    check_memory(widths, f"order {order} with {max(map(len, found))} variables in a clique")
-    return found
+    return (tuple(range(problem.n_variables)),) if method == "dense" else cliques(problem, objective)
+
+
+def _cliques(
+    problem: PolynomialProblem, order: int, groups: tuple[tuple[int, ...], ...], own_inequalities: list[list[int]]
+) -> tuple[Clique, ...]:
+    """Return each clique with the constraints that it is the first to hold, box products among them."""
+    own_equalities = _assign(problem.equalities, groups)
+    boxed: set[int] = set()
+    found = []
+    for k, variables in enumerate(groups):
+        equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
+        new = [v for v in variables if v not in boxed]
+        boxed.update(new)
+        unequal = [
+            Polynomials.from_terms([{(): 1.0}]),
+            problem.inequalities.take(np.array(own_inequalities[k], dtype=np.int64)),
+            *(Polynomials.from_terms([{(): 1.0, (v, v): -1.0}]) for v in new),
+        ]
+        multiples = facial.multiplied(equal, variables, 2 * order)
+        found.append(Clique(variables, order, equal, multiples, Polynomials.join(unequal)))
+    return tuple(found)
 
 
 def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> list[list[int]]:
@@ -159,7 +230,24 @@ def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> li
     return assigned
 
 
-def _localise(members: Polynomials, clique: tuple[int, ...], degree: int, face: Array | None) -> Localiser:
-    basis = monomials_up_to(clique, degree)
-    congruence = None if face is None else np.broadcast_to(face, (members.n_rows, *face.shape))
-    return localise(members, basis, congruence)
+def _localisers(clique: Clique, kept: Split, reduced: bool) -> list[Localiser]:
+    """Return the blocks that are kept, reduced to their faces; inequalities of one degree and block together."""
+    found = []
+    degrees = clique.inequalities.row_degrees()
+    bases = clique.bases()
+    vectors = {half: facial.multiples(clique.equalities, clique.variables, half) if reduced else None for half in bases}
+    for degree in np.unique(degrees).tolist():
+        half = clique.order - -(-degree // 2)
+        sharing: dict[bytes, tuple[Index, list[int]]] = {}
+        for row in np.flatnonzero(degrees == degree).tolist():
+            for block in kept.blocks[row]:
+                sharing.setdefault(block.tobytes(), (block, []))[1].append(row)
+        for block, rows in sharing.values():
+            null = vectors[half]
+            face = None if null is None else facial.complement(facial.supported(null, block))
+            if face is not None and not face.shape[1]:
+                continue  # equalities leave nothing of the block
+            members = clique.inequalities.take(np.array(rows, dtype=np.int64))
+            congruence = None if face is None else np.broadcast_to(face, (len(rows), *face.shape))
+            found.append(localise(members, bases[half][block], congruence))
+    return found

@@ -23,7 +23,7 @@ from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
 from relaxations.extraction import minimisers
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
-from relaxations.lasserre import groups
+from relaxations.lasserre import BY_TERMS, groups, plan
 from relaxations.lift import nonlinear_variables
 from relaxations.local_search import local_minimum
 from relaxations.polynomial import Polynomials
@@ -36,6 +36,7 @@ from relaxations.witness import MARGINS, Witness, definition_order, find_witness
 
 WIDEST = 70  # an order whose widest block is beyond this is not tried unasked: a bound would cost minutes
 HIGHEST = 6  # nor an order beyond this
+STEPS = 3  # of term sparsity at each order
 BRANCHES = 400
 NODE_WIDEST = 20
 STARTS = 8  # of the local search, beside the points of the relaxations
@@ -171,7 +172,7 @@ def minimise(
         With a finite box.
     objective : Polynomials
         One row.
-    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int, optional
         Highest relaxation order; by default as high as blocks of width 70 allow.
     tolerance : float
@@ -205,8 +206,8 @@ def minimise(
     check_solver(solver)
     Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
-    orders, node_order = _orders(problem, objective, method, order)
-    search = _Search(problem, objective, products(problem), tolerance, order=orders[0])
+    least = _least(problem, objective, method, order)
+    search = _Search(problem, objective, products(problem), tolerance, order=least)
     reason = Reason.ORDERS
 
     def say(line: str) -> None:
@@ -219,8 +220,8 @@ def minimise(
         # Seeded, so that a run can be repeated.
         for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
             search.improve(problem.lower + share * (problem.upper - problem.lower))
-        for current in orders:
-            relaxed = _relaxed(problem, objective, method, current, solver)
+        for current, steps in _ways(problem, objective, method, least, order):
+            relaxed = _relaxed(problem, objective, method, current, solver, steps)
             outcome = relaxed.bound(objective)
             search.order, search.lower = current, max(search.lower, outcome.bound)
             if search.lower == np.inf:
@@ -232,7 +233,7 @@ def minimise(
             if search.lower >= search.goal:
                 break
         if nodes and search.lower < search.goal:
-            _branch(search, method, node_order, nodes, solver, say)
+            _branch(search, method, _node_order(problem, objective, method, least, order), nodes, solver, say)
     except KeyboardInterrupt:
         reason = Reason.TIME if time.perf_counter() - started > seconds else Reason.INTERRUPTED
     except MemoryError:
@@ -255,26 +256,63 @@ def minimise(
     )
 
 
-def _orders(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> tuple[range, int]:
-    """Return the orders to try, lowest first, and that of branch and bound: small blocks allow a higher one."""
-    _, usual, complicating = resolve(problem, method, None)
+def _least(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> int:
+    """Return the least order; refuse a highest one that is below it, and blocks that are too wide at the highest."""
+    *_, complicating = resolve(problem, method, None)
     least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
     if highest is not None and highest < least:
         raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
+    if method != "lift":
+        _widths(problem, objective, method, highest or least, 1)
+    return least
+
+
+def _ways(
+    problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None
+) -> Iterator[tuple[int, int]]:
+    """Return orders, the lowest first, and the steps of term sparsity at each: unasked while blocks are narrow."""
     if method == "lift":
-        return range(least, (highest or max(usual, least)) + 1), least
-    largest = max(len(c) for c in groups(problem, highest or least, method, objective))  # refuses blocks too wide
-    orders = range(least, (highest or _highest(largest, least, HIGHEST, WIDEST)) + 1)
-    return orders, _highest(largest, least, orders[-1], NODE_WIDEST)
+        _, usual, _ = resolve(problem, method, None)
+        yield from ((order, 1) for order in range(least, (highest or max(usual, least)) + 1))
+        return
+    for order in range(least, (highest or max(least, HIGHEST)) + 1):
+        before: list[int] = []
+        for steps in range(1, STEPS + 1 if method in BY_TERMS else 2):
+            try:
+                widths = _widths(problem, objective, method, order, steps)
+            except ProblemError:  # beyond the memory
+                return
+            # Blocks by terms are narrow but many: what counts is the one block that would cost as much.
+            width = float(np.sum(np.array(widths) ** 4.0) ** 0.25) if method in BY_TERMS else max(widths)
+            if width > WIDEST and steps == 1 and order > (highest or least):
+                return
+            if widths == before or (width > WIDEST and steps > 1):
+                break
+            yield order, steps
+            before = widths
 
 
-def _highest(variables: int, least: int, most: int, widest: int) -> int:
-    """Return the highest order up to ``most`` whose block is no wider than ``widest``, and no less than ``least``."""
-    return max(d for d in range(least, max(least, most) + 1) if d == least or comb(variables + d, d) <= widest)
+def _widths(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, steps: int) -> list[int]:
+    scaling = Scaling.of_box(problem)
+    parts = plan(scaling.apply(problem), order, method, scaling.polynomials(objective), steps)
+    return [width for _, split in parts for width in split.widths]
 
 
-def _relaxed(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, solver: str) -> Relaxed:
-    return relax(_tightened(problem, objective, method, order), method, order, solver, objective)
+def _node_order(
+    problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None
+) -> int:
+    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry."""
+    if method == "lift":
+        return least
+    largest = max(map(len, groups(problem, least, method, objective)))
+    orders = range(least, (highest or max(least, HIGHEST)) + 1)
+    return max((order for order in orders if comb(largest + order, order) <= NODE_WIDEST), default=least)
+
+
+def _relaxed(
+    problem: PolynomialProblem, objective: Polynomials, method: str, order: int, solver: str, steps: int = 1
+) -> Relaxed:
+    return relax(_tightened(problem, objective, method, order), method, order, solver, objective, steps)
 
 
 def _tightened(problem: PolynomialProblem, objective: Polynomials, method: str, order: int) -> PolynomialProblem:

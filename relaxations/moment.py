@@ -77,7 +77,7 @@ class Relaxation:
     Parameters
     ----------
     method : str
-        ``"lift"``, ``"sparse"``, ``"dense"`` or ``"textbook"``.
+        ``"lift"``, ``"sparse"``, ``"dense"``, ``"terms"``, ``"chordal"`` or ``"textbook"``.
     order : int
     n_variables : int
         Variables of the scaled problem.
@@ -119,24 +119,31 @@ class Relaxation:
 
     def moments_of(self, factors: Factors) -> Index:
         """Return the moment's number for each monomial; ProblemError where one has none."""
+        found = self.find(factors)
+        if (found < 0).any():
+            raise ProblemError(
+                "the objective has a monomial beyond this relaxation: name the objective when it is built, raise the "
+                "order, or choose method='sparse'"
+            )
+        return found
+
+    def find(self, factors: Factors) -> Index:
+        """Return the moment's number for each monomial; -1 where one has none."""
         degree = max(self.monomials.shape[1], factors.shape[1])
         stacked = np.concatenate([pad(self.monomials, degree), pad(factors, degree)])
         _, which = unique(stacked)
         place = np.full(int(which.max(initial=0)) + 1, -1, dtype=np.int64)
         place[which[: self.n_moments]] = np.arange(self.n_moments)
-        found = place[which[self.n_moments :]]
-        if (found < 0).any():
-            raise ProblemError(
-                "the objective has a monomial beyond this relaxation: raise the order, or choose method='sparse'"
-            )
-        return found
+        return place[which[self.n_moments :]]
 
     def first_order(self, moments: Array) -> Array:
-        """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none."""
-        point = np.full(self.n_variables, np.nan)
-        single = np.flatnonzero(self.degrees == 1)
-        point[self.monomials[single].max(axis=1)] = moments[single]
-        return point
+        """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none.
+
+        Where only its square has one, the relaxation does not change with the variable's sign: the moment is zero.
+        """
+        variables = np.arange(self.n_variables)[:, None]
+        square, single = self.find(np.repeat(variables, 2, axis=1)), self.find(variables)
+        return np.where(single >= 0, moments[single], np.where(square >= 0, 0.0, np.nan))
 
 
 def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
@@ -195,8 +202,8 @@ def localise(polynomials: Polynomials, basis: Factors, congruence: Array | None 
     """
     size = len(basis)
     i, j = np.triu_indices(size)
-    products = multiply(basis[i], basis[j]) if size > 1 else basis
-    return Localiser(size, polynomials.n_rows, polynomials.times_monomials(products), congruence)
+    products = polynomials.times_monomials(multiply(basis[i], basis[j]))
+    return Localiser(size, polynomials.n_rows, products, congruence)
 
 
 def assemble(

@@ -97,7 +97,7 @@ def identify(
     noise_bound : float or mapping channel -> float
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
-    method : {"auto", "lift", "sparse", "dense", "textbook"}
+    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere.
     order : int, optional
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating

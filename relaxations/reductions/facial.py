@@ -23,37 +23,55 @@ from relaxations.polynomial import Factors, Polynomials, pad, unique
 _RANK = 1e-9  # relative: rows are normalised to coefficients near one
 
 
-def complement(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Array | None:
-    """Return V, an orthonormal basis of what is orthogonal to every ``h m``; None if it is the identity.
+def complement(vectors: Array) -> Array | None:
+    """Return V, an orthonormal basis of what is orthogonal to every null vector; None if it is the identity.
 
     Parameters
     ----------
-    equalities : Polynomials
-        Equalities in ``variables`` only.
-    variables : tuple of int
-    degree : int
-        Of the basis, all monomials in ``variables`` up to it.
+    vectors : ndarray, shape (n_vectors, size)
+        Coefficients of the ``h m`` over a basis: see :func:`multiples`.
 
     Returns
     -------
-    ndarray, shape (len(basis), r), or None
+    ndarray, shape (size, r), or None
 
     Examples
     --------
     >>> line = Polynomials.from_terms([{(0,): 1.0, (1,): -1.0}])  # x0 = x1
-    >>> face = complement(line, (0, 1), 1)
+    >>> face = complement(multiples(line, (0, 1), 1))
     >>> face.shape  # of three monomials 1, x0, x1
     (3, 2)
     >>> np.abs(np.array([0.0, 1.0, -1.0]) @ face).round(9)
     array([0., 0.])
     """
-    vectors = multiples(equalities, variables, degree)
     if not len(vectors):
         return None
     q, r, _ = qr(vectors.T, mode="full", pivoting=True)
     diagonal = np.abs(np.diag(r))
     rank = int((diagonal > _RANK * diagonal[0]).sum())
     return np.asarray(q[:, rank:], dtype=np.float64)
+
+
+def supported(vectors: Array, part: Index) -> Array:
+    """Return the null vectors that live on a part of the basis: those of that part of the matrix.
+
+    Parameters
+    ----------
+    vectors : ndarray, shape (n_vectors, size)
+    part : ndarray of int
+        Numbers of some members of the basis.
+
+    Returns
+    -------
+    ndarray, shape (n_supported, len(part))
+
+    Examples
+    --------
+    >>> supported(np.array([[1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]), np.array([0, 2]))
+    array([[1., 2.]])
+    """
+    inside = np.count_nonzero(vectors[:, part], axis=1) == np.count_nonzero(vectors, axis=1)
+    return np.asarray(vectors[inside][:, part], dtype=np.float64)
 
 
 def independent(vectors: Array) -> Index:

@@ -8,6 +8,8 @@ optimization problems with structured sparsity", SIAM Journal on Optimization 17
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 
@@ -42,19 +44,38 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
     for group in groups:
         for v in group:
             neighbours[v] |= group
-    for v, mine in enumerate(neighbours):
-        mine.discard(v)
+    return chordal_cliques(neighbours)
 
+
+def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
+    """Return the maximal cliques of a chordal extension of a graph, by elimination of least-degree vertices.
+
+    Parameters
+    ----------
+    neighbours : sequence of set of int
+        Of each vertex; symmetric, the vertex itself may be among them.
+
+    Returns
+    -------
+    tuple of tuple of int
+        Vertices of each clique, sorted.
+
+    Examples
+    --------
+    >>> chordal_cliques([{1, 3}, {0, 2}, {1, 3}, {0, 2}])  # a square: one diagonal is added
+    ((0, 1, 3), (1, 2, 3))
+    """
+    near = [mine - {v} for v, mine in enumerate(neighbours)]
     found: list[set[int]] = []
-    alive = set(range(problem.n_variables))
+    alive = set(range(len(near)))
     while alive:
-        vertex = min(alive, key=lambda v: (len(neighbours[v]), v))
-        clique = neighbours[vertex] | {vertex}
+        vertex = min(alive, key=lambda v: (len(near[v]), v))
+        clique = near[vertex] | {vertex}
         if not any(clique <= other for other in found):
             found.append(clique)
-        for v in neighbours[vertex]:
-            neighbours[v] |= neighbours[vertex]
-            neighbours[v] -= {v, vertex}
+        for v in near[vertex]:
+            near[v] |= near[vertex]
+            near[v] -= {v, vertex}
         alive.remove(vertex)
     return tuple(sorted(tuple(sorted(c)) for c in found))
 

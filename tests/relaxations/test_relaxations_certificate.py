@@ -22,7 +22,7 @@ from relaxations.problem import PolynomialProblem, from_sympy
 from relaxations.solvers import Stop, solve
 from relaxations.witness import verify
 
-METHODS = ["lift", "sparse", "dense", "textbook"]
+METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]
 
 
 def rational(value):

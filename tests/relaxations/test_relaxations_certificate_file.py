@@ -25,7 +25,7 @@ from relaxations.problem import from_sympy
 
 x, y = sympy.symbols("x y")
 ZERO = Polynomials.from_terms([{}])
-METHODS = ["lift", "sparse", "dense", "textbook"]
+METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]
 
 
 def quadratic():

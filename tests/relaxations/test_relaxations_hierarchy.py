@@ -27,7 +27,7 @@ def contains(enclosure, points, targets):
     )
 
 
-@pytest.mark.parametrize("method", ["auto", "lift", "sparse", "dense", "textbook"])
+@pytest.mark.parametrize("method", ["auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"])
 def test_every_method_contains_every_feasible_point(output_error, method):
     model = output_error(4 if method == "dense" else 7, seed=8)
     points = model.sample(60, np.random.default_rng(9))
@@ -138,7 +138,7 @@ def no_solve(*_, **__):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"method": "magic"}, "unknown method 'magic': choose auto, lift, sparse, dense, textbook"),
+        ({"method": "magic"}, "unknown method 'magic': choose auto, lift, sparse, dense, terms, chordal, textbook"),
         ({"rounds": 0}, "rounds is 0: at least one is needed"),
         ({"order": 0}, "the least order is 1"),
         ({"solver": "none"}, "unknown solver 'none': choose one of clarabel"),

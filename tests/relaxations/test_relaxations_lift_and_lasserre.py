@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import sympy
+from at_a_point import monomial_values, unit_problem, worst
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,51 +16,10 @@ from relaxations.lasserre import lasserre
 from relaxations.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
 from relaxations.moment import monomials_up_to
 from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem, from_sympy
+from relaxations.problem import from_sympy
 from relaxations.reductions import facial
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.sparsity import cliques
-
-
-def unit_problem(n, equalities=(), inequalities=()):
-    """Return a problem on [-1, 1]^n from mappings {variables: coefficient}."""
-    return PolynomialProblem(
-        tuple(f"x{k}" for k in range(n)),
-        -np.ones(n),
-        np.ones(n),
-        Polynomials.from_terms(list(equalities)),
-        Polynomials.from_terms(list(inequalities)),
-    )
-
-
-def monomial_values(relaxation, t):
-    return np.prod(np.where(relaxation.monomials >= 0, t[relaxation.monomials], 1.0), axis=1)
-
-
-def block_matrices(blocks, y):
-    m = np.zeros((blocks.count, blocks.size, blocks.size))
-    np.add.at(m, (blocks.block, blocks.i, blocks.j), blocks.coefficient.mid * y[blocks.moment])
-    upper = np.triu(m, 1)
-    return m + np.swapaxes(upper, 1, 2)
-
-
-def worst(relaxation, t):
-    """Return the largest equality residual and the least eigenvalue of any block at a point's moments."""
-    y = monomial_values(relaxation, t)
-    residual = np.bincount(
-        relaxation.equality_row,
-        relaxation.equality_coefficient.mid * y[relaxation.equality_moment],
-        relaxation.n_equalities,
-    )
-    eigenvalues = [0.0]
-    for blocks in relaxation.blocks:
-        matrices = block_matrices(blocks, y)
-        if blocks.congruence is not None:
-            matrices = np.swapaxes(blocks.congruence, 1, 2) @ matrices @ blocks.congruence
-        if matrices.shape[1]:
-            eigenvalues.append(np.linalg.eigvalsh(matrices).min())
-    return float(np.abs(residual).max(initial=0.0)), float(min(eigenvalues))
-
 
 # ---------------------------------------------------------------- complicating variables
 
@@ -118,7 +78,7 @@ def test_an_order_too_low_names_the_least_one(degree, least):
         for build in (lambda: lift(problem, least - 1), lambda: lasserre(problem, least - 1)):
             with pytest.raises(ProblemError, match=f"the least order is {least}"):
                 build()
-        for method in ("lift", "sparse", "dense", "textbook"):
+        for method in ("lift", "sparse", "dense", "terms", "chordal", "textbook"):
             with pytest.raises(ProblemError, match=f"the least order is {least}"):
                 intervals(problem, [0], method=method, order=least - 1)
 
@@ -142,7 +102,7 @@ def test_the_lift_cuts_off_no_feasible_point(output_error, hammerstein, order):
             assert eigenvalue > -1e-12
 
 
-@pytest.mark.parametrize("method", ["sparse", "dense", "textbook"])
+@pytest.mark.parametrize("method", ["sparse", "dense", "terms", "chordal", "textbook"])
 def test_lasserre_relaxations_cut_off_no_feasible_point(output_error, method):
     model = output_error(4, seed=6)
     relaxed = relax(model.problem, method, 2)
@@ -153,7 +113,7 @@ def test_lasserre_relaxations_cut_off_no_feasible_point(output_error, method):
         assert eigenvalue > -1e-11
 
 
-@pytest.mark.parametrize("method", ["lift", "sparse", "dense", "textbook"])
+@pytest.mark.parametrize("method", ["lift", "sparse", "dense", "terms", "chordal", "textbook"])
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.lists(st.floats(-1, 1), min_size=3, max_size=3))
 def test_no_relaxation_cuts_off_a_point_of_a_mixed_problem(method, point):
@@ -195,7 +155,7 @@ def test_facial_reduction_keeps_exactly_the_complement_of_the_multiples():
     equalities = Polynomials.from_terms([{(0, 1): 1.0, (2,): -1.0}, {(0,): 0.5, (1,): 1.0}])
     variables = (0, 1, 2)
     basis = monomials_up_to(variables, 2)
-    v = facial.complement(equalities, variables, 2)
+    v = facial.complement(facial.multiples(equalities, variables, 2))
     multiples = facial.multiples(equalities, variables, 2)
     assert len(multiples) == 1 + 4  # the first has degree 2: times 1 only; the second times 1, x0, x1, x2
     assert v.T @ v == pytest.approx(np.eye(v.shape[1]), abs=1e-12)
