@@ -245,7 +245,7 @@ def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
 def relax(
     problem: PolynomialProblem,
     method: str,
-    order: int,
+    order: int | tuple[int, ...],
     solver: str = "clarabel",
     objective: Polynomials | None = None,
     steps: int = 1,
@@ -257,7 +257,8 @@ def relax(
     problem : PolynomialProblem
         With a finite box.
     method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
-    order : int
+    order : int or tuple of int
+        One for each of :func:`relaxations.lasserre.groups` where the cliques differ.
     solver : str
     objective : Polynomials, optional
         What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
@@ -285,7 +286,7 @@ def relax(
     """
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
-    if method == "lift":
+    if method == "lift" and isinstance(order, int):
         relaxation = lift(scaled, order)
     else:
         known = None if objective is None else scaling.polynomials(objective)

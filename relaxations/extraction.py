@@ -12,6 +12,7 @@ Polynomials in Control, LNCIS 312, Springer (2005) 293-310.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import comb
 
 import numpy as np
@@ -19,7 +20,7 @@ from scipy.linalg import qr, schur
 
 from relaxations.balls import Array
 from relaxations.moment import Relaxation, monomials_up_to
-from relaxations.polynomial import multiply, pad
+from relaxations.polynomial import Factors, multiply, pad
 
 RANK = 1e-3  # eigenvalues below this share of the largest count as zero: solvers leave about 1e-5
 SMALLEST = 1e-8  # moment that is told from zero
@@ -57,16 +58,10 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     """
     n, order = relaxation.n_variables, relaxation.order
     basis = monomials_up_to(range(n), order)
-    i, j = np.triu_indices(len(basis))
-    found = relaxation.find(multiply(basis[i], basis[j]))
-    if (found[i == j] < 0).any():  # a sparse relaxation of several cliques keeps no such matrix
+    scaled = _matrix(relaxation, moments, basis)
+    if scaled is None:
         return None
-    entries = np.where(found >= 0, moments[found], 0.0)  # where symmetry or terms split it, the rest is zero
-    matrix = np.empty((len(basis), len(basis)))
-    matrix[i, j] = matrix[j, i] = entries
-    # Monomials far inside the box are small: what counts is their size beside themselves.
-    size = np.sqrt(np.maximum(np.diag(matrix), SMALLEST))
-    matrix = matrix / np.outer(size, size)
+    matrix, size = scaled
     smaller = comb(n + order - step, n) if order >= step else 0
     rank = _rank(matrix)
     if rank > MOST or smaller == 0 or rank != _rank(matrix[:smaller, :smaller]):
@@ -89,6 +84,57 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     _, q = schur(combined)
     points = np.array([[q[:, k] @ m @ q[:, k] for m in multiplications] for k in range(rank)])
     return points if np.isfinite(points).all() and np.abs(points).max() < 1 + RANK else None
+
+
+def is_flat(relaxation: Relaxation, moments: Array, variables: Sequence[int], order: int, step: int = 1) -> bool:
+    """Return whether the moments of some variables are those of finitely many points, as far as the ranks tell.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+    moments : ndarray, shape (n_moments,)
+        A solver's, the constant first.
+    variables : sequence of int
+        A clique of the relaxation.
+    order : int
+        Of the clique.
+    step : int
+        As for :func:`minimisers`.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> from relaxations.lasserre import lasserre
+    >>> from relaxations.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1)
+    >>> [is_flat(relaxation, np.array([1.0, 0.5, square]), [0], 1) for square in (0.25, 0.5)]  # one point, and two
+    [True, False]
+    """
+    n = len(variables)
+    scaled = _matrix(relaxation, moments, monomials_up_to(variables, order))
+    if scaled is None or order < step:
+        return False
+    smaller = comb(n + order - step, n)
+    return _rank(scaled[0]) == _rank(scaled[0][:smaller, :smaller])
+
+
+def _matrix(relaxation: Relaxation, moments: Array, basis: Factors) -> tuple[Array, Array] | None:
+    """Return a moment matrix scaled to ones on its diagonal, and the scale; None where the relaxation keeps no such."""
+    i, j = np.triu_indices(len(basis))
+    found = relaxation.find(multiply(basis[i], basis[j]))
+    if (found[i == j] < 0).any():  # of several cliques together
+        return None
+    matrix = np.empty((len(basis), len(basis)))
+    # Where symmetry or terms split it, the rest is zero.
+    matrix[i, j] = matrix[j, i] = np.where(found >= 0, moments[found], 0.0)
+    # Monomials far inside the box are small: what counts is their size beside themselves.
+    size = np.sqrt(np.maximum(np.diag(matrix), SMALLEST))
+    return matrix / np.outer(size, size), size
 
 
 def _rank(matrix: Array) -> int:

@@ -40,7 +40,7 @@ MOST = 5000  # monomials of a basis: no structure is looked for in a longer one
 
 def lasserre(
     problem: PolynomialProblem,
-    order: int,
+    order: int | tuple[int, ...],
     method: str = "sparse",
     objective: Polynomials | None = None,
     steps: int = 1,
@@ -51,8 +51,8 @@ def lasserre(
     ----------
     problem : PolynomialProblem
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
-    order : int
-        At least half of every degree.
+    order : int or tuple of int
+        At least half of every degree; one for each of :func:`groups` where they differ.
     method : {"sparse", "dense", "terms", "chordal", "textbook"}
     objective : Polynomials, optional
         In the scaled variables; one row for each objective that the relaxation is to serve. A split by symmetry or
@@ -90,12 +90,13 @@ def lasserre(
             products = products.take(facial.independent(facial.coordinates(products, occurring)))
         equalities.append(products)
         localisers += _localisers(clique, kept, reduced=method != "textbook")
-    return assemble(method, order, problem.n_variables, np.zeros(0, dtype=np.int64), equalities, localisers)
+    highest = order if isinstance(order, int) else max(order)
+    return assemble(method, highest, problem.n_variables, np.zeros(0, dtype=np.int64), equalities, localisers)
 
 
 def plan(
     problem: PolynomialProblem,
-    order: int,
+    order: int | tuple[int, ...],
     method: str,
     objective: Polynomials | None = None,
     steps: int = 1,
@@ -106,7 +107,7 @@ def plan(
     ----------
     problem : PolynomialProblem
         Scaled to [-1, 1].
-    order : int
+    order : int or tuple of int
     method : {"sparse", "dense", "terms", "chordal", "textbook"}
     objective : Polynomials, optional
         As for :func:`lasserre`.
@@ -134,19 +135,20 @@ def plan(
     """
     if steps < 1:
         raise ProblemError(f"steps is {steps}: at least one is needed")
-    found = groups(problem, order, method, objective)
+    found = groups(problem, order if isinstance(order, int) else min(order), method, objective)
+    orders = (order,) * len(found) if isinstance(order, int) else order
     own_inequalities = _assign(problem.inequalities, found)
     signs = np.zeros((0, problem.n_variables), dtype=np.bool_)
     if method in ("sparse", "dense") and objective is not None:
         signs = symmetry.sign_symmetries(problem, objective)
-    sizes = [comb(len(clique) + order, order) for clique in found]
-    what = f"order {order} with {max(map(len, found))} variables in a clique"
+    sizes = [comb(len(clique) + own, own) for clique, own in zip(found, orders, strict=True)]
+    what = f"order {max(orders)} with {max(map(len, found))} variables in a clique"
     if max(sizes) > MOST or not (len(signs) or method in BY_TERMS):
         widths = []
-        for clique, own, size in zip(found, own_inequalities, sizes, strict=True):
-            widths += [size, *[comb(len(clique) + order - 1, order - 1)] * (len(clique) + len(own))]
+        for clique, own, rows, size in zip(found, orders, own_inequalities, sizes, strict=True):
+            widths += [size, *[comb(len(clique) + own - 1, own - 1)] * (len(clique) + len(rows))]
         check_memory(widths, what)
-    parts = _cliques(problem, order, found, own_inequalities)
+    parts = _cliques(problem, orders, found, own_inequalities)
     if method in BY_TERMS:
         support = Polynomials.variables(np.arange(problem.n_variables)) if objective is None else objective
         splits = terms.split(parts, support, steps, chordal=method == "chordal")
@@ -196,13 +198,16 @@ def groups(
 
 
 def _cliques(
-    problem: PolynomialProblem, order: int, groups: tuple[tuple[int, ...], ...], own_inequalities: list[list[int]]
+    problem: PolynomialProblem,
+    orders: tuple[int, ...],
+    groups: tuple[tuple[int, ...], ...],
+    own_inequalities: list[list[int]],
 ) -> tuple[Clique, ...]:
     """Return each clique with the constraints that it is the first to hold, box products among them."""
     own_equalities = _assign(problem.equalities, groups)
     boxed: set[int] = set()
     found = []
-    for k, variables in enumerate(groups):
+    for k, (variables, order) in enumerate(zip(groups, orders, strict=True)):
         equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
         new = [v for v in variables if v not in boxed]
         boxed.update(new)

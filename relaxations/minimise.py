@@ -2,30 +2,29 @@
 
 The lower end is certified, whatever the solver says (:mod:`relaxations.certificate`). The upper end is the objective at
 a point that is proven to be feasible (:mod:`relaxations.witness`), where one was found. Orders are raised while their
-blocks are small; what gap is left then is closed by branch and bound with the relaxation of the least order, tightened
-by the products of linear constraints.
+blocks are small (:mod:`relaxations.orders`); what gap is left then is closed by branch and bound with the relaxation of
+the least order, tightened by the products of linear constraints.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from html import escape
-from math import comb
 
 import numpy as np
 
 from relaxations.balls import Array
-from relaxations.bounding import Outcome, Relaxed, lowest, relax, resolve
+from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
-from relaxations.errors import ProblemError
 from relaxations.extraction import minimisers
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
-from relaxations.lasserre import BY_TERMS, groups, plan
 from relaxations.lift import nonlinear_variables
 from relaxations.local_search import local_minimum
+from relaxations.orders import least_order, node_order, not_flat, ways
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.products import with_products
@@ -34,11 +33,7 @@ from relaxations.reductions.vanishing import Piece, Product, piece, products, se
 from relaxations.solvers.interface import check_solver
 from relaxations.witness import MARGINS, Witness, definition_order, find_witness, verify
 
-WIDEST = 70  # an order whose widest block is beyond this is not tried unasked: a bound would cost minutes
-HIGHEST = 6  # nor an order beyond this
-STEPS = 3  # of term sparsity at each order
 BRANCHES = 400
-NODE_WIDEST = 20
 STARTS = 8  # of the local search, beside the points of the relaxations
 CONTRACTIONS = 5  # of the box before branching
 
@@ -134,6 +129,7 @@ class _Search:
     points: list[tuple[float, Array]] = field(default_factory=list)
     order: int = 0
     nodes: int = 0
+    not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
 
     @property
     def goal(self) -> float:
@@ -206,7 +202,7 @@ def minimise(
     check_solver(solver)
     Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
-    least = _least(problem, objective, method, order)
+    least = least_order(problem, objective, method, order)
     search = _Search(problem, objective, products(problem), tolerance, order=least)
     reason = Reason.ORDERS
 
@@ -220,20 +216,21 @@ def minimise(
         # Seeded, so that a run can be repeated.
         for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
             search.improve(problem.lower + share * (problem.upper - problem.lower))
-        for current, steps in _ways(problem, objective, method, least, order):
+        for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
             relaxed = _relaxed(problem, objective, method, current, solver, steps)
             outcome = relaxed.bound(objective)
-            search.order, search.lower = current, max(search.lower, outcome.bound)
+            search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
+            search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
             if search.lower == np.inf:
                 break
             search.improve(outcome.point)
             for point in _extracted(relaxed, outcome):
                 search.improve(point)
-            say(f"order {current}: bound {search.lower:.9g}, best point {search.best:.9g}")
+            say(f"order {search.order}: bound {search.lower:.9g}, best point {search.best:.9g}")
             if search.lower >= search.goal:
                 break
         if nodes and search.lower < search.goal:
-            _branch(search, method, _node_order(problem, objective, method, least, order), nodes, solver, say)
+            _branch(search, method, node_order(problem, objective, method, least, order), nodes, solver, say)
     except KeyboardInterrupt:
         reason = Reason.TIME if time.perf_counter() - started > seconds else Reason.INTERRUPTED
     except MemoryError:
@@ -256,66 +253,20 @@ def minimise(
     )
 
 
-def _least(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> int:
-    """Return the least order; refuse a highest one that is below it, and blocks that are too wide at the highest."""
-    *_, complicating = resolve(problem, method, None)
-    least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
-    if highest is not None and highest < least:
-        raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
-    if method != "lift":
-        _widths(problem, objective, method, highest or least, 1)
-    return least
-
-
-def _ways(
-    problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None
-) -> Iterator[tuple[int, int]]:
-    """Return orders, the lowest first, and the steps of term sparsity at each: unasked while blocks are narrow."""
-    if method == "lift":
-        _, usual, _ = resolve(problem, method, None)
-        yield from ((order, 1) for order in range(least, (highest or max(usual, least)) + 1))
-        return
-    for order in range(least, (highest or max(least, HIGHEST)) + 1):
-        before: list[int] = []
-        for steps in range(1, STEPS + 1 if method in BY_TERMS else 2):
-            try:
-                widths = _widths(problem, objective, method, order, steps)
-            except ProblemError:  # beyond the memory
-                return
-            # Blocks by terms are narrow but many: what counts is the one block that would cost as much.
-            width = float(np.sum(np.array(widths) ** 4.0) ** 0.25) if method in BY_TERMS else max(widths)
-            if width > WIDEST and steps == 1 and order > (highest or least):
-                return
-            if widths == before or (width > WIDEST and steps > 1):
-                break
-            yield order, steps
-            before = widths
-
-
-def _widths(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, steps: int) -> list[int]:
-    scaling = Scaling.of_box(problem)
-    parts = plan(scaling.apply(problem), order, method, scaling.polynomials(objective), steps)
-    return [width for _, split in parts for width in split.widths]
-
-
-def _node_order(
-    problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None
-) -> int:
-    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry."""
-    if method == "lift":
-        return least
-    largest = max(map(len, groups(problem, least, method, objective)))
-    orders = range(least, (highest or max(least, HIGHEST)) + 1)
-    return max((order for order in orders if comb(largest + order, order) <= NODE_WIDEST), default=least)
-
-
 def _relaxed(
-    problem: PolynomialProblem, objective: Polynomials, method: str, order: int, solver: str, steps: int = 1
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    method: str,
+    order: int | tuple[int, ...],
+    solver: str,
+    steps: int = 1,
 ) -> Relaxed:
     return relax(_tightened(problem, objective, method, order), method, order, solver, objective, steps)
 
 
-def _tightened(problem: PolynomialProblem, objective: Polynomials, method: str, order: int) -> PolynomialProblem:
+def _tightened(
+    problem: PolynomialProblem, objective: Polynomials, method: str, order: int | tuple[int, ...]
+) -> PolynomialProblem:
     return with_products(problem, objective) if order == 1 and method in ("sparse", "dense") else problem
 
 

@@ -6,6 +6,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from relaxations import minimise as minimise_module
 from relaxations.bounding import relax
 from relaxations.errors import ProblemError
 from relaxations.extraction import minimisers
@@ -13,7 +14,7 @@ from relaxations.library import load
 from relaxations.local_search import local_minimum
 from relaxations.minimise import Reason, minimise
 from relaxations.polynomial import Polynomials
-from relaxations.problem import from_sympy
+from relaxations.problem import PolynomialProblem, from_sympy
 from relaxations.reductions.products import with_products
 from relaxations.reductions.vanishing import cases, products, settle
 
@@ -84,6 +85,62 @@ def test_minimisers_are_read_from_a_flat_moment_matrix_only():
     problem, objective = from_sympy((X**2 + Y**2 - 1) ** 2, [], [], [X, Y], SQUARE)
     relaxed = relax(problem, "dense", 2, objective=objective)
     assert minimisers(relaxed.relaxation, relaxed.bound(objective).moments) is None
+
+
+def apart(*names):
+    """Return named problems side by side, a fixed variable behind them, the sum of the objectives and its optimum."""
+    cases = [load(name) for name in names]
+    offsets = np.cumsum([0, *(c.problem.n_variables for c in cases)])
+
+    def moved(families):
+        return Polynomials.join(
+            [
+                Polynomials(p.n_rows, p.rows, np.where(p.factors >= 0, p.factors + at, -1), p.coefficients)
+                for p, at in zip(families, offsets[:-1], strict=True)
+            ]
+        )
+
+    goal = moved([c.objective for c in cases])
+    problem = PolynomialProblem(
+        tuple(f"x{k}" for k in range(offsets[-1] + 1)),
+        np.r_[(*(c.problem.lower for c in cases), 1.0)],
+        np.r_[(*(c.problem.upper for c in cases), 1.0)],
+        moved([c.problem.equalities for c in cases]),
+        moved([c.problem.inequalities for c in cases]),
+    )
+    together = Polynomials(1, np.zeros_like(goal.rows), goal.factors, goal.coefficients).collect()
+    return problem, together, sum(c.optimum for c in cases)
+
+
+def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
+    # The first needs order 3, the second order 2.
+    problem, objective, optimum = apart("gms_Bex3_1_4", "gms_st_e24")
+    orders = []
+
+    def recorded(problem, method, order, *rest):
+        orders.append(order)
+        return relax(problem, method, order, *rest)
+
+    monkeypatch.setattr(minimise_module, "relax", recorded)
+    found = minimise(problem, objective, nodes=0, tolerance=1e-5)
+    assert orders == [1, 2, (3, 2, 2)]
+    assert found.order == 3
+    assert found.reason is Reason.TIGHT
+    assert optimum - 1e-5 < found.lower < optimum + 1e-6
+
+
+@pytest.mark.parametrize("orders", [(2, 3), (3, 2)])
+def test_cliques_of_different_orders_bound_between_those_of_one(orders):
+    problem, objective = from_sympy(
+        X * Y - Y**3 * Z + Z**4 - X**2, [1 - X**2 - Y**4], [], [X, Y, Z], {X: (-1, 1), Y: (-1, 1), Z: (-1, 1)}
+    )
+    low, own, high = (
+        relax(problem, "sparse", order, objective=objective).bound(objective).bound for order in (2, orders, 3)
+    )
+    assert low - 1e-6 <= own <= high + 1e-5
+    points = np.random.default_rng(0).uniform(-1, 1, (500, 3))
+    values = [objective.evaluate(p)[0] for p in points if p[0] ** 2 + p[1] ** 4 <= 1]
+    assert own <= min(values)
 
 
 def test_an_empty_set_is_proven_empty():
