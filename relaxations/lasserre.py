@@ -120,7 +120,8 @@ def plan(
     Raises
     ------
     ProblemError
-        Where the order is too low (the least one is named) or the machine's memory too small.
+        Where the order is too low (the least one is named), there are not as many orders as cliques, or the machine's
+        memory is too small.
 
     Examples
     --------
@@ -137,6 +138,8 @@ def plan(
         raise ProblemError(f"steps is {steps}: at least one is needed")
     found = groups(problem, order if isinstance(order, int) else min(order), method, objective)
     orders = (order,) * len(found) if isinstance(order, int) else order
+    if len(orders) != len(found):
+        raise ProblemError(f"{len(orders)} orders were given for {len(found)} cliques: give one, or one for each")
     own_inequalities = _assign(problem.inequalities, found)
     signs = np.zeros((0, problem.n_variables), dtype=np.bool_)
     if method in ("sparse", "dense") and objective is not None:

@@ -132,6 +132,7 @@ def split(clique: Clique, signs: Signs) -> Split:
     >>> split(clique, np.array([[True, True]])).widths  # 1 and the products of two; x0 and x1
     [4, 2]
     """
+    signs = signs[signs[:, list(clique.variables)].any(axis=1)]
     own = {half: _parts(classes(basis, signs)) for half, basis in clique.bases().items()}
     multiples = clique.multiples
     odd = np.zeros(multiples.n_rows, dtype=np.bool_)

@@ -210,6 +210,11 @@ def test_a_wrong_number_of_steps_is_refused():
         lasserre(unit_problem(2), 1, "terms", steps=0)
 
 
+def test_orders_for_other_cliques_are_refused():
+    with pytest.raises(ProblemError, match="3 orders were given for 2 cliques"):
+        lasserre(unit_problem(2), (1, 2, 2))
+
+
 def test_a_basis_too_long_to_look_for_terms_in_is_refused():
     together = unit_problem(40, [], [{(k,): 1.0 for k in range(40)}])
     with pytest.raises(ProblemError, match="lower the order"):
