@@ -296,13 +296,16 @@ def _reconsider(
     A rival that does as well is noted as tied.
     """
     by_name = {e.name: e for e in effects}
+    indispensable: set[str] = set()
     k = 0
     while k < len(path.stages):
         trials = path.trials
         replayed = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
-        if replayed is None:
+        if replayed is None:  # without it the others cannot be simulated
+            indispensable.add(trials[k].effect)
             k += 1
             continue
+        indispensable.discard(trials[k].effect)
         reduced, again = replayed
         names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
         others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
@@ -327,7 +330,10 @@ def _reconsider(
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
     # Each stage now says what its cause gains beside all others: the largest first.
-    gains = {name: _gain_of(record, start, path, name, by_name) for name in {t.effect for t in path.trials}}
+    gains = {
+        name: np.inf if name in indispensable else _gain_of(record, start, path, name, by_name)
+        for name in {t.effect for t in path.trials}
+    }
     return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-gains[_name(s)], -drop(s)))))
 
 
