@@ -1,8 +1,9 @@
 """What varies in a plant: a parameter, ``p -> p + dp s``, its pace or its gain, with s of order one.
 
 The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
-varies and the gain at rest stays.  The *gain* multiplies what drives the state and not its own past.  Both are positive
-factors, hence the exponential; dp and c have the null value 0.
+varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
+``(1 - p^exp(c s)) / (1 - p)``: its pole is ``exp(-T / tau)``.  The *gain* multiplies what drives the state and not its
+own past.  Both are positive factors, hence the exponential; dp and c have the null value 0.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from smid.diagnosis.effects.effect import Extension
 from smid.diagnosis.effects.naming import fresh
 from smid.diagnosis.effects.plant import StateLine, base_parameters, let_vary, magnitude, state_lines, with_increment
 from smid.models import Model, Parameter
-from smid.models.symbols import plain_symbols
+from smid.models.symbols import plain_symbols, references
 
 __all__ = ["extensions", "sentence", "told"]
 
 _REACH, _START = 2.0, 0.03
+_LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
 
 
 def extensions(
@@ -81,7 +83,7 @@ def extensions(
             amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_REACH, _REACH), "", 0.0)
             factor = sympy.exp(amount.symbol * vary(state.lag))
             drive = state.drive
-            grown = factor * state.increment if kind == "pace" else state.increment + (factor - 1) * drive
+            grown = quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
             if kind == "gain" and drive == 0:
                 continue
             extended = with_increment(model, state, grown, [amount, *([shape[0]] if shape else [])])
@@ -94,6 +96,16 @@ def extensions(
         if parameters and state.order > 1 and shape is None:
             found += _together(model, state, suffix, vary, label)
     return tuple(found)
+
+
+def quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
+    """Return the increment, or rate, of a state whose pace is multiplied by a factor."""
+    pole = 1 - state.leak
+    rest = state.line.expression - pole * state.level
+    is_lag = not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(sympy.expand(rest))}
+    if is_lag and plain_symbols(pole):
+        factor = (1 - sympy.Max(_LEAST_POLE, pole) ** factor) / (1 - pole)
+    return factor * state.increment
 
 
 def _together(
