@@ -36,6 +36,7 @@ from relaxations.certificate import certify
 from relaxations.certificate_file import write_certificate
 from relaxations.conic import multipliers
 from relaxations.solvers import solve
+from relaxations.steps import Bound
 from smid.records import load_clutch, true_parameters
 from smid.reports.style import BLUE, GREEN, INK, ORANGE, RED, style
 
@@ -188,7 +189,8 @@ print(f"{'linear programs':16}  [{oracle[0]:.8f}, {oracle[1]:.8f}]")
 folder = Path(mkdtemp())
 relaxed = relax(feasible.problem, "lift", 1)
 objective = feasible.problem.variable(0)
-write_certificate(folder / "alpha.json", relaxed, objective, relaxed.bound(objective).certificate)
+steps = [Bound.of(relaxed, objective, relaxed.bound(objective))]
+write_certificate(folder / "alpha.json", feasible.problem, steps)
 
 
 def check(file):
@@ -203,7 +205,7 @@ assert check(folder / "alpha.json") == 0
 
 # %% [markdown]
 # The file states the problem, data included, and the multipliers. Who does not trust smid, or the solver, or NumPy,
-# has some 450 lines of Python to trust. Tampering is found, for everything is multiplied out again. A bound that is a
+# has some 600 lines of Python to trust. Tampering is found, for everything is multiplied out again. A bound that is a
 # little too good:
 
 # %%

@@ -11,6 +11,7 @@ from relaxations.certificate import Certificate, certify
 from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
 from relaxations.errors import ProblemError
 from relaxations.lasserre import METHODS, lasserre
+from relaxations.lift import METHODS as LIFTS
 from relaxations.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
 from relaxations.moment import Relaxation
 from relaxations.polynomial import Polynomials, pad
@@ -178,7 +179,7 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
     Parameters
     ----------
     problem : PolynomialProblem
-    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int or None
         None asks for the default.
 
@@ -205,13 +206,13 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
     complicating = complicating_variables(problem)
     if method == "auto":
         method = "sparse" if complicating is None else "lift"
-    if method not in ("lift", *METHODS):
-        raise ProblemError(f"unknown method {method!r}: choose auto, lift, {', '.join(METHODS)}")
-    if method == "lift" and complicating is None:
+    if method not in (*LIFTS, *METHODS):
+        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*LIFTS, *METHODS))}")
+    if method in LIFTS and complicating is None:
         raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
     found = nonlinear_variables(problem) if complicating is None else complicating
     least = lowest(problem, method, found)
-    usual = 1 if method == "lift" and len(found) > 2 else 2
+    usual = 1 if method in LIFTS and len(found) > 2 else 2
     if order is not None and order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
     return method, order or max(least, usual), found
@@ -223,7 +224,7 @@ def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
     Parameters
     ----------
     problem : PolynomialProblem
-    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     complicating : ndarray of int
         Those of the lift; others do not look at them.
 
@@ -239,7 +240,7 @@ def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
     >>> lowest(problem, "lift", np.array([0])), lowest(problem, "sparse", np.array([0]))
     (1, 2)
     """
-    return least_order(problem, complicating) if method == "lift" else max(1, -(-problem.degree // 2))
+    return least_order(problem, complicating) if method in LIFTS else max(1, -(-problem.degree // 2))
 
 
 def relax(
@@ -256,7 +257,7 @@ def relax(
     ----------
     problem : PolynomialProblem
         With a finite box.
-    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int or tuple of int
         One for each of :func:`relaxations.lasserre.groups` where the cliques differ.
     solver : str
@@ -286,8 +287,8 @@ def relax(
     """
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
-    if method == "lift" and isinstance(order, int):
-        relaxation = lift(scaled, order)
+    if method in LIFTS and isinstance(order, int):
+        relaxation = lift(scaled, order, method)
     else:
         known = None if objective is None else scaling.polynomials(objective)
         relaxation = lasserre(scaled, order, method, known, steps)
@@ -327,7 +328,7 @@ def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: M
     count = problem.equalities.n_rows
     alike = np.full(count, 1.0 / max(count, 1))
     degrees = np.unique(degrees_in(problem.equalities, relaxation.complicating))
-    if relaxation.method != "lift" or len(degrees) != 1:
+    if relaxation.method not in LIFTS or len(degrees) != 1:
         return alike
     weights = np.abs(dual.equalities).reshape(count, -1).sum(axis=1)
     total = weights.sum()

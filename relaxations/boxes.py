@@ -26,6 +26,7 @@ from relaxations.hierarchy import Progress, intervals, uninterrupted
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials, pad
 from relaxations.problem import PolynomialProblem
+from relaxations.steps import Bound, Reach, Record, Step
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ def derive_box(
     magnitude: Array,
     solver: str = "clarabel",
     progress: Progress | None = None,
+    record: Record | None = None,
 ) -> DerivedBox:
     """Prove a finite box for the unbounded variables, or say that there is none to prove.
 
@@ -63,6 +65,8 @@ def derive_box(
     solver : str
     progress : callable, optional
         Called with one line of text now and then.
+    record : callable, optional
+        Called with the proof of the box (:mod:`relaxations.steps`), where there is one.
 
     Returns
     -------
@@ -87,20 +91,30 @@ def derive_box(
     if not len(loose):
         return DerivedBox(problem, (), ())
     names = tuple(problem.names[k] for k in loose)
-    cone, scale = _homogenise(_jointly_affine(problem, loose), loose, magnitude)
+    kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
+    affine = replace(
+        problem, equalities=problem.equalities.take(kept[0]), inequalities=problem.inequalities.take(kept[1])
+    )
+    riding = _riding(affine, loose)
+    cone, scale = _homogenise(affine, loose, riding, magnitude)
     s = problem.n_variables
     largest = 1.0
+    faces: list[tuple[int, int, tuple[Step, ...]]] = []
     for k in loose:
-        for side in (1.0, -1.0):
+        for side in (1, -1):
             if (side > 0 and problem.upper[k] <= 0) or (side < 0 and problem.lower[k] >= 0):
                 continue
             lower, upper = cone.lower.copy(), cone.upper.copy()
             lower[k] = upper[k] = side
             face = cone.with_box(lower, upper)
-            least = _least_scale(face, s, solver, progress)
+            steps: list[Step] = []
+            least = _least_scale(face, s, solver, progress, steps.append if record else None)
+            faces.append((int(k), side, tuple(steps)))
             if least <= 0:
                 return DerivedBox(problem, (), names)
             largest = max(largest, 1.0 / np.nextafter(least, 0))
+    if record:
+        record(Reach(problem, cone, loose, riding, scale[loose], kept[0], kept[1], tuple(faces)))
     reach = np.nextafter(largest * scale[loose] * (1 + 1e-12), np.inf)
     lower, upper = problem.lower.copy(), problem.upper.copy()
     lower[loose] = np.maximum(lower[loose], -reach)
@@ -108,35 +122,38 @@ def derive_box(
     return DerivedBox(problem.with_box(lower, upper), names, ())
 
 
-def _least_scale(face: PolynomialProblem, s: int, solver: str, progress: Progress | None) -> float:
+def _least_scale(
+    face: PolynomialProblem, s: int, solver: str, progress: Progress | None, record: Record | None
+) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
     method, order, complicating = resolve(face, "auto", None)
-    first = relax(face, method, lowest(face, method, complicating), solver).bound(face.variable(s))
+    relaxed = relax(face, method, lowest(face, method, complicating), solver)
+    first = relaxed.bound(face.variable(s))
     if first.bound > 0:
+        if record:
+            record(Bound.of(relaxed, face.variable(s), first))
         return first.bound
     found = uninterrupted(
-        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress)
+        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress, record=record)
     )
     return np.inf if found.empty is not None else found.intervals[0].lower
 
 
-def _jointly_affine(problem: PolynomialProblem, loose: Index) -> PolynomialProblem:
-    """Leave out what is not affine in the loose variables together: a box of what is left holds too."""
-    kept = []
-    for family in (problem.equalities, problem.inequalities):
-        curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
-        kept.append(family.take(np.setdiff1d(np.arange(family.n_rows), curved)))
-    return replace(problem, equalities=kept[0], inequalities=kept[1])
+def _jointly_affine(family: Polynomials, loose: Index) -> Index:
+    """Return the rows that are affine in the loose variables together: a box of what they say holds for all."""
+    curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
+    return np.setdiff1d(np.arange(family.n_rows), curved)
 
 
-def _homogenise(problem: PolynomialProblem, loose: Index, magnitude: Array) -> tuple[PolynomialProblem, Array]:
+def _homogenise(
+    problem: PolynomialProblem, loose: Index, riding: Index, magnitude: Array
+) -> tuple[PolynomialProblem, Array]:
     """Return the problem in (rho, z', s) and the scale of each loose variable."""
     n = problem.n_variables
     # A power of two: multiplying coefficients by it rounds nothing.
     scale = np.ones(n)
     guess = np.where(magnitude[loose] > 0, magnitude[loose], 1.0)
     scale[loose] = 2.0 ** np.ceil(np.log2(guess))
-    riding = _riding(problem, loose)
     lower, upper = problem.lower.copy(), problem.upper.copy()
     lower[riding], upper[riding] = np.minimum(lower[riding], 0.0), np.maximum(upper[riding], 0.0)
     lower[loose] = np.where(problem.lower[loose] >= 0, 0.0, -1.0)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from relaxations.bounding import Outcome, Relaxed
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.vanishing import Product, cases, products, settle
+from relaxations.steps import Bound, Branches, Part, Record, Step
 
 INNER = 0.2  # a cut keeps this share of the width from both ends
 
@@ -36,6 +38,7 @@ def branch_and_bound(
     goal: Callable[[Outcome | None], float],
     nodes: int,
     report: Callable[[float, float], None],
+    record: Record | None = None,
 ) -> float:
     """Raise a certified lower bound of an objective.
 
@@ -58,6 +61,8 @@ def branch_and_bound(
         At most so many relaxations.
     report : callable
         Called after each node with the certified bound so far and the goal; what it raises ends the search.
+    record : callable, optional
+        Called with the tree that proves the bound, where it exceeds the one to begin with.
 
     Returns
     -------
@@ -82,39 +87,89 @@ def branch_and_bound(
     enough = goal(None)
     whole = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
     vanishing = products(problem)
+    root = _Node(problem, None, None)
     closed, used = np.inf, 0
-    heap = [(start, 0, _parts(problem, vanishing, _widest(problem, variables)))]
+    heap = [(start, 0, root, _cases(problem, vanishing, _widest(problem, variables)))]
     while heap and heap[0][0] < enough and used + 2 <= nodes:
-        bound, _, parts = heapq.heappop(heap)
-        for part in parts:
-            child = settle(part, vanishing)
-            if child is None:
+        bound, _, node, parts = heapq.heappop(heap)
+        node.children = [_Child(*part, None) for part in parts]
+        for child in node.children:
+            settled = settle(child.part, vanishing)
+            if settled is None:
                 continue
             used += 1
-            relaxed = relax(child)
+            relaxed = relax(settled)
             outcome = relaxed.bound(objective)
+            child.node = _Node(settled, relaxed if record else None, outcome)
             below = max(bound, outcome.bound)
             if below < enough:
                 enough = goal(outcome)
             if below >= enough:
                 closed = min(closed, below)
             else:
-                cut = _cut(relaxed, outcome, child, variables, whole)
-                heapq.heappush(heap, (below, used, _parts(child, vanishing, cut)))
+                cut = _cut(relaxed, outcome, settled, variables, whole)
+                heapq.heappush(heap, (below, used, child.node, _cases(settled, vanishing, cut)))
         report(min(closed, heap[0][0] if heap else np.inf), enough)
-    return float(min(closed, heap[0][0] if heap else np.inf))
+    found = float(min(closed, heap[0][0] if heap else np.inf))
+    if record and found > start:
+        record(_step(root, objective, found))
+    return found
 
 
-def _parts(node: PolynomialProblem, vanishing: tuple[Product, ...], cut: tuple[int, float]) -> list[PolynomialProblem]:
-    """Return parts that cover a node: the cases of the first product that is open, or its box cut in two."""
+@dataclass
+class _Node:
+    """A part of the box with its own bound, and the parts that it was cut into."""
+
+    problem: PolynomialProblem
+    relaxed: Relaxed | None
+    outcome: Outcome | None
+    children: list[_Child] = field(default_factory=list)
+
+
+@dataclass
+class _Child:
+    """A part before vanishing products are settled on it; without a node where that showed it to be empty."""
+
+    variable: int
+    product: Product
+    part: PolynomialProblem
+    node: _Node | None
+
+
+def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
+    """Return the proof of a bound: the parts with a certificate of their own that reaches it, and how they cover."""
+    if node.relaxed and node.outcome and node.outcome.certificate and node.outcome.bound >= bound:
+        return Bound.of(node.relaxed, objective, node.outcome)
+    parts = tuple(
+        Part(
+            child.variable,
+            float(child.part.lower[child.variable]),
+            float(child.part.upper[child.variable]),
+            () if child.node is None else (_step(child.node, objective, bound),),
+        )
+        for child in node.children
+    )
+    # Where all parts are empty, anything is proven.
+    proven = (objective, bound) if np.isfinite(bound) else (Polynomials.from_terms([{}]), 1.0)
+    return Branches(node.problem, *proven, parts, node.children[0].product)
+
+
+def _cases(
+    node: PolynomialProblem, vanishing: tuple[Product, ...], cut: tuple[int, float]
+) -> list[tuple[int, Product, PolynomialProblem]]:
+    """Return parts that cover a node: the cases of the first product that is open, or its box cut in two.
+
+    Each comes with the variable that was cut, and the product.
+    """
     for product in vanishing:
         found = cases(node, product)
         if found:
-            return found
+            able = [v for v in product if node.lower[v] <= 0.0 <= node.upper[v]]
+            return [(v, product, part) for v, part in zip(able, found, strict=True)]
     k, where = cut
     below, above = node.upper.copy(), node.lower.copy()
     below[k] = above[k] = where
-    return [node.with_box(node.lower, below), node.with_box(above, node.upper)]
+    return [(k, (), node.with_box(node.lower, below)), (k, (), node.with_box(above, node.upper))]
 
 
 def _widest(node: PolynomialProblem, variables: Index) -> tuple[int, float]:

@@ -1,373 +1,247 @@
-"""Write certificates to files that :mod:`relaxations.check` proves again, with arithmetic and code of its own.
+"""Write proofs to files that :mod:`relaxations.check` proves again, with arithmetic and code of its own.
 
-A relaxation keeps moments, and not where its rows came from. Here every row is recognised as a multiple of an equality,
-and every block as ``g b b'`` with g a product of constraints: up to a monomial and a power of two, its terms are those
-of g. Nothing rests on the recognition, for the check multiplies everything out again, from the problem as stated.
-A facial reduction needs no proof either: the factors of the multipliers belong to the whole block, and dropped
-multiples of equalities have multiplier zero. A row that is no such multiple is refused: what it rests on could not be
-checked.
+Every row of a relaxation is recognised (:mod:`relaxations.recognition`) and written as a product of constraints of the
+problem as it is stated in the file. A row that is none is refused: what it rests on could not be checked.
 """
 
 from __future__ import annotations
 
 import json
-import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from relaxations import check
-from relaxations.balls import Array
-from relaxations.bounding import Relaxed
-from relaxations.certificate import Certificate
 from relaxations.errors import ProblemError
 from relaxations.formats.as_json import listed, statement
-from relaxations.moment import Blocks, Relaxation
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
-
-Monomial = tuple[int, ...]
-Terms = dict[Monomial, float]
-Label = tuple[tuple[str, int], ...]  # the constraints that a product is made of
+from relaxations.recognition import equality_multipliers, product_multipliers
+from relaxations.steps import Bound, Branches, Quotient, Reach, Step
 
 
-@dataclass(frozen=True)
-class Step:
-    """One certificate with what it is about: see :func:`write_certificate`.
-
-    Parameters
-    ----------
-    relaxed : Relaxed
-        The relaxation on which the bound was found.
-    objective : Polynomials
-        One row, in the problem's own variables.
-    certificate : Certificate
-
-    Examples
-    --------
-    A bound of x contracts the box; the minimum on the smaller box rests on it, and the file holds both.
-
-    >>> import tempfile
-    >>> from relaxations.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(y, [x * y == 1, 1 <= y, y <= 4, 0 <= x, x <= 9])
-    >>> relaxed = relax(problem, "lift", 1)
-    >>> most = problem.variable(0, -1.0)  # minimise -x
-    >>> proof = relaxed.bound(most).certificate
-    >>> smaller = relax(problem.with_box(problem.lower, np.array([-proof.bound, 4.0])), "lift", 1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder) / "certificate.json"
-    ...     last = smaller.bound(objective).certificate
-    ...     write_certificate(file, smaller, objective, last, [Step(relaxed, most, proof)])
-    ...     theorems = check.check(check.read(file))
-    >>> [round(float(theorem.bound), 4) for theorem in theorems]
-    [-1.0, 1.0]
-    """
-
-    relaxed: Relaxed
-    objective: Polynomials
-    certificate: Certificate
-
-
-def write_certificate(
-    path: str | Path,
-    relaxed: Relaxed,
-    objective: Polynomials,
-    certificate: Certificate,
-    earlier: Sequence[Step] = (),
-) -> None:
-    """Write a certificate, once :mod:`relaxations.check` has accepted it.
+def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Sequence[Step]) -> None:
+    """Write a proof, once :mod:`relaxations.check` has accepted it.
 
     Parameters
     ----------
     path : str or Path
-    relaxed : Relaxed
-        The relaxation on which the bound was found.
-    objective : Polynomials
-        One row, in the problem's own variables. For a proof of emptiness (an outcome with an infinite bound) the
-        constant zero, ``Polynomials.from_terms([{}])``.
-    certificate : Certificate
-    earlier : sequence of Step
-        Where the box of ``relaxed`` was contracted: the bounds of single variables that prove it, the first of them
-        on the box of the problem as it is stated in the file.
+    problem : PolynomialProblem
+        As it is stated in the file: its box is what the first step may rest on.
+    steps : sequence of Step
+        In the order in which they were proven (:mod:`relaxations.steps`). Their problems may have a smaller box, which
+        the steps before must prove, and fewer variables and rows; those they have are recognised by their names.
 
     Raises
     ------
     ProblemError
-        When the certificate does not prove its bound for this objective, the box does not follow from earlier steps,
-        or a row of the relaxation is no product of constraints.
+        When the steps do not prove what they claim of this problem, or a row of a relaxation is no product of
+        constraints.
 
     Examples
     --------
     >>> import sympy, tempfile
+    >>> from relaxations import check
     >>> from relaxations.bounding import relax
     >>> from relaxations.problem import from_sympy
+    >>> from relaxations.steps import Bound
     >>> x = sympy.Symbol("x")
     >>> problem, objective = from_sympy(x**2 - x, [], [], [x], {x: (0, 2)})
     >>> relaxed = relax(problem, "dense", 1)
     >>> file = Path(tempfile.mkdtemp()) / "certificate.json"
-    >>> write_certificate(file, relaxed, objective, relaxed.bound(objective).certificate)
-    >>> from relaxations import check
+    >>> write_certificate(file, problem, [Bound.of(relaxed, objective, relaxed.bound(objective))])
     >>> theorem = check.check(check.read(file))[0]
     >>> -0.25 - 1e-6 < theorem.bound <= -0.25
     True
+
+    The whole proof of an interval, contraction by contraction:
+
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> from relaxations.hierarchy import intervals
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(y, [x * y == 1, 1 <= y, y <= 4, 0 <= x, x <= 9])
+    >>> steps = []
+    >>> (found,) = intervals(problem, [0], record=steps.append).intervals
+    >>> write_certificate(file, problem, steps)
+    >>> theorems = check.check(check.read(file))
+    >>> found.upper == min(float(-t.bound) for t in theorems if t.objective.mid == {(0,): -1})
+    True
     """
-    steps = [*earlier, Step(relaxed, objective, certificate)]
-    stated = steps[0].relaxed.problem
-    for step in steps:
-        if not np.isfinite(step.certificate.bound):
-            raise ProblemError(f"the certificate's bound is {step.certificate.bound}: it proves nothing to be written")
-        if not _same_constraints(step.relaxed.problem, stated):
-            raise ProblemError("an earlier step has other variables or constraints: give steps of one problem")
+    if not steps:
+        raise ProblemError("there are no steps: nothing is proven beyond the box")
+    places = _Places(problem)
     document = {
         "format": check.FORMAT,
         "version": check.VERSION,
-        **statement(stated),
-        "steps": [_step(step) for step in steps],
+        **statement(problem),
+        "steps": [_step(step, places) for step in _until_empty(steps)],
     }
     try:
         check.check(document)
     except check.Refused as refusal:
         raise ProblemError(
-            f"the certificate does not prove its bound ({refusal}): give the objective that it was made for (zero for "
-            "an empty set), and the steps that contracted the box"
+            f"the steps do not prove what they claim ({refusal}): give each the objective that its certificate was "
+            "made for (zero for an empty set), and the steps that contracted the box"
         ) from None
-    Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    Path(path).write_text(json.dumps(document, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
-def _same_constraints(one: PolynomialProblem, two: PolynomialProblem) -> bool:
-    def same(p: Polynomials, q: Polynomials) -> bool:
-        pairs = ((p.rows, q.rows), (p.factors, q.factors), (p.coefficients.mid, q.coefficients.mid))
-        return p is q or all(np.array_equal(a, b) for a, b in (*pairs, (p.coefficients.rad, q.coefficients.rad)))
-
-    return one.names == two.names and same(one.equalities, two.equalities) and same(one.inequalities, two.inequalities)
+# ---------------------------------------------------------------- steps
 
 
-def _step(step: Step) -> dict[str, Any]:
+def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
+    """Leave out what follows a proof that no point is feasible: a box, say, that was then arbitrary."""
+    for number, step in enumerate(steps, start=1):
+        if isinstance(step, Bound) and not step.objective.coefficients.magnitude().any() and step.certificate.bound > 0:
+            return steps[:number]
+    return steps
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where the variables and rows of a step's problem stand among those of the file."""
+
+    n_variables: int
+    variables: list[int]
+    equalities: list[int]
+    inequalities: list[int]
+
+    def monomial(self, m: Sequence[int]) -> list[int]:
+        return [self.variables[v] for v in m]
+
+    def objective(self, polynomials: Polynomials) -> list[list[Any]]:
+        return [[mid, rad, self.monomial(m)] for mid, rad, m in listed(polynomials)[0]]
+
+
+class _Places:
+    """Finds the place of each problem by its names and the terms of its rows, once for all that share them."""
+
+    def __init__(self, stated: PolynomialProblem) -> None:
+        self._stated = stated
+        self._variables = {name: k for k, name in enumerate(stated.names)}
+        same = list(range(stated.n_variables))
+        families = (stated.equalities, stated.inequalities)
+        self._rows = [{key: k for k, key in enumerate(_keys(family, same))} for family in families]
+        self._found: dict[tuple[int, int, tuple[str, ...]], _Place] = {}
+
+    def of(self, problem: PolynomialProblem) -> _Place:
+        families = (problem.equalities, problem.inequalities)
+        known = _known(problem)
+        if known not in self._found:
+            try:
+                variables = [self._variables[name] for name in problem.names]
+                rows = [
+                    [own[key] for key in _keys(family, variables)]
+                    for own, family in zip(self._rows, families, strict=True)
+                ]
+            except KeyError:
+                raise ProblemError(
+                    "a step has a variable or constraint that the problem has not: give the problem that the steps "
+                    "were proven for"
+                ) from None
+            self._found[known] = _Place(self._stated.n_variables, variables, *rows)
+        return self._found[known]
+
+    def add_cone(self, reach: Reach) -> None:
+        """Let the rows times s be known, which the check makes in the same order."""
+        place, s = self.of(reach.problem), self._stated.n_variables
+        first = self._stated.inequalities.n_rows
+        self._found[_known(reach.cone)] = _Place(
+            s + 1,
+            [*place.variables, s],
+            [place.equalities[k] for k in reach.equalities],
+            [*(place.inequalities[k] for k in reach.inequalities), *range(first, first + 2 * len(reach.riding))],
+        )
+
+
+def _known(problem: PolynomialProblem) -> tuple[int, int, tuple[str, ...]]:
+    return id(problem.equalities), id(problem.inequalities), problem.names
+
+
+def _keys(family: Polynomials, variables: list[int]) -> list[frozenset[tuple[Any, ...]]]:
+    rows = listed(family)
+    return [frozenset((mid, rad, tuple(sorted(variables[v] for v in m))) for mid, rad, m in row) for row in rows]
+
+
+def _step(step: Step, places: _Places) -> dict[str, Any]:
+    if isinstance(step, Reach):
+        return _reach(step, places)
+    if isinstance(step, Quotient):
+        place = places.of(step.problem)
+        return {"quotient": {"equality": place.equalities[step.equality], "variable": place.variables[step.variable]}}
+    if isinstance(step, Branches):
+        return _branches(step, places)
+    return _bound(step, places.of(step.relaxed.problem))
+
+
+def _branches(step: Branches, places: _Places) -> dict[str, Any]:
+    place = places.of(step.problem)
+    document: dict[str, Any] = {
+        "objective": place.objective(step.objective),
+        "bound": float(step.bound).hex(),
+        "parts": [
+            {
+                "variable": place.variables[part.variable],
+                "box": [part.lower.hex(), part.upper.hex()],
+                "steps": [_step(own, places) for own in part.steps],
+            }
+            for part in step.parts
+        ],
+    }
+    if step.product:
+        rows = listed(step.problem.equalities)
+        vanishing = [k for k, row in enumerate(rows) if len(row) == 1 and set(row[0][2]) == set(step.product)]
+        document["equality"] = place.equalities[vanishing[0]]
+    return document
+
+
+def _reach(step: Reach, places: _Places) -> dict[str, Any]:
+    place = places.of(step.problem)
+    places.add_cone(step)
+    loose = zip(place.monomial(step.loose.tolist()), step.scale.tolist(), strict=True)
+    document = {
+        "variables": [[k, size.hex()] for k, size in loose],
+        "riding": place.monomial(step.riding.tolist()),
+        "faces": [
+            {"variable": place.variables[k], "side": side, "steps": [_step(own, places) for own in steps]}
+            for k, side, steps in step.faces
+        ],
+    }
+    return {"reach": document}
+
+
+def _bound(step: Bound, place: _Place) -> dict[str, Any]:
+    if not np.isfinite(step.certificate.bound):
+        raise ProblemError(f"the certificate's bound is {step.certificate.bound}: it proves nothing to be written")
     relaxed, relaxation = step.relaxed, step.relaxed.relaxation
     scaled = {
         name: relaxed.scaling.polynomials(family)
         for name, family in (("equality", relaxed.problem.equalities), ("inequality", relaxed.problem.inequalities))
     }
-    factors = relaxation.monomials.tolist()
-    monomials = [tuple(v for v in factor if v >= 0) for factor in factors]
+    centre, scale = np.zeros(place.n_variables), np.ones(place.n_variables)
+    centre[place.variables], scale[place.variables] = relaxed.scaling.centre, relaxed.scaling.scale
+    equalities = equality_multipliers(relaxation, scaled["equality"], step.certificate.multipliers.equalities)
+    products = product_multipliers(relaxation, scaled["inequality"], step.certificate.multipliers.factors)
     return {
-        "objective": listed(step.objective)[0],
+        "objective": place.objective(step.objective),
         "bound": float(step.certificate.bound).hex(),
-        "centre": [float(v).hex() for v in relaxed.scaling.centre],
-        "scale": [float(v).hex() for v in relaxed.scaling.scale],
-        "equalities": _equalities(relaxation, monomials, scaled["equality"], step.certificate.multipliers.equalities),
-        "products": _products(relaxation, monomials, scaled["inequality"], step.certificate.multipliers.factors),
+        "centre": [float(v).hex() for v in centre],
+        "scale": [float(v).hex() for v in scale],
+        "equalities": [
+            [place.equalities[k], [[value, place.monomial(m)] for value, m in terms]] for k, terms in equalities
+        ],
+        "products": [
+            {
+                **product,
+                "of": [
+                    [kind, (place.inequalities if kind == "inequality" else place.variables)[k]]
+                    for kind, k in product["of"]
+                ],
+                "basis": [place.monomial(b) for b in product["basis"]],
+            }
+            for product in products
+        ],
     }
-
-
-# ---------------------------------------------------------------- recognition
-
-
-@dataclass(frozen=True)
-class _Form:
-    """A polynomial without its common monomial and its power of two."""
-
-    key: frozenset[tuple[Monomial, float]]
-    common: Monomial
-    exponent: int
-
-
-def _form(terms: Mapping[Monomial, float]) -> _Form | None:
-    """Return the form; None for the polynomial zero."""
-    terms = {m: c for m, c in terms.items() if c}
-    if not terms:
-        return None
-    common: Monomial = ()
-    if () not in terms:
-        shared = Counter(next(iter(terms)))
-        for m in terms:
-            shared &= Counter(m)
-        common = tuple(sorted(shared.elements()))
-    exponent = math.frexp(max(abs(c) for c in terms.values()))[1]
-    key = frozenset((_quotient(m, common) or (), math.ldexp(c, -exponent)) for m, c in terms.items())
-    return _Form(key, common, exponent)
-
-
-def _quotient(m: Monomial, by: Monomial) -> Monomial | None:
-    """Return m / by, or None where it is no monomial."""
-    if not by:
-        return m
-    rest = Counter(m)
-    rest.subtract(by)
-    return None if min(rest.values()) < 0 else tuple(sorted(rest.elements()))
-
-
-def _root(m: Monomial) -> Monomial | None:
-    """Return b with b * b = m, or None."""
-    return m[::2] if m[::2] == m[1::2] else None
-
-
-class _Table:
-    """Known polynomials by their form."""
-
-    def __init__(self) -> None:
-        self._known: dict[frozenset[tuple[Monomial, float]], list[tuple[Any, Monomial, int]]] = {}
-
-    def add(self, label: Any, terms: Mapping[Monomial, float]) -> None:
-        form = _form(terms)
-        if form is not None:
-            self._known.setdefault(form.key, []).append((label, form.common, form.exponent))
-
-    def find(self, form: _Form) -> list[tuple[Any, Monomial, int]]:
-        """Return (label, m, e) for all known g with ``g * m * 2**e`` equal to the polynomial."""
-        found = []
-        for label, common, exponent in self._known.get(form.key, []):
-            m = _quotient(form.common, common)
-            if m is not None:
-                found.append((label, m, form.exponent - exponent))
-        return found
-
-
-def _equalities(
-    relaxation: Relaxation, monomials: list[Monomial], equalities: Polynomials, multipliers: Array
-) -> list[list[Any]]:
-    table = _Table()
-    for k, terms in enumerate(_terms(equalities)):
-        table.add(k, terms)
-    rows: list[Terms] = [{} for _ in range(relaxation.n_equalities)]
-    for row, moment, value in zip(
-        relaxation.equality_row.tolist(),
-        relaxation.equality_moment.tolist(),
-        relaxation.equality_coefficient.mid.tolist(),
-        strict=True,
-    ):
-        rows[row][monomials[moment]] = value
-    collected: dict[int, list[list[Any]]] = {}
-    for row, terms in enumerate(rows):
-        form = _form(terms)
-        if form is None or not multipliers[row]:
-            continue
-        found = table.find(form)
-        if not found:
-            raise ProblemError(
-                f"equality {row} of this relaxation is no multiple of one of the problem's: not checkable"
-            )
-        k, m, exponent = found[0]
-        collected.setdefault(k, []).append([_scaled(multipliers[row], exponent), list(m)])
-    return [[k, terms] for k, terms in sorted(collected.items())]
-
-
-def _products(
-    relaxation: Relaxation, monomials: list[Monomial], inequalities: Polynomials, factors: tuple[Array, ...]
-) -> list[dict[str, Any]]:
-    table = _product_table(relaxation, inequalities)
-    products = []
-    for blocks, stack in zip(relaxation.blocks, factors, strict=True):
-        for number, first in enumerate(_first_rows(blocks, monomials)):
-            form = _form(first[0])
-            if form is None or not stack[number].any():
-                continue
-            for label, square, exponent in table.find(form):
-                root = _root(square)
-                basis = None if root is None else _basis(first, form, root)
-                if basis is not None:
-                    products.append(
-                        {
-                            "of": [list(part) for part in label],
-                            "weight": _scaled(1.0, exponent),
-                            "basis": [list(b) for b in basis],
-                            "factor": [[value.hex() for value in row] for row in stack[number].tolist()],
-                        }
-                    )
-                    break
-            else:
-                raise ProblemError(
-                    f"a block of width {blocks.size} of this relaxation is no product of the problem's constraints and "
-                    "its box: not checkable"
-                )
-    return products
-
-
-def _basis(first: list[Terms], diagonal: _Form, root: Monomial) -> list[Monomial] | None:
-    """Read the basis b off the entries ``g b_0 b_j`` of the first row."""
-    basis = []
-    for terms in first:
-        form = _form(terms)
-        # g b_0 b_j over g b_0 b_0, times b_0.
-        lifted = None if form is None else _quotient(tuple(sorted(form.common + root)), diagonal.common)
-        if form is None or form.key != diagonal.key or lifted is None:
-            return None
-        basis.append(lifted)
-    return basis
-
-
-def _first_rows(blocks: Blocks, monomials: list[Monomial]) -> list[list[Terms]]:
-    """Return the polynomials in the first row of every block."""
-    first: list[list[Terms]] = [[{} for _ in range(blocks.size)] for _ in range(blocks.count)]
-    top = np.flatnonzero(blocks.i == 0)
-    for block, j, moment, value in zip(
-        blocks.block[top].tolist(),
-        blocks.j[top].tolist(),
-        blocks.moment[top].tolist(),
-        blocks.coefficient.mid[top].tolist(),
-        strict=True,
-    ):
-        first[block][j][monomials[moment]] = value
-    return first
-
-
-def _product_table(relaxation: Relaxation, inequalities: Polynomials) -> _Table:
-    """List 1, the inequalities and the box, and their products with the box of the complicating variables."""
-    singles: list[tuple[Label, Terms]] = [((), {(): 1.0})]
-    singles += [((("inequality", k),), terms) for k, terms in enumerate(_terms(inequalities))]
-    for v in range(relaxation.n_variables):
-        singles += [((part,), terms) for part, terms in _box_factors(v)]
-    table = _Table()
-    for label, terms in singles:
-        table.add(label, terms)
-        for p in relaxation.complicating.tolist():
-            for part, factor in _box_factors(p):
-                table.add((*label, part), _times(terms, factor))
-    return table
-
-
-def _box_factors(v: int) -> list[tuple[tuple[str, int], Terms]]:
-    return [
-        (("above", v), {(): 1.0, (v,): 1.0}),
-        (("below", v), {(): 1.0, (v,): -1.0}),
-        (("inside", v), {(): 1.0, (v, v): -1.0}),
-    ]
-
-
-def _times(terms: Terms, factor: Terms) -> Terms:
-    # Two terms at most meet in one monomial, so that these sums are rounded as those of the relaxation are.
-    total: Terms = {}
-    for m, c in terms.items():
-        for n, sign in factor.items():
-            key = tuple(sorted(m + n))
-            total[key] = total.get(key, 0.0) + sign * c
-    return total
-
-
-# ---------------------------------------------------------------- numbers and terms as they are written
-
-
-def _terms(polynomials: Polynomials) -> list[Terms]:
-    rows: list[Terms] = [{} for _ in range(polynomials.n_rows)]
-    for row, factor, value in zip(
-        polynomials.rows.tolist(), polynomials.factors.tolist(), polynomials.coefficients.mid.tolist(), strict=True
-    ):
-        rows[row][tuple(v for v in factor if v >= 0)] = value
-    return rows
-
-
-def _scaled(value: float, exponent: int) -> str:
-    """Return ``value * 2**exponent`` exactly."""
-    exact = Fraction(float(value)) * Fraction(2) ** exponent
-    try:
-        nearest = float(exact)
-    except OverflowError:
-        return str(exact)
-    return nearest.hex() if Fraction(nearest) == exact else str(exact)

@@ -11,7 +11,19 @@ and every monomial of t lies in [-1, 1]. So ``objective >= r_0 - sum_{i > 0} |r_
 not lie above. A coefficient that is given as a ball stands for each number in it.
 
 A step that bounds one variable tightens the box for the steps after it. A positive bound of the objective zero proves
-that no point is feasible.
+that no point is feasible. There are three more kinds of steps.
+
+A step with ``parts`` branches: their boxes cover the box, in one variable, or all factors of an ``equality`` that is a
+single monomial, one of which vanishes; and the steps of each part prove the same bound there, or that it is empty.
+
+A step with ``reach`` proves a box for variables that have none. Let ``tau >= 1`` be the least number with
+``|x_k| <= m_k tau`` for each of them, s = 1 / tau and ``y_k = s x_k / m_k``. Every row that is affine in them together,
+times s, is a row in y; a bounded variable z may ride along as ``y = s z``. Where tau > 1, some y_k is 1 or -1. So if on
+each of these faces the steps prove s >= s_min > 0, or that it is empty, then ``|x_k| <= m_k / s_min`` for the least
+s_min (or 1, if less).
+
+A step with ``quotient`` divides: where an equality is ``A + B x_k = 0``, its A is bounded by the box, and a step before
+it proved ``B >= b > 0`` or ``-B >= b > 0``, ``|x_k| <= max |A| / b``.
 
 Nothing is rounded: every number in the file is a rational one, and so are all results. For that reason this file needs
 no ball arithmetic library, and nothing but Python's own. It imports nothing of the rest of the package, which it has
@@ -27,6 +39,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
+from functools import cached_property
 from math import lcm
 from pathlib import Path
 from typing import Any
@@ -99,6 +112,8 @@ class Proven:
 
     Parameters
     ----------
+    step : str
+        Which one proves it.
     objective : Polynomial
         In the problem's own variables.
     bound : Fraction
@@ -107,6 +122,7 @@ class Proven:
         ``r_0 - sum |r_i|``, at least the claimed bound.
     """
 
+    step: str
     objective: Polynomial
     bound: Fraction
     recomputed: Fraction
@@ -115,6 +131,50 @@ class Proven:
     def empty(self) -> bool:
         """Return whether this proves that no point is feasible."""
         return not self.objective.monomials and self.bound > 0
+
+
+Box = list[list[Fraction | None]]  # both ends of each variable; None: no bound
+
+
+@dataclass(frozen=True)
+class Stated:
+    """Variables and constraints, the box apart; a constraint that is None may not be used.
+
+    Parameters
+    ----------
+    names : list of str
+    equalities, inequalities : list of Polynomial or None
+
+    Examples
+    --------
+    >>> product = Polynomial({(0, 1): Fraction(2)}, {})
+    >>> Stated(["x", "y"], [product], []).vanishing  # equality 0: x or y is zero
+    {0: {0, 1}}
+    """
+
+    names: list[str]
+    equalities: list[Polynomial | None]
+    inequalities: list[Polynomial | None]
+
+    def constraint(self, kind: str, number: Any, where: str) -> Polynomial:
+        """Return a constraint by its number in the file."""
+        members = self.equalities if kind == "equality" else self.inequalities
+        found = members[_index(number, len(members), where)]
+        if found is None:
+            raise Refused(f"{where}: {kind} {number} is not affine in the variables without a box")
+        return found
+
+    @cached_property
+    def vanishing(self) -> dict[int, set[int]]:
+        """Return the equalities that are a single monomial, with its variables, one of which is zero."""
+        found = {}
+        for number, polynomial in enumerate(self.equalities):
+            monomials = [] if polynomial is None else list(polynomial.mid)
+            if polynomial is not None and len(monomials) == len(polynomial.monomials) == 1:
+                (monomial,) = monomials
+                if abs(polynomial.mid[monomial]) > polynomial.rad.get(monomial, 0):
+                    found[number] = set(monomial)
+        return found
 
 
 # ---------------------------------------------------------------- polynomials
@@ -251,7 +311,7 @@ def _end(value: Any, where: str) -> Fraction | None:
 
 
 def check(document: Any) -> tuple[Proven, ...]:
-    """Return the theorems of a certificate, one per step.
+    """Return the theorems of a certificate, step by step.
 
     Parameters
     ----------
@@ -289,7 +349,7 @@ def check(document: Any) -> tuple[Proven, ...]:
     names = _list(_get(document, "variables", "the file"), "variables")
     _refuse_unless(all(isinstance(v, str) for v in names), "variables: a name is no text")
     count = len(names)
-    box: list[list[Fraction | None]] = [
+    box: Box = [
         [_end(end, f"box of {name}") for end in _list(pair, f"box of {name}", 2)]
         for name, pair in zip(names, _list(_get(document, "box", "the file"), "box", count), strict=True)
     ]
@@ -299,55 +359,220 @@ def check(document: Any) -> tuple[Proven, ...]:
     )
     steps = _list(_get(document, "steps", "the file"), "steps")
     _refuse_unless(len(steps) > 0, "there are no steps: nothing is claimed")
-    proven = []
-    for number, step in enumerate(steps, start=1):
-        found = _check_step(step, f"step {number}", names, box, equalities, inequalities)
-        proven.append(found)
-        _tighten(box, found)
+    try:
+        proven, empty = _check_steps(steps, "", Stated(names, list(equalities), list(inequalities)), box)
+    except RecursionError:
+        raise Refused("the branches are nested too deeply") from None
+    if empty and not any(theorem.empty for theorem in proven):
+        proven.append(Proven("all steps", Polynomial({}, {}), Fraction(1), Fraction(1)))
     return tuple(proven)
 
 
-def _check_step(
-    step: Any,
-    where: str,
-    names: list[str],
-    box: list[list[Fraction | None]],
-    equalities: list[Polynomial],
-    inequalities: list[Polynomial],
-) -> Proven:
-    count = len(names)
+def _check_steps(steps: list[Any], inside: str, stated: Stated, box: Box) -> tuple[list[Proven], bool]:
+    """Return what the steps prove of the points in a box, which they tighten, and whether there are none."""
+    proven: list[Proven] = []
+    empty = _settle(box, stated)
+    for number, step in enumerate(steps, start=1):
+        where = f"{inside}step {number}"
+        if isinstance(step, dict) and "reach" in step:
+            found = _check_reach(step["reach"], where, stated, box)
+        elif isinstance(step, dict) and "quotient" in step:
+            found = _check_quotient(step["quotient"], where, stated, box, proven)
+        elif isinstance(step, dict) and "parts" in step:
+            found = [_check_branches(step, where, stated, box)]
+        else:
+            found = [_check_bound(step, where, stated, box)]
+        proven += found
+        for theorem in found:
+            _tighten(box, theorem)
+            empty = empty or theorem.empty
+        empty = _settle(box, stated) or empty
+    return proven, empty
+
+
+def _check_branches(step: Any, where: str, stated: Stated, box: Box) -> Proven:
+    count = len(stated.names)
+    objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
+    bound = _number(_get(step, "bound", where), f"{where}, bound")
+    parts: list[tuple[int, Fraction, Fraction]] = []
+    for k, part in enumerate(_list(step["parts"], f"{where}, parts"), start=1):
+        inside = f"{where}, part {k}"
+        v = _index(_get(part, "variable", inside), count, inside)
+        low, high = (_number(end, inside) for end in _list(_get(part, "box", inside), inside, 2))
+        parts.append((v, low, high))
+        own = [list(ends) for ends in box]
+        lower, upper = own[v]
+        own[v] = [low if lower is None else max(lower, low), high if upper is None else min(upper, high)]
+        proven, empty = _check_steps(_list(_get(part, "steps", inside), inside), f"{inside}, ", stated, own)
+        reached = [p.bound for p in proven if p.objective == objective]
+        if not empty:
+            _refuse_unless(len(reached) > 0, f"{inside}: nothing is proven of the objective")
+            _refuse_unless(max(reached) >= bound, f"{inside}: bound >= {_shown(bound)} fails: {_shown(max(reached))}")
+    if "equality" in step:
+        number = _index(step["equality"], len(stated.equalities), where)
+        _refuse_unless(number in stated.vanishing, f"{where}: equality {number} is no single monomial")
+        for v in sorted(stated.vanishing[number]):
+            if _may_vanish(box[v]):
+                covered = any(v == w and low <= 0 <= high for w, low, high in parts)
+                _refuse_unless(covered, f"{where}: no part covers {stated.names[v]} = 0")
+    else:
+        _check_cover(parts, where, stated, box)
+    return Proven(where, objective, bound, bound)
+
+
+def _check_cover(parts: list[tuple[int, Fraction, Fraction]], where: str, stated: Stated, box: Box) -> None:
+    _refuse_unless(len({v for v, *_ in parts}) == 1, f"{where}: the parts are not in one variable")
+    v = parts[0][0]
+    reached, upper = box[v]
+    if reached is None or upper is None:
+        raise Refused(f"{where}: {stated.names[v]} has no finite box that parts could cover")
+    for _, low, high in sorted(parts):
+        _fails_unless(
+            low, reached, f"{where}: the parts cover the box: lower end <= upper end before it", stated.names[v]
+        )
+        reached = max(reached, high)
+    _fails_unless(upper, reached, f"{where}: the parts cover the box: upper <= last upper end", stated.names[v])
+
+
+def _check_quotient(quotient: Any, where: str, stated: Stated, box: Box, proven: list[Proven]) -> list[Proven]:
+    row = stated.constraint("equality", _get(quotient, "equality", where), where)
+    x = _index(_get(quotient, "variable", where), len(stated.names), where)
+    name = stated.names[x]
+    divisor = Polynomial({}, {})
+    largest = Fraction(0)
+    for m in row.monomials:
+        mid, rad = row.mid.get(m, Fraction(0)), row.rad.get(m, Fraction(0))
+        if x in m:
+            rest = tuple(v for v in m if v != x)
+            _refuse_unless(len(rest) == len(m) - 1, f"{where}: the equality is not affine in {name}")
+            _add(divisor.mid, {rest: mid})
+            _add(divisor.rad, {rest: rad} if rad else {})
+            continue
+        size = abs(mid) + rad
+        for v in m:
+            lower, upper = box[v]
+            if lower is None or upper is None:
+                raise Refused(f"{where}: {stated.names[v]} has no finite box")
+            size *= max(abs(lower), abs(upper))
+        largest += size
+    opposite = Polynomial({m: -value for m, value in divisor.mid.items()}, divisor.rad)
+    away = max((p.bound for p in proven if p.objective in (divisor, opposite)), default=Fraction(0))
+    _refuse_unless(away > 0, f"{where}: no step before it keeps what {name} is multiplied by from zero")
+    return [
+        Proven(where, Polynomial({(x,): sign}, {}), -largest / away, -largest / away)
+        for sign in (Fraction(1), Fraction(-1))
+    ]
+
+
+def _check_reach(reach: Any, where: str, stated: Stated, box: Box) -> list[Proven]:
+    count = len(stated.names)
+    sizes: dict[int, Fraction] = {}
+    for entry in _list(_get(reach, "variables", where), f"{where}, variables"):
+        k, size = _list(entry, f"{where}, variables", 2)
+        sizes[_index(k, count, where)] = _number(size, where)
+    for k, size in sizes.items():
+        _refuse_unless(size > 0, f"{where}: size > 0 fails for {stated.names[k]}: {_shown(size)}")
+    riding = [_index(v, count, where) for v in _list(_get(reach, "riding", where), f"{where}, riding")]
+    cone, ends = _homogenised(stated, box, sizes, riding, where)
+    faces = _list(_get(reach, "faces", where), f"{where}, faces")
+    largest = Fraction(1)
+    for k in sizes:
+        for side in (1, -1):
+            if ends[k][(1 + side) // 2] == 0:
+                continue
+            inside = f"{where}, face {stated.names[k]} = {side}"
+            own = [f for f in faces if _get(f, "variable", where) == k and _get(f, "side", where) == side]
+            _refuse_unless(len(own) == 1, f"{inside} occurs {len(own)} times, not once")
+            face = [list(pair) for pair in ends]
+            face[k] = [Fraction(side), Fraction(side)]
+            steps = _list(_get(own[0], "steps", inside), inside)
+            _, empty = _check_steps(steps, f"{inside}, ", cone, face)
+            least = face[count][0] or Fraction(0)
+            if not empty:
+                _refuse_unless(least > 0, f"{inside}: s > 0 is not proven: {_shown(least)}")
+                largest = max(largest, 1 / least)
+    return [
+        Proven(where, Polynomial({(k,): sign}, {}), -size * largest, -size * largest)
+        for k, size in sizes.items()
+        for sign in (Fraction(1), Fraction(-1))
+    ]
+
+
+def _homogenised(
+    stated: Stated, box: Box, sizes: dict[int, Fraction], riding: list[int], where: str
+) -> tuple[Stated, Box]:
+    """Return the constraints times s, in y and s, and their box."""
+    s = len(stated.names)
+    ends = [list(pair) for pair in box]
+    for k in sizes:
+        lower, upper = box[k]
+        ends[k] = [
+            Fraction(0 if lower is not None and lower >= 0 else -1),
+            Fraction(0 if upper is not None and upper <= 0 else 1),
+        ]
+    cone: list[list[Polynomial]] = [[], []]
+    for v in riding:
+        lower, upper = box[v]
+        if v in sizes or lower is None or upper is None:
+            raise Refused(f"{where}: {stated.names[v]} has no box to ride along with")
+        ends[v] = [min(lower, Fraction(0)), max(upper, Fraction(0))]
+        cone[0].append(Polynomial({(s,): upper, (v,): Fraction(-1)}, {}))
+        cone[1].append(Polynomial({(s,): -lower, (v,): Fraction(1)}, {}))
+    moved = {*sizes, *riding}
+
+    def times_s(row: Polynomial | None) -> Polynomial | None:
+        if row is None:
+            return None
+        most = max((sum(v in moved for v in m) for m in row.monomials), default=0)
+        if most == 0:
+            return row
+        if most > 1:
+            return None
+
+        def part(terms: dict[Monomial, Fraction]) -> dict[Monomial, Fraction]:
+            found = {}
+            for m, value in terms.items():
+                own = next((v for v in m if v in moved), None)
+                found[(*m, s) if own is None else m] = value if own is None else value * sizes.get(own, Fraction(1))
+            return found
+
+        return Polynomial(part(row.mid), part(row.rad))
+
+    return Stated(
+        [*stated.names, "s"],
+        [times_s(row) for row in stated.equalities],
+        [*(times_s(row) for row in stated.inequalities), *cone[0], *cone[1]],
+    ), [*ends, [Fraction(0), Fraction(1)]]
+
+
+def _check_bound(step: Any, where: str, stated: Stated, box: Box) -> Proven:
+    names, count = stated.names, len(stated.names)
     objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
     bound = _number(_get(step, "bound", where), f"{where}, bound")
     centre, scale = (
         [_number(v, f"{where}, {key}") for v in _list(_get(step, key, where), f"{where}, {key}", count)]
         for key in ("centre", "scale")
     )
-    for k, name in enumerate(names):
-        lower, upper = box[k]
-        if lower is None or upper is None:
-            raise Refused(f"{where}: {name} has no finite box, so its powers are not bounded")
-        _refuse_unless(scale[k] >= 0, f"{where}: scale >= 0 fails for {name}: {_shown(scale[k])}")
-        _fails_unless(centre[k] - scale[k], lower, f"{where}: centre - scale <= lower", name)
-        _fails_unless(upper, centre[k] + scale[k], f"{where}: upper <= centre + scale", name)
 
     residual = _substitute(objective, centre, scale)
     scaled: dict[tuple[str, int], Polynomial] = {}
 
-    def constraint(kind: str, k: int) -> Polynomial:
+    def constraint(kind: str, k: Any, place: str) -> Polynomial:
+        given = stated.constraint(kind, k, place)
         if (kind, k) not in scaled:
-            stated = equalities[k] if kind == "equality" else inequalities[k]
-            scaled[kind, k] = _substitute(stated, centre, scale)
+            scaled[kind, k] = _substitute(given, centre, scale)
         return scaled[kind, k]
 
     for j, entry in enumerate(_list(_get(step, "equalities", where), f"{where}, equalities")):
         place = f"{where}, multiplier {j}"
         k, terms = _list(entry, place, 2)
-        number = _index(k, len(equalities), place)
         multiplier: dict[Monomial, Fraction] = {}
         for term in _list(terms, place):
             value, variables = _list(term, place, 2)
             _add(multiplier, {_monomial(variables, count, place): _number(value, place)})
-        _subtract(residual, _multiply(constraint("equality", number), Polynomial(multiplier, {})))
+        _subtract(residual, _multiply(constraint("equality", k, place), Polynomial(multiplier, {})))
+
+    bounded: set[int] = set()  # the variables whose box is made use of
 
     for j, entry in enumerate(_list(_get(step, "products", where), f"{where}, products")):
         place = f"{where}, product {j}"
@@ -364,17 +589,26 @@ def _check_step(
         for part in _list(_get(entry, "of", place), place):
             kind, k = _list(part, place, 2)
             if kind == "inequality":
-                total = _multiply(constraint(kind, _index(k, len(inequalities), place)), total)
+                total = _multiply(constraint(kind, k, place), total)
             else:
                 total = _multiply(_box_factor(kind, _index(k, count, place), place), total)
+                bounded.add(k)
         _subtract(residual, total)
 
+    monomials = residual.monomials - {()}
+    for k in sorted(bounded.union(*monomials)):
+        lower, upper = box[k]
+        if lower is None or upper is None:
+            raise Refused(f"{where}: {names[k]} has no finite box, so its powers are not bounded")
+        _refuse_unless(scale[k] >= 0, f"{where}: scale >= 0 fails for {names[k]}: {_shown(scale[k])}")
+        _fails_unless(centre[k] - scale[k], lower, f"{where}: centre - scale <= lower", names[k])
+        _fails_unless(upper, centre[k] + scale[k], f"{where}: upper <= centre + scale", names[k])
     recomputed = residual.mid.get((), Fraction(0)) - residual.rad.get((), Fraction(0))
-    for m in residual.monomials - {()}:
+    for m in monomials:
         recomputed -= abs(residual.mid.get(m, Fraction(0))) + residual.rad.get(m, Fraction(0))
     if bound > recomputed:
         raise Refused(f"{where}: bound <= r_0 - sum |r_i| fails: {_shown(bound)} > {_shown(recomputed)}")
-    return Proven(objective, bound, recomputed)
+    return Proven(where, objective, bound, recomputed)
 
 
 def _box_factor(kind: Any, v: int, where: str) -> Polynomial:
@@ -398,7 +632,28 @@ def _fails_unless(left: Fraction, right: Fraction, inequality: str, name: str) -
         raise Refused(f"{inequality} fails for {name}: {_shown(left)} > {_shown(right)}")
 
 
-def _tighten(box: list[list[Fraction | None]], proven: Proven) -> None:
+def _may_vanish(ends: list[Fraction | None]) -> bool:
+    lower, upper = ends
+    return (lower is None or lower <= 0) and (upper is None or upper >= 0)
+
+
+def _settle(box: Box, stated: Stated) -> bool:
+    """Fix at zero the only variable of a vanishing product that can be, and say whether the box is empty."""
+    products = stated.vanishing.values()
+    for _ in range(len(products) + 1):
+        before = [list(ends) for ends in box]
+        for product in products:
+            able = [v for v in product if _may_vanish(box[v])]
+            if not able:
+                return True
+            if len(able) == 1:
+                box[able[0]] = [Fraction(0), Fraction(0)]
+        if box == before:
+            break
+    return any(lower is not None and upper is not None and lower > upper for lower, upper in box)
+
+
+def _tighten(box: Box, proven: Proven) -> None:
     """Let ``c x_k >= bound`` narrow the box of x_k."""
     monomials = proven.objective.monomials
     if len(monomials) != 1 or proven.objective.rad:
@@ -535,12 +790,12 @@ def main(arguments: list[str]) -> int:
         f"accepted: {len(names)} variables in their box, {len(document['equalities'])} equalities, "
         f"{len(document['inequalities'])} inequalities"
     )
-    for number, theorem in enumerate(proven, start=1):
+    for theorem in proven:
         margin = f"(recomputed: {_shown(theorem.recomputed)})"
         if theorem.empty:
-            print(f"step {number}: no point satisfies all constraints: 0 >= {_shown(theorem.bound)} {margin}")
+            print(f"{theorem.step}: no point satisfies all constraints: 0 >= {_shown(theorem.bound)} {margin}")
         else:
-            print(f"step {number}: {_written(theorem.objective, names)} >= {_shown(theorem.bound)} {margin}")
+            print(f"{theorem.step}: {_written(theorem.objective, names)} >= {_shown(theorem.bound)} {margin}")
     return EXIT_ACCEPTED
 
 

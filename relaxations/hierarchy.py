@@ -23,9 +23,12 @@ from relaxations.bounding import CLOSE, Emptiness, Outcome, Relaxed, lowest, rel
 from relaxations.branching import branch_and_bound
 from relaxations.errors import ProblemError
 from relaxations.lasserre import plan
+from relaxations.lift import METHODS as LIFTS
+from relaxations.lift import lifted_variables
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 from relaxations.solvers.interface import check_solver
+from relaxations.steps import Bound, Record
 from relaxations.witness import find_witness
 
 Progress = Callable[[str], None]
@@ -141,7 +144,7 @@ class Enclosure:
     seconds : float
         Wall clock.
     complicating : tuple of str
-        Variables that the lift lifted; empty for other methods.
+        Variables that the lift (or ``"rlt"``) lifted; empty for other methods.
     largest_block, n_moments : int
         Size of the last relaxation.
     """
@@ -199,6 +202,7 @@ def intervals(
     nodes: int = 0,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    record: Record | None = None,
 ) -> Enclosure:
     """Enclose the range of some variables over a polynomial set.
 
@@ -208,7 +212,7 @@ def intervals(
         With a finite box.
     targets : sequence of int
         Variables whose intervals are asked for.
-    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int, optional
         Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
     solver : str
@@ -228,6 +232,8 @@ def intervals(
         Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
     progress : callable, optional
         Called with one line of text now and then.
+    record : callable, optional
+        Called with each step of the proof (:mod:`relaxations.steps`).
 
     Returns
     -------
@@ -256,10 +262,13 @@ def intervals(
     method, order, complicating = resolve(problem, method, order)
     least = lowest(problem, method, complicating)
     scaling = Scaling.of_box(problem)  # refuses an infinite box before any work
-    if method != "lift":
-        plan(scaling.apply(problem), order, method)  # refuses blocks that are too wide, at the highest order
+    # Refused before any work, at the highest order.
+    if method in LIFTS:
+        lifted_variables(problem, order, method)
+    else:
+        plan(scaling.apply(problem), order, method)
     say = progress or (lambda _: None)
-    watched = sorted({*targets, *(complicating.tolist() if method == "lift" else ())})
+    watched = sorted({*targets, *(complicating.tolist() if method in LIFTS else ())})
     ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
     empty: Emptiness | None = None
     reason, done, relaxed = Reason.ROUNDS, 0, None
@@ -271,7 +280,9 @@ def intervals(
             relaxed = relax(current, method, current_order, solver)
             before = (ends.lower.copy(), ends.upper.copy())
             last = done == rounds
-            empty = _round(problem, relaxed, ends, targets, watched, complicating, witnesses, last, executor, say)
+            empty = _round(
+                problem, relaxed, ends, targets, watched, complicating, witnesses, last, executor, say, record
+            )
             if empty is not None:
                 reason = Reason.EMPTY
                 break
@@ -284,8 +295,8 @@ def intervals(
             elif shrinkage < STALLED:
                 reason = Reason.STALLED
                 break
-        if reason is not Reason.EMPTY and not _tight(ends, targets) and nodes and method == "lift":
-            _branch(problem, ends, targets, complicating, least, nodes, solver, say)
+        if reason is not Reason.EMPTY and not _tight(ends, targets) and nodes and method in LIFTS:
+            _branch(problem, ends, targets, complicating, method, least, nodes, solver, say, record)
             reason = Reason.TIGHT if _tight(ends, targets) else reason
     except KeyboardInterrupt:
         reason = Reason.INTERRUPTED
@@ -301,7 +312,7 @@ def intervals(
         done,
         ends.solves,
         time.perf_counter() - started,
-        tuple(problem.names[k] for k in complicating) if method == "lift" else (),
+        tuple(problem.names[k] for k in complicating) if method in LIFTS else (),
         relaxed.relaxation.largest_block if relaxed else 0,
         relaxed.relaxation.n_moments if relaxed else 0,
     )
@@ -318,6 +329,7 @@ def _round(
     last: bool,
     executor: Executor | None,
     say: Progress,
+    record: Record | None,
 ) -> Emptiness | None:
     """Bound every watched variable once; update the ends; return the proof where the set is empty."""
     # One after the other, they are looked at when their turn comes: a witness of this round may have settled them.
@@ -339,9 +351,13 @@ def _round(
         if proof is None:
             continue
         if outcome.bound == np.inf:
+            if record:
+                record(Bound.of(relaxed, problem.variable(k, sign), outcome))
             return relaxed.emptiness(proof)
         width = ends.upper[k] - ends.lower[k]
         gained = _tighten(ends, k, sign, outcome.bound)
+        if record and gained > 0:
+            record(Bound.of(relaxed, problem.variable(k, sign), outcome))
         if ends.lower[k] > ends.upper[k]:
             # Two proven bounds that contradict each other: no point satisfies both.
             return relaxed.emptiness(proof)
@@ -364,10 +380,12 @@ def _branch(
     ends: _Ends,
     targets: Sequence[int],
     complicating: Index,
+    method: str,
     order: int,
     nodes: int,
     solver: str,
     say: Progress,
+    record: Record | None,
 ) -> None:
     """Tighten the ends that still have a gap to their witness by branch and bound."""
     for k in targets:
@@ -382,11 +400,12 @@ def _branch(
                 box,
                 problem.variable(k, sign),
                 complicating,
-                lambda part: relax(part, "lift", order, solver),
+                lambda part: relax(part, method, order, solver),
                 start=float(start),
                 goal=partial(_fixed, float(goal)),
                 nodes=nodes,
                 report=lambda bound, goal: say(f"branching: bound {bound:.9g}, goal {goal:.9g}"),
+                record=record,
             )
             if np.isfinite(bound):  # a witness exists, so the set is not empty
                 _tighten(ends, k, sign, bound)

@@ -19,6 +19,7 @@ J. B. Lasserre, "Global optimization with polynomials and the problem of moments
 
 from __future__ import annotations
 
+from collections import Counter
 from math import comb
 
 import numpy as np
@@ -35,6 +36,7 @@ from relaxations.reductions.sparsity import cliques, row_variables
 
 METHODS = ("sparse", "dense", "terms", "chordal", "textbook")
 BY_TERMS = ("terms", "chordal")
+CURE = "lower the order, or choose method='lift' or 'sparse'"
 MOST = 5000  # monomials of a basis: no structure is looked for in a longer one
 
 
@@ -150,14 +152,14 @@ def plan(
         widths = []
         for clique, own, rows, size in zip(found, orders, own_inequalities, sizes, strict=True):
             widths += [size, *[comb(len(clique) + own - 1, own - 1)] * (len(clique) + len(rows))]
-        check_memory(widths, what)
+        check_memory(Counter(widths), 0, what, CURE)
     parts = _cliques(problem, orders, found, own_inequalities)
     if method in BY_TERMS:
         support = Polynomials.variables(np.arange(problem.n_variables)) if objective is None else objective
         splits = terms.split(parts, support, steps, chordal=method == "chordal")
     else:
         splits = tuple(symmetry.split(clique, signs) if len(signs) else whole(clique) for clique in parts)
-    check_memory([width for kept in splits for width in kept.widths], what)
+    check_memory(Counter(width for kept in splits for width in kept.widths), 0, what, CURE)
     return tuple(zip(parts, splits, strict=True))
 
 

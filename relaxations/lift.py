@@ -13,22 +13,40 @@ d keeps the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d`` only:
 At every fixed ``p`` the problem is linear in ``z``; by linear programming duality with multipliers that are polynomial
 in ``p`` the bounds converge as d grows.
 
+``method="rlt"``, reformulation-linearisation, has the same moments and equalities, and products with bound factors in
+place of matrices,
+
+    L(g prod_i (1 - p_i)^{k_i} (1 + p_i)^{l_i}) >= 0,    sum_i k_i + l_i = 2d - k;
+
+those with fewer factors are sums of these, for ``(1 - p_i) + (1 + p_i) = 2``. It is a linear program. With one
+complicating variable the lift of the same order is at least as tight; with several, neither implies the other.
+
 References
 ----------
 C. W. Scherer and C. W. J. Hol, "Matrix sum-of-squares relaxations for robust semi-definite programs",
-Mathematical Programming 107 (2006) 189-211.
+Mathematical Programming 107 (2006) 189-211. H. D. Sherali and W. P. Adams, "A hierarchy of relaxations between the
+continuous and convex hull representations for zero-one programming problems", SIAM J. Discrete Math. 3 (1990) 411-430.
+D. Handelman, "Representing polynomials by positive linear functions on compact convex polyhedra", Pacific J. Math. 132
+(1988) 35-62.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from functools import reduce
+from itertools import combinations_with_replacement
+from math import comb
+
 import numpy as np
 
-from relaxations.balls import Balls, Index
+from relaxations.balls import Index
+from relaxations.conic import check_memory
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
 from relaxations.polynomial import Polynomials, unique
 from relaxations.problem import PolynomialProblem
 
+METHODS = ("lift", "rlt")
 MOST_COMPLICATING = 6
 
 
@@ -153,8 +171,8 @@ def least_order(problem: PolynomialProblem, complicating: Index) -> int:
     return max(1, -(-degree // 2))
 
 
-def lift(problem: PolynomialProblem, order: int) -> Relaxation:
-    """Build the parametric lift of a scaled problem (all variables in [-1, 1]).
+def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxation:
+    """Build the parametric lift of a scaled problem (all variables in [-1, 1]), or its linear variant.
 
     Parameters
     ----------
@@ -162,6 +180,7 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
     order : int
         d >= 1.
+    method : {"lift", "rlt"}
 
     Returns
     -------
@@ -170,7 +189,7 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
     Raises
     ------
     ProblemError
-        Where no small set of complicating variables exists, or the order is too low for the degrees.
+        As :func:`lifted_variables` says.
 
     Examples
     --------
@@ -180,6 +199,48 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
     >>> problem, _ = from_sympy(None, [], recursion, [a, *y], {v: (-1, 1) for v in (a, *y)})
     >>> lift(problem, 2).largest_block  # however many y there are; monomials up to degree 2 in all: 78
     3
+    >>> lift(problem, 2, "rlt").largest_block
+    1
+    """
+    complicating = lifted_variables(problem, order, method)
+    equalities = []
+    for degree, members in _by_degree(problem.equalities, complicating):
+        equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
+
+    localisers: list[Localiser] = []
+    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+        for factor, half in _multiples(complicating, 2 * order - degree, method):
+            localisers.append(localise(_times(members, factor), monomials_up_to(complicating, half)))
+    singles = np.arange(problem.n_variables, dtype=np.int64).reshape(-1, 1)
+    return assemble(method, order, problem.n_variables, complicating, equalities, localisers, [singles])
+
+
+def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift") -> Index:
+    """Return the complicating variables of a lift, and refuse one that cannot be built.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    order : int
+    method : {"lift", "rlt"}
+
+    Returns
+    -------
+    ndarray of int, sorted
+
+    Raises
+    ------
+    ProblemError
+        Where no small set of complicating variables exists, the order is too low for the degrees, or the machine's
+        memory too small.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem import from_sympy
+    >>> a, x, y = sympy.symbols("a x y")
+    >>> problem, _ = from_sympy(None, [], [x + a * y - 1], [a, x, y])
+    >>> lifted_variables(problem, 1)
+    array([0])
     """
     complicating = complicating_variables(problem)
     if complicating is None:
@@ -190,31 +251,59 @@ def lift(problem: PolynomialProblem, order: int) -> Relaxation:
     least = least_order(problem, complicating)
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-
-    equalities = []
+    n = len(complicating)
+    terms = 0
     for degree, members in _by_degree(problem.equalities, complicating):
-        equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
-
-    own = np.setdiff1d(np.arange(problem.n_variables), complicating)
-    one = Polynomials(1, np.zeros(1, dtype=np.int64), np.empty((1, 0), dtype=np.int64), Balls.exact([1.0]))
-    inequalities = Polynomials.join(
-        [one, problem.inequalities, Polynomials.variables(own, -1.0, 1.0), Polynomials.variables(own, 1.0, 1.0)]
+        terms += len(members.rows) * comb(n + 2 * order - degree, n)
+    widths: Counter[int] = Counter()
+    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+        for factor, half in _multiples(complicating, 2 * order - degree, method):
+            width = comb(n + half, n)
+            widths[width] += members.n_rows
+            terms += len(members.rows) * len(factor.rows) * (width * (width + 1) // 2)
+    moments = (1 + problem.n_variables - n) * comb(n + 2 * order, n)
+    names = ", ".join(problem.names[k] for k in complicating)
+    check_memory(
+        widths,
+        terms,
+        f"the {method} of order {order} in {names or 'no variable'} has {moments} moments and {terms} terms; it",
+        "lower the order, or give fewer constraints: a shorter record, or windows of it one by one, whose intervals "
+        "hold together",
     )
-    localisers: list[Localiser] = []
-    for degree, members in _by_degree(inequalities, complicating):
-        half, odd = divmod(2 * order - degree, 2)
-        basis = monomials_up_to(complicating, half)
-        if odd and len(complicating):
-            for factor in _affine_box_factors(complicating):
-                localisers.append(localise(_times(members, factor), basis))
-            continue
-        localisers.append(localise(members, basis))
-        if half:
-            smaller = monomials_up_to(complicating, half - 1)
-            for factor in _square_box_factors(complicating):
-                localisers.append(localise(_times(members, factor), smaller))
-    singles = np.arange(problem.n_variables, dtype=np.int64).reshape(-1, 1)
-    return assemble("lift", order, problem.n_variables, complicating, equalities, localisers, [singles])
+    return complicating
+
+
+def _bounded(problem: PolynomialProblem, complicating: Index) -> Polynomials:
+    """Return 1, the inequalities, and the box of the variables that do not complicate."""
+    own = np.setdiff1d(np.arange(problem.n_variables), complicating)
+    box = [Polynomials.variables(own, sign, 1.0) for sign in (-1.0, 1.0)]
+    return Polynomials.join([Polynomials.from_terms([{(): 1.0}]), problem.inequalities, *box])
+
+
+def _multiples(complicating: Index, degree: int, method: str) -> list[tuple[Polynomials, int]]:
+    """Return the box factors of an inequality that may be raised by a degree, each with the degree of its basis."""
+    if method == "rlt":
+        return [(factor, 0) for factor in _bound_factors(complicating, degree)]
+    half, odd = divmod(degree, 2)
+    if odd and len(complicating):
+        return [
+            (Polynomials.from_terms([{(): 1.0, (p,): s}]), half) for p in complicating.tolist() for s in (1.0, -1.0)
+        ]
+    found = [(Polynomials.from_terms([{(): 1.0}]), half)]
+    if half:
+        found += [(Polynomials.from_terms([{(): 1.0, (p, p): -1.0}]), half - 1) for p in complicating.tolist()]
+    return found
+
+
+def _bound_factors(complicating: Index, degree: int) -> list[Polynomials]:
+    """Return all products of so many factors ``1 - p_i`` and ``1 + p_i``; their coefficients are whole numbers."""
+    found = [Polynomials.from_terms([{(): 1.0}])]
+    single = [Polynomials.from_terms([{(): 1.0, (p,): sign}]) for p in complicating.tolist() for sign in (-1.0, 1.0)]
+    if single:
+        found = [
+            reduce(Polynomials.times, chosen, found[0]) for chosen in combinations_with_replacement(single, degree)
+        ]
+    return found
 
 
 def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
@@ -245,22 +334,8 @@ def _by_degree(polynomials: Polynomials, complicating: Index) -> list[tuple[int,
     return [(int(k), polynomials.take(np.flatnonzero(degrees == k))) for k in np.unique(degrees)]
 
 
-def _affine_box_factors(complicating: Index) -> list[Polynomials]:
-    return [Polynomials.from_terms([{(): 1.0, (int(p),): sign}]) for p in complicating for sign in (1.0, -1.0)]
-
-
-def _square_box_factors(complicating: Index) -> list[Polynomials]:
-    return [Polynomials.from_terms([{(): 1.0, (int(p), int(p)): -1.0}]) for p in complicating]
-
-
 def _times(members: Polynomials, factor: Polynomials) -> Polynomials:
-    """Return members times one polynomial whose coefficients are +-1, so that nothing is rounded."""
-    parts = members.times_monomials(factor.factors)
-    count = len(factor.factors)
-    signs = factor.coefficients.mid[parts.rows % count]
-    return Polynomials(
-        members.n_rows,
-        parts.rows // count,
-        parts.factors,
-        Balls(parts.coefficients.mid * signs, parts.coefficients.rad),
-    )
+    """Return all members times one polynomial."""
+    parts, count = members.times_monomials(factor.factors), len(factor.factors)
+    coefficients = parts.coefficients * factor.coefficients[parts.rows % count]
+    return Polynomials(members.n_rows, parts.rows // count, parts.factors, coefficients)

@@ -22,6 +22,7 @@ from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
 from relaxations.extraction import minimisers
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
+from relaxations.lift import METHODS as LIFTS
 from relaxations.lift import nonlinear_variables
 from relaxations.local_search import local_minimum
 from relaxations.orders import least_order, node_order, not_flat, ways
@@ -168,7 +169,7 @@ def minimise(
         With a finite box.
     objective : Polynomials
         One row.
-    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     order : int, optional
         Highest relaxation order; by default as high as blocks of width 70 allow.
     tolerance : float
@@ -272,7 +273,7 @@ def _tightened(
 
 def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
     """Return the minimisers that the moments show, in the problem's own variables."""
-    if outcome.moments is None or relaxed.relaxation.method == "lift":
+    if outcome.moments is None or relaxed.relaxation.method in LIFTS:
         return []
     step = max(1, -(-relaxed.problem.degree // 2))
     found = minimisers(relaxed.relaxation, outcome.moments, step)

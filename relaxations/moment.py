@@ -77,7 +77,7 @@ class Relaxation:
     Parameters
     ----------
     method : str
-        ``"lift"``, ``"sparse"``, ``"dense"``, ``"terms"``, ``"chordal"`` or ``"textbook"``.
+        ``"lift"``, ``"rlt"``, ``"sparse"``, ``"dense"``, ``"terms"``, ``"chordal"`` or ``"textbook"``.
     order : int
     n_variables : int
         Variables of the scaled problem.

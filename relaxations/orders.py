@@ -17,6 +17,8 @@ from relaxations.bounding import Outcome, Relaxed, lowest, resolve
 from relaxations.errors import ProblemError
 from relaxations.extraction import is_flat
 from relaxations.lasserre import BY_TERMS, groups, plan
+from relaxations.lift import METHODS as LIFTS
+from relaxations.lift import lifted_variables
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
@@ -38,7 +40,7 @@ def least_order(problem: PolynomialProblem, objective: Polynomials, method: str,
         With a finite box.
     objective : Polynomials
         One row.
-    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     highest : int or None
         None where none is asked for: the blocks of the least order count then.
 
@@ -57,11 +59,13 @@ def least_order(problem: PolynomialProblem, objective: Polynomials, method: str,
     >>> least_order(*problem_of(x**5 - x, [x >= -1, x <= 1]), "sparse", None)
     3
     """
-    *_, complicating = resolve(problem, method, None)
+    _, usual, complicating = resolve(problem, method, None)
     least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
     if highest is not None and highest < least:
         raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
-    if method != "lift":
+    if method in LIFTS:
+        lifted_variables(problem, highest or max(usual, least), method)
+    else:
         _widths(problem, objective, method, highest or least, 1)
     return least
 
@@ -82,7 +86,7 @@ def ways(
         With a finite box.
     objective : Polynomials
         One row.
-    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     least : int
         The first order.
     highest : int or None
@@ -105,7 +109,7 @@ def ways(
     >>> list(ways(problem, objective, "sparse", 1, 3, lambda: {1}))  # of the cliques (x, y) and (y, z)
     [(1, 1), (2, 1), ((2, 3), 1), (3, 1)]
     """
-    if method == "lift":
+    if method in LIFTS:
         _, usual, _ = resolve(problem, method, None)
         yield from ((order, 1) for order in range(least, (highest or max(usual, least)) + 1))
         return
@@ -182,7 +186,7 @@ def node_order(problem: PolynomialProblem, objective: Polynomials, method: str, 
     ----------
     problem : PolynomialProblem
     objective : Polynomials
-    method : {"lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     least : int
     highest : int or None
 
@@ -197,7 +201,7 @@ def node_order(problem: PolynomialProblem, objective: Polynomials, method: str, 
     >>> node_order(*problem_of(x * y, [-1 <= x, x <= 1, -1 <= y, y <= 1]), "sparse", 1, None)
     4
     """
-    if method == "lift":
+    if method in LIFTS:
         return least
     largest = max(map(len, groups(problem, least, method, objective)))
     orders = range(least, (highest or max(least, HIGHEST)) + 1)

@@ -224,6 +224,17 @@ class Polynomials:
         kept = place[self.rows] >= 0
         return Polynomials(len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept])
 
+    def renumbered(self, numbers: Index) -> Polynomials:
+        """Return the family in other variables: variable k becomes ``numbers[k]``.
+
+        Examples
+        --------
+        >>> Polynomials.variables(np.array([0, 1])).renumbered(np.array([4, 2])).factors.ravel()
+        array([4, 2])
+        """
+        moved = np.where(self.factors >= 0, numbers[self.factors], -1)
+        return Polynomials(self.n_rows, self.rows, np.sort(moved, axis=1), self.coefficients)
+
     def collect(self) -> Polynomials:
         """Add up equal monomials of a row and drop exact zeros."""
         monomials, which = unique(self.factors)

@@ -16,7 +16,9 @@ import sympy
 from relaxations.bounding import lowest, relax, resolve
 from relaxations.boxes import derive_box
 from relaxations.hierarchy import contracted, intervals, uninterrupted
+from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem, polynomials_from_sympy
+from relaxations.steps import Bound, Quotient, Record
 from smid.feasible import FeasibleSet
 from smid.models import Model, Parameter
 from smid.start import equation_error_fit, magnitudes
@@ -34,36 +36,47 @@ class Boxed:
         Parameters whose box was proven from the data.
     unbounded : tuple of str
         Parameters for which no box could be proven.
+    stated : PolynomialProblem
+        What a proof of the box states (:mod:`relaxations.steps`): without the box; with the products that were bounded
+        first, where there are any.
     """
 
     feasible: FeasibleSet
     derived: tuple[str, ...]
     unbounded: tuple[str, ...]
+    stated: PolynomialProblem
 
 
 def with_finite_box(
-    feasible: FeasibleSet, solver: str = "clarabel", progress: Callable[[str], None] | None = None
+    feasible: FeasibleSet,
+    solver: str = "clarabel",
+    progress: Callable[[str], None] | None = None,
+    record: Record | None = None,
 ) -> Boxed:
     """Prove a finite box for the unbounded variables of a feasible set, or say for which there is none."""
-    names = feasible.problem.unbounded
+    problem = feasible.problem
+    names = problem.unbounded
     if not names:
-        return Boxed(feasible, (), ())
+        return Boxed(feasible, (), (), problem)
     if set(names) - {p.name for p in feasible.model.parameters}:
         # A latent signal without a box gets one from the boxes of the parameters that define it.
-        return Boxed(feasible, (), names)
+        return Boxed(feasible, (), names, problem)
     factors = vanishing_factors(feasible.model, names)
     if not factors:
-        box = derive_box(feasible.problem, _guess(feasible), solver, progress)
-        return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded)
+        box = derive_box(problem, _guess(feasible), solver, progress, record)
+        return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, problem)
 
     products = _in_products(feasible, factors)
-    box = derive_box(products.problem, _guess(products), solver, progress)
+    stated = _stated(feasible, products, factors)
+    box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
-        return Boxed(feasible, (), names)
-    reach = _reach(products, box.problem, factors, solver)
+        return Boxed(feasible, (), names, problem)
+    reach = _reach(products, box.problem, factors, solver, record)
     if reach is None:
-        return Boxed(feasible, (), names)
-    problem = feasible.problem
+        return Boxed(feasible, (), names, problem)
+    if record:
+        for row, name in enumerate(factors, start=stated.equalities.n_rows - len(factors)):
+            record(Quotient(stated, row, stated.names.index(name)))
     lower, upper = problem.lower.copy(), problem.upper.copy()
     place = {name: k for k, name in enumerate(problem.names)}
     for name, limit in reach.items():
@@ -74,7 +87,7 @@ def with_finite_box(
     for name in names:
         if name not in reach:
             lower[place[name]], upper[place[name]] = box.problem.lower[shared[name]], box.problem.upper[shared[name]]
-    return Boxed(feasible.with_problem(problem.with_box(lower, upper)), names, ())
+    return Boxed(feasible.with_problem(problem.with_box(lower, upper)), names, (), stated)
 
 
 def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
@@ -121,8 +134,37 @@ def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> Feasi
     return products.with_problem(products.problem.with_box(lower, upper))
 
 
+def _stated(feasible: FeasibleSet, products: FeasibleSet, factors: dict[str, sympy.Expr]) -> PolynomialProblem:
+    """Return the set in gamma and in delta together, with ``delta = q gamma`` as the last equalities."""
+    problem, other = feasible.problem, products.problem
+    new = tuple(name for name in other.names if name not in problem.names)
+    names = (*problem.names, *new)
+    symbols = {name: sympy.Symbol(name, real=True) for name in (*(p.name for p in feasible.model.parameters), *new)}
+    definitions = polynomials_from_sympy(
+        [symbols[f"{name}_product"] - factor * symbols[name] for name, factor in factors.items()],
+        list(symbols.values()),
+    )
+    numbers = {name: k for k, name in enumerate(names)}
+    of_products = np.array([numbers[name] for name in other.names])
+    of_definitions = np.array([numbers[name] for name in symbols])
+    k = [other.names.index(name) for name in new]
+    return PolynomialProblem(
+        names,
+        np.append(problem.lower, other.lower[k]),
+        np.append(problem.upper, other.upper[k]),
+        Polynomials.join(
+            [problem.equalities, other.equalities.renumbered(of_products), definitions.renumbered(of_definitions)]
+        ),
+        Polynomials.join([problem.inequalities, other.inequalities.renumbered(of_products)]),
+    )
+
+
 def _reach(
-    products: FeasibleSet, boxed: PolynomialProblem, factors: dict[str, sympy.Expr], solver: str
+    products: FeasibleSet,
+    boxed: PolynomialProblem,
+    factors: dict[str, sympy.Expr],
+    solver: str,
+    record: Record | None,
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
     place = {name: k for k, name in enumerate(boxed.names)}
@@ -135,14 +177,20 @@ def _reach(
     def away(problem: PolynomialProblem, order: int) -> list[float]:
         """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
         relaxed = relax(problem, method, order, solver)
-        ends = [relaxed.bound(polynomials.take(np.array([k]))).bound for k in range(polynomials.n_rows)]
+        ends = []
+        for k in range(polynomials.n_rows):
+            objective = polynomials.take(np.array([k]))
+            outcome = relaxed.bound(objective)
+            if record and outcome.bound > 0:
+                record(Bound.of(relaxed, objective, outcome))
+            ends.append(outcome.bound)
         return [max(forward, backward) for forward, backward in zip(ends[::2], ends[1::2], strict=True)]
 
     problem = boxed
     distances = away(problem, lowest(problem, method, complicating))
     if min(distances) <= 0:
         targets = [place[p.name] for p in products.model.parameters]
-        enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False))
+        enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False, record=record))
         problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
         distances = away(problem, order)
     if min(distances) <= 0:

@@ -6,17 +6,21 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, relax, resolve
+from relaxations.certificate_file import write_certificate
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
 from relaxations.lasserre import METHODS as LASSERRE
+from relaxations.lift import METHODS as LIFTS
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
+from relaxations.steps import Step
 from relaxations.witness import find_witness
 from smid.box import Boxed, with_finite_box
 from smid.data import Dataset
@@ -31,7 +35,7 @@ from smid.table import Table
 
 Progress = Callable[[str], None]
 
-METHODS = ("auto", "lift", *LASSERRE)
+METHODS = ("auto", *LIFTS, *LASSERRE)
 """How bounds may be asked for."""
 
 
@@ -86,6 +90,7 @@ def identify(
     nodes: int = 0,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    certificate: str | Path | None = None,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
 
@@ -97,7 +102,7 @@ def identify(
     noise_bound : float or mapping channel -> float
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
-    method : {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere.
     order : int, optional
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
@@ -115,6 +120,10 @@ def identify(
         Solves bounds side by side (:func:`relaxations.hierarchy.intervals`); a piecewise model runs here.
     progress : callable, optional
         Called with a line of text now and then.
+    certificate : str or Path, optional
+        File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
+        anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
+        again; at a thousand samples that takes half a minute.
 
     Returns
     -------
@@ -141,11 +150,19 @@ def identify(
     model = feasible.model
     resolve(feasible.problem, method, order)
     if feasible.openings:
+        if certificate:
+            raise ModelError("the proof of a model with Max, Min, Abs or sign cannot be written: leave certificate out")
         return _piecewise(feasible, method, order, solver, tolerance, rounds, nodes, progress)
-    boxed = Boxed(feasible, (), feasible.problem.unbounded)
+    if certificate:
+        if not Path(certificate).resolve().parent.is_dir():
+            raise ModelError(f"certificate={str(certificate)!r} lies in no folder that exists: make the folder first")
+        Path(certificate).unlink(missing_ok=True)  # an old one would prove something else
+    boxed = Boxed(feasible, (), feasible.problem.unbounded, feasible.problem)
+    steps: list[Step] = []
+    record = steps.append if certificate else None
     known: list[Array] = []
     try:
-        boxed = with_finite_box(feasible, solver, progress)
+        boxed = with_finite_box(feasible, solver, progress, record)
         if boxed.unbounded:
             return _box_only(boxed, Reason.UNBOUNDED)
         known = _first_witness(boxed.feasible)
@@ -166,7 +183,10 @@ def identify(
         known=known,
         executor=executor,
         progress=progress,
+        record=record,
     )
+    if certificate and steps:
+        write_certificate(certificate, boxed.stated, steps)
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     status, nearest = CentreStatus.UNDECIDED, None
@@ -218,7 +238,7 @@ def _piecewise(
     loose = [p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower)]
     left = tuple(i.name for i in enclosure.intervals if not np.isfinite(i.width))
     if left:
-        return _box_only(Boxed(feasible, (), left), enclosure.reason)
+        return _box_only(Boxed(feasible, (), left, feasible.problem), enclosure.reason)
     status, nearest = CentreStatus.UNDECIDED, None
     with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
         status, nearest = piecewise_centre(feasible, enclosure, solver)
@@ -306,8 +326,8 @@ def _centre(
     if find_witness(fixed, fixed, nothing, np.setdiff1d(complicating, np.arange(count)), start) is not None:
         return CentreStatus.FEASIBLE, None
     status = CentreStatus.UNDECIDED
-    method, order, _ = resolve(fixed, "auto", None)
-    if method == "lift" and relax(fixed, method, order, solver).bound(nothing).bound == np.inf:
+    method, order, _ = resolve(fixed, enclosure.method if enclosure.method in LIFTS else "auto", None)
+    if method in LIFTS and relax(fixed, method, order, solver).bound(nothing).bound == np.inf:
         status = CentreStatus.INFEASIBLE
     nearest = _nearest(problem, enclosure, centre, complicating)
     return status, nearest

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.machine import described
 
-NAMES = ("beside_scip", "order_two", "growth", "exercise", "order_studies", "named_problems", "terms")
+NAMES = ("beside_scip", "order_two", "growth", "exercise", "order_studies", "named_problems", "terms", "rlt")
 HEAD = """# The relaxations, measured
 
 Written by `python -m benchmarks.frontier`, section by section: each says what it was measured on. Bounds are certified

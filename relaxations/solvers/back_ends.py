@@ -25,7 +25,7 @@ class BackEnd:
         The package that must be importable.
     cones : tuple of str
     method : str
-        ``"interior point"`` or ``"first order"``; empty where cvxpy does not say.
+        ``"interior point"``, ``"first order"`` or ``"simplex"``; empty where cvxpy does not say.
     accuracy : float
         What a certified bound loses on small programs with an interior, as a share of the objective's coefficients.
         NaN where it has not been measured.
@@ -61,6 +61,7 @@ DIRECT = (
     ),
     BackEnd("sdpa", "sdpa", "sdpap", ALL_CONES, INTERIOR, 1e-5, ("boxed",), "pip install sdpa-python"),
     BackEnd("scs", "scs", "scs", ALL_CONES, "first order", 1e-4, (), "pip install scs"),
+    BackEnd("highs", "highs", "scipy", (ZERO, NONNEGATIVE), "simplex", 1e-6, (), "pip install scipy"),
 )
 
 
@@ -91,6 +92,6 @@ def back_ends() -> tuple[BackEnd, ...]:
     Examples
     --------
     >>> [b.name for b in back_ends() if b.reached == "directly"]
-    ['clarabel', 'sdpa', 'scs']
+    ['clarabel', 'sdpa', 'scs', 'highs']
     """
     return (*DIRECT, *through_cvxpy())

@@ -11,7 +11,15 @@ import numpy as np
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
 from relaxations.errors import ProblemError
-from relaxations.solvers.back_ends import DIRECT, INTERIOR, BackEnd, back_ends, through_cvxpy
+from relaxations.solvers.back_ends import (
+    DIRECT,
+    INTERIOR,
+    SECOND_ORDER,
+    SEMIDEFINITE,
+    BackEnd,
+    back_ends,
+    through_cvxpy,
+)
 from relaxations.solvers.boxed import boxed
 from relaxations.solvers.stop import Stop
 
@@ -166,7 +174,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     Raises
     ------
     ProblemError
-        For an unknown solver, or one that is not installed.
+        For an unknown solver, one that is not installed, or one of ours that knows linear programs only.
 
     Examples
     --------
@@ -180,6 +188,12 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     """
     how = Attempt(attempt) if isinstance(attempt, str) else attempt
     own = _back_end(how.solver)
+    matrices = program.cones.second_order or program.cones.semidefinite
+    if matrices and own.cones and not {SECOND_ORDER, SEMIDEFINITE} & set(own.cones):
+        raise ProblemError(
+            f"the solver {own.name!r} solves linear programs, and this relaxation has semidefinite blocks: choose "
+            "method='rlt', or solver='clarabel'"
+        )
     started = time.perf_counter()
     run = import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":

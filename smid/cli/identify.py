@@ -12,6 +12,7 @@ from smid.cli.face import EMPTY, INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import (
     NoiseBound,
+    certificate_option,
     data_options,
     json_option,
     read_noise_bound,
@@ -65,6 +66,7 @@ DEFAULT = NoiseBound(1.2, True)
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
 @json_option
 @report_option
+@certificate_option
 @verbose_option
 @click.pass_context
 def identify(
@@ -88,9 +90,10 @@ def identify(
     others: tuple[str, ...],
     json_: str | None,
     report: str | None,
+    certificate: str | None,
 ) -> None:
     """Certified parameter intervals of a model on the record DATA (a CSV file)."""
-    outputs = Outputs(json_, report)
+    outputs = Outputs(json_, report, certificate)
     dataset = load_data(data, input_, output, sampling_time, time, start, stop)
     bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
     records = [load_data(path, input_, output, dataset.sampling_time, time) for path in others]
@@ -130,6 +133,7 @@ def identify(
                     rounds=rounds,
                     nodes=nodes,
                     progress=progress,
+                    certificate=certificate,
                 )
             except EmptyFeasibleSetError as proof:
                 _tell_empty(outputs, proof, enclosure, bound_model, dataset, settings)
@@ -145,6 +149,7 @@ def identify(
     log_estimate(estimate)
     runs = validations(estimate, records)
     publish(outputs, estimate, enclosure, runs, settings)
+    outputs.say_certificate()
     if interrupted(estimate):
         click.echo("interrupted: what is printed is proven", err=True)
         context.exit(INTERRUPTED)
@@ -190,6 +195,7 @@ def _tell_empty(
     settings: dict[str, str],
 ) -> None:
     outputs.say(proof)
+    outputs.say_certificate()
     document = empty_document(proof, enclosure)
     outputs.write(document)
     title = "No parameters explain the data"

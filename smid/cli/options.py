@@ -99,3 +99,9 @@ json_option = click.option(
 report_option = click.option(
     "--report", type=FILE, metavar="F", help="Write the result as a page: .html, .pdf (by Chromium), .md or .json."
 )
+certificate_option = click.option(
+    "--certificate",
+    type=FILE,
+    metavar="F",
+    help="Write the proof of the ends, for python -m relaxations.check F.",
+)

@@ -23,6 +23,8 @@ class Outputs:
     ----------
     json, report : str or None
         Paths; ``-`` for JSON on standard output, which then carries nothing else.
+    certificate : str, optional
+        Path of a proof.
 
     Raises
     ------
@@ -34,8 +36,11 @@ class Outputs:
 
     json: str | None
     report: str | None
+    certificate: str | None = None
 
     def __post_init__(self) -> None:
+        if self.certificate is not None:
+            check_writable(self.certificate)
         if self.json not in (None, "-"):
             assert self.json is not None
             check_writable(self.json)
@@ -54,6 +59,11 @@ class Outputs:
         """Write the JSON document, where one was asked for."""
         if self.json is not None:
             write_document(self.json, document)
+
+    def say_certificate(self) -> None:
+        """Tell where the proof is, and how it is checked."""
+        if self.certificate is not None and Path(self.certificate).exists():
+            self.say(f"certificate: {self.certificate} (python -m relaxations.check {self.certificate})")
 
     def write_report(self, write: Callable[[str], Path]) -> None:
         """Have the report written, where one was asked for, and tell where it is."""

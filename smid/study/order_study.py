@@ -62,7 +62,7 @@ def order_study(
         In the channel's unit, as in :func:`smid.identify`.
     orders : iterable of int
         Highest relaxation orders.
-    methods : iterable of {"auto", "lift", "sparse", "dense", "terms", "chordal", "textbook"}
+    methods : iterable of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
     sample_sizes : iterable of int, optional
         Numbers of first samples of each experiment; by default all.
     solver, tolerance, rounds, nodes

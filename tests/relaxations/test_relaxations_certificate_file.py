@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from fractions import Fraction
+from functools import partial
 from math import prod
 
 import numpy as np
@@ -15,17 +16,19 @@ from hypothesis import strategies as st
 
 from relaxations import check
 from relaxations.bounding import relax
+from relaxations.boxes import derive_box
+from relaxations.branching import branch_and_bound
 from relaxations.certificate import certify
-from relaxations.certificate_file import Step, write_certificate
+from relaxations.certificate_file import write_certificate
 from relaxations.conic import Multipliers
 from relaxations.errors import ProblemError
+from relaxations.hierarchy import Reason, intervals
 from relaxations.lift import lift
-from relaxations.polynomial import Polynomials
 from relaxations.problem import from_sympy
+from relaxations.steps import Bound, Branches, Quotient, Reach
 
 x, y = sympy.symbols("x y")
-ZERO = Polynomials.from_terms([{}])
-METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]
+METHODS = ["lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"]
 
 
 def quadratic():
@@ -48,7 +51,7 @@ PROBLEMS = {"quadratic": quadratic, "cubic": cubic}
 def written(path, problem, objective, method="sparse", order=2):
     relaxed = relax(problem, method, order, objective=objective)
     outcome = relaxed.bound(objective)
-    write_certificate(path, relaxed, ZERO if np.isinf(outcome.bound) else objective, outcome.certificate)
+    write_certificate(path, problem, [Bound.of(relaxed, objective, outcome)])
     return outcome
 
 
@@ -83,36 +86,122 @@ def test_the_lift_of_identification_problems_is_accepted(tmp_path, output_error,
             assert theorem.bound <= sign * model.truth[k]
 
 
-def contraction(model):
-    """Return four bounds on the whole box, and one on the box that they prove."""
-    first = relax(model.problem, "lift", 1)
-    steps, lower, upper = [], model.problem.lower.copy(), model.problem.upper.copy()
-    for k in (0, 1):
-        for sign in (1.0, -1.0):
-            objective = model.problem.variable(k, sign)
-            outcome = first.bound(objective)
-            steps.append(Step(first, objective, outcome.certificate))
-            if sign > 0:
-                lower[k] = max(lower[k], outcome.bound)
-            else:
-                upper[k] = min(upper[k], -outcome.bound)
-    second = relax(model.problem.with_box(lower, upper), "lift", 1)
-    return steps, second
+def proven_ends(theorems, k):
+    """Return the best ends of a variable among the theorems, as floats."""
+    ends = [[float(t.bound) for t in theorems if t.objective.mid == {(k,): Fraction(sign)}] for sign in (1, -1)]
+    return max(ends[0]), -max(ends[1])
 
 
-def test_a_contracted_box_is_accepted_with_the_steps_that_prove_it(tmp_path, output_error):
-    model = output_error(12, seed=3)
-    steps, second = contraction(model)
-    objective = model.problem.variable(0)
-    outcome = second.bound(objective)
-    assert (second.problem.lower > model.problem.lower)[:2].all()
-    assert (second.problem.upper < model.problem.upper)[:2].all()
-    write_certificate(tmp_path / "c.json", second, objective, outcome.certificate, earlier=steps)
+def test_the_contractions_of_published_ends_are_accepted(tmp_path, output_error):
+    model, steps = output_error(12, seed=3), []
+    found = intervals(model.problem, [0, 1], record=steps.append)
+    assert found.rounds > 1
+    write_certificate(tmp_path / "c.json", model.problem, steps)
     theorems = check.check(check.read(tmp_path / "c.json"))
-    assert len(theorems) == 5
-    assert float(theorems[-1].bound) == outcome.bound
-    with pytest.raises(ProblemError, match=r"step 4: .* fails for (a|b1)"):
-        write_certificate(tmp_path / "c.json", second, objective, outcome.certificate, earlier=steps[:3])
+    for k, interval in enumerate(found.intervals):
+        assert proven_ends(theorems, k) == (interval.lower, interval.upper)
+    # The last step rests on the box of the first ones.
+    with pytest.raises(ProblemError, match=r"step 1: .* fails for (a|b1)"):
+        write_certificate(tmp_path / "c.json", model.problem, steps[-1:])
+
+
+def test_the_branches_of_published_ends_are_accepted(tmp_path, hammerstein):
+    model, steps = hammerstein(12, seed=0), []
+    found = intervals(model.problem, range(4), order=1, rounds=2, tolerance=1e-3, nodes=60, record=steps.append)
+    assert any(isinstance(step, Branches) for step in steps)
+    write_certificate(tmp_path / "c.json", model.problem, steps)
+    theorems = check.check(check.read(tmp_path / "c.json"))
+    for k, interval in enumerate(found.intervals):
+        ends = [(interval.lower, interval.upper), (model.problem.lower[k], model.problem.upper[k])]
+        for end, own, box in zip((0, 1), *ends, strict=True):
+            assert own == box or proven_ends(theorems, k)[end] == own
+
+
+@pytest.mark.parametrize("method", ["contraction", "contradiction"])
+def test_an_empty_set_is_proven_in_steps(tmp_path, output_error, method):
+    steps = []
+    if method == "contraction":
+        problem = with_noise(output_error(15, seed=2), 0.02)
+    else:  # y >= 0.1 x and y <= -0.1 x - 0.5 leave nothing on [0, 1]: two bounds of y, each on its own
+        problem, _ = from_sympy(
+            None, [y - x / 10, -y - x / 10 - sympy.Rational(1, 2)], [], [x, y], {x: (0, 1), y: (-1, 1)}
+        )
+    found = intervals(problem, [1], witnesses=False, record=steps.append)
+    assert found.reason is Reason.EMPTY
+    write_certificate(tmp_path / "c.json", problem, steps)
+    assert any(theorem.empty for theorem in check.check(check.read(tmp_path / "c.json")))
+
+
+def with_noise(model, bound):
+    lower, upper = model.problem.lower.copy(), model.problem.upper.copy()
+    lower[2:], upper[2:] = -bound, bound
+    return model.problem.with_box(lower, upper)
+
+
+def branched():
+    """Return the quadratic with a bound that only branches prove, at order 1."""
+    problem, objective = quadratic()
+    return problem, branches_of(problem, objective, "sparse", 10)
+
+
+def cases():
+    """Return a problem with a product that vanishes, branched by its cases."""
+    problem, objective = from_sympy(
+        x + 2 * y, [1 - x**2 - y**2], [x * y / 3], [x, y], {x: (-1, sympy.Rational(3, 2)), y: (-2, 1)}
+    )
+    return problem, branches_of(problem, objective, "sparse", 12)
+
+
+def branches_of(problem, objective, method, nodes):
+    relaxed = partial(relax, method=method, order=1, objective=objective)
+    steps = []
+    branch_and_bound(
+        problem,
+        objective,
+        np.arange(2),
+        relaxed,
+        start=relaxed(problem).bound(objective).bound,
+        goal=lambda _: np.inf,
+        nodes=nodes,
+        report=lambda *_: None,
+        record=steps.append,
+    )
+    assert len(steps) == 1
+    return steps
+
+
+def unbounded():
+    """Return a problem whose x has no box, and the box that was derived, with a bound that rests on it."""
+    problem, _ = from_sympy(None, [x - y / 7], [2 * x + y - 1], [x, y], {y: (sympy.Rational(-1, 2), 1)})
+    steps = []
+    box = derive_box(problem, np.ones(2), record=steps.append)
+    assert box.derived == ("x",)
+    assert isinstance(steps[0], Reach)
+    intervals(box.problem, [0], record=steps.append)
+    return problem, steps
+
+
+def divided():
+    """Return a problem whose x is 1 / y, with y away from zero."""
+    problem, _ = from_sympy(None, [], [x * y - 1], [x, y], {y: (sympy.Rational(1, 3), 1)})
+    alone, objective = from_sympy(y, [], [], [y], {y: (sympy.Rational(1, 3), 1)})
+    relaxed = relax(alone, "dense", 1)
+    return problem, [Bound.of(relaxed, objective, relaxed.bound(objective)), Quotient(problem, 0, 0)]
+
+
+PROOFS = {"branched": branched, "cases": cases, "unbounded": unbounded, "divided": divided}
+
+
+@pytest.mark.parametrize("name", PROOFS)
+def test_every_kind_of_step_is_accepted_and_true(tmp_path, name):
+    problem, steps = PROOFS[name]()
+    write_certificate(tmp_path / "c.json", problem, steps)
+    document = check.read(tmp_path / "c.json")
+    assert {"branched": "parts", "cases": "equality", "unbounded": "reach", "divided": "quotient"}[name] in {
+        key for step in document["steps"] for key in step
+    }
+    assert sum(is_feasible(document, point) for point in POINTS) > 2
+    assert_true(document, check.check(document))
 
 
 def test_the_check_agrees_with_the_package_on_any_multipliers(tmp_path):
@@ -126,7 +215,7 @@ def test_the_check_agrees_with_the_package_on_any_multipliers(tmp_path):
             tuple(size * rng.normal(size=(b.count, b.size, 3)) for b in relaxed.relaxation.blocks),
         )
         certificate = certify(relaxed.relaxation, scaled, dual)
-        write_certificate(tmp_path / "c.json", relaxed, objective, certificate)
+        write_certificate(tmp_path / "c.json", problem, [Bound(relaxed, objective, certificate)])
         (theorem,) = check.check(check.read(tmp_path / "c.json"))
         assert 0 <= theorem.recomputed - theorem.bound < 1e-12 * abs(theorem.bound)
 
@@ -240,7 +329,10 @@ def number(value):
 
 def is_feasible(document, point):
     """Say whether a point is feasible for some choice of coefficients inside their balls."""
-    inside = all(number(low) <= v <= number(high) for v, (low, high) in zip(point, document["box"], strict=True))
+    inside = all(
+        (low is None or number(low) <= v) and (high is None or v <= number(high))
+        for v, (low, high) in zip(point, document["box"], strict=True)
+    )
     return (
         inside
         and all(value_of(g, point)[1] >= 0 for g in document["inequalities"])
@@ -251,10 +343,32 @@ def is_feasible(document, point):
 GRID = [Fraction(k, 6) for k in range(-18, 19)]
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+POINTS = [(a, b) for a in GRID for b in GRID]
+
+
+def assert_true(document, theorems):
+    """Hold every theorem against the points that are feasible for the problem in the file."""
+    for point in POINTS:
+        if is_feasible(document, point):
+            for theorem in theorems:
+                objective = [[mid, theorem.objective.rad.get(m, 0), m] for m, mid in theorem.objective.mid.items()]
+                assert value_of(objective, point)[1] >= theorem.bound
+
+
+@pytest.fixture(scope="module")
+def documents(document, tmp_path_factory):
+    found = [document]
+    for name, make in PROOFS.items():
+        file = tmp_path_factory.mktemp("proofs") / f"{name}.json"
+        write_certificate(file, *make())
+        found.append(check.read(file))
+    return found
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.data())
-def test_what_is_accepted_after_tampering_is_true_of_the_problem_in_the_file(document, data):
-    changed = copy.deepcopy(document)
+def test_what_is_accepted_after_tampering_is_true_of_the_problem_in_the_file(documents, data):
+    changed = copy.deepcopy(data.draw(st.sampled_from(documents)))
     for _ in range(data.draw(st.integers(1, 3))):
         path = data.draw(st.sampled_from(leaves(changed)))
         node = changed
@@ -266,18 +380,77 @@ def test_what_is_accepted_after_tampering_is_true_of_the_problem_in_the_file(doc
             node[path[-1]] = (float.fromhex(old) * (1 + change) + data.draw(st.sampled_from([0.0, change]))).hex()
         elif isinstance(old, int):
             node[path[-1]] = data.draw(st.integers(-1, 2))
+        elif data.draw(st.booleans()) and isinstance(node, list):
+            del node[path[-1]]
         else:
             node[path[-1]] = data.draw(st.sampled_from(["inside", "above", "below", "inequality", "", None]))
     try:
-        theorem = check.check(changed)[-1]
+        theorems = check.check(changed)
     except check.Refused:
         return
-    objective = changed["steps"][-1]["objective"]
-    bound = number(changed["steps"][-1]["bound"])
-    assert theorem.bound == bound
-    for point in ((a, b) for a in GRID for b in GRID):
-        if is_feasible(changed, point):
-            assert value_of(objective, point)[1] >= bound
+    assert_true(changed, theorems)
+
+
+def lose(*path):
+    def tamper(document):
+        node = document
+        for key in path[:-1]:
+            node = node[key]
+        del node[path[-1]]
+
+    return tamper
+
+
+def put(value, *path):
+    def tamper(document):
+        node = document
+        for key in path[:-1]:
+            node = node[key]
+        node[path[-1]] = value
+
+    return tamper
+
+
+TAMPERED = {
+    "a bound of branches too high": (1, put("0x1.0p-2", "steps", 0, "bound"), r"part 1: bound >= 0.25 fails: -"),
+    "a part lost": (1, lose("steps", 0, "parts", 1), r"the parts cover the box: upper <= last upper end fails for"),
+    "the first part lost": (1, lose("steps", 0, "parts", 0), r"the parts cover the box: lower end <= upper end before"),
+    "a gap between parts": (
+        1,
+        put(-1, "steps", 0, "parts", 0, "box", 1),
+        r"the parts cover the box: lower end <= upper",
+    ),
+    "a part without proof": (
+        1,
+        put([], "steps", 0, "parts", 0, "steps"),
+        r"part 1: nothing is proven of the objective",
+    ),
+    "a case lost": (2, lose("steps", 0, "parts", 0), r"step 1: no part covers (x|y) = 0"),
+    "cases of no product": (
+        2,
+        put([["1", 0, []], ["1", 0, [0]]], "equalities", 0),
+        r"equality 0 is no single monomial",
+    ),
+    "a face lost": (3, lose("steps", 0, "reach", "faces", 0), r"step 1, face x = 1 occurs 0 times, not once"),
+    "a face without proof": (
+        3,
+        put([], "steps", 0, "reach", "faces", 0, "steps"),
+        r"face x = 1: s > 0 is not proven: 0",
+    ),
+    "a size of zero": (3, put(0, "steps", 0, "reach", "variables", 0, 1), r"step 1: size > 0 fails for x: 0"),
+    "no box to ride with": (3, put([0], "steps", 0, "reach", "riding"), r"step 1: x has no box to ride along with"),
+    "a divisor not bounded": (4, lose("steps", 0), r"no step before it keeps what x is multiplied by from zero"),
+    "another quotient": (4, put([["1", 0, [0, 0]]], "equalities", 0), r"the equality is not affine in x"),
+}
+
+
+@pytest.mark.parametrize("name", TAMPERED)
+def test_a_tampered_proof_is_refused_with_the_reason(documents, name):
+    which, tamper, message = TAMPERED[name]
+    changed = copy.deepcopy(documents[which])
+    tamper(changed)
+    with pytest.raises(check.Refused, match=message):
+        check.check(changed)
 
 
 def test_the_tampering_test_sees_feasible_points_and_both_outcomes(document):
@@ -355,8 +528,8 @@ def test_a_certificate_of_another_objective_is_not_written(tmp_path):
     problem, objective = quadratic()
     relaxed = relax(problem, "sparse", 2)
     certificate = relaxed.bound(objective).certificate
-    with pytest.raises(ProblemError, match="give the objective that it was made for"):
-        write_certificate(tmp_path / "c.json", relaxed, problem.variable(0), certificate)
+    with pytest.raises(ProblemError, match="give each the objective that its certificate was made for"):
+        write_certificate(tmp_path / "c.json", problem, [Bound(relaxed, problem.variable(0), certificate)])
     assert not (tmp_path / "c.json").exists()
 
 
@@ -374,7 +547,7 @@ def test_a_relaxation_with_a_row_of_unknown_origin_is_not_written(tmp_path):
     )
     certificate = relaxed.bound(objective).certificate
     with pytest.raises(ProblemError, match="not checkable"):
-        write_certificate(tmp_path / "c.json", strange, objective, certificate)
+        write_certificate(tmp_path / "c.json", problem, [Bound(strange, objective, certificate)])
 
 
 def test_a_bound_that_proves_nothing_is_not_written(tmp_path):
@@ -383,4 +556,4 @@ def test_a_bound_that_proves_nothing_is_not_written(tmp_path):
     dual = Multipliers(np.zeros(0), tuple(np.full((b.count, b.size, 1), np.nan) for b in relaxed.relaxation.blocks))
     nothing = certify(relaxed.relaxation, relaxed.scaling.polynomials(objective), dual)
     with pytest.raises(ProblemError, match="it proves nothing to be written"):
-        write_certificate(tmp_path / "c.json", relaxed, objective, nothing)
+        write_certificate(tmp_path / "c.json", problem, [Bound(relaxed, objective, nothing)])

@@ -138,7 +138,10 @@ def no_solve(*_, **__):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"method": "magic"}, "unknown method 'magic': choose auto, lift, sparse, dense, terms, chordal, textbook"),
+        (
+            {"method": "magic"},
+            "unknown method 'magic': choose auto, lift, rlt, sparse, dense, terms, chordal, textbook",
+        ),
         ({"rounds": 0}, "rounds is 0: at least one is needed"),
         ({"order": 0}, "the least order is 1"),
         ({"solver": "none"}, "unknown solver 'none': choose one of clarabel"),

@@ -12,6 +12,7 @@ from relaxations.bounding import relax
 from relaxations.certificate_file import write_certificate
 from relaxations.errors import ProblemError
 from relaxations.problem import from_sympy
+from relaxations.steps import Bound
 
 SMALL = [
     name
@@ -78,7 +79,7 @@ def test_a_certified_bound_lies_below_the_optimum_and_its_file_is_accepted(tmp_p
     outcome = relaxed.bound(known.objective)
     size = max(1.0, abs(known.optimum))
     assert outcome.bound <= known.optimum + 1e-7 * size
-    write_certificate(tmp_path / "c.json", relaxed, known.objective, outcome.certificate)
+    write_certificate(tmp_path / "c.json", known.problem, [Bound.of(relaxed, known.objective, outcome)])
     (theorem,) = check.check(check.read(tmp_path / "c.json"))
     assert float(theorem.bound) == outcome.bound
 

@@ -9,11 +9,15 @@ from at_a_point import monomial_values, unit_problem, worst
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from relaxations import conic
+from relaxations import lift as lift_module
 from relaxations.bounding import relax
 from relaxations.errors import ProblemError
 from relaxations.hierarchy import intervals
 from relaxations.lasserre import lasserre
+from relaxations.lift import METHODS as LIFTS
 from relaxations.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
+from relaxations.minimise import minimise
 from relaxations.moment import monomials_up_to
 from relaxations.polynomial import Polynomials
 from relaxations.problem import from_sympy
@@ -88,14 +92,44 @@ def test_a_block_too_wide_for_memory_is_refused_before_it_is_built():
         lasserre(unit_problem(40), 3, "dense")
 
 
+def test_a_lift_too_large_for_memory_is_refused_before_it_is_built(output_error, monkeypatch):
+    problem = output_error(60).problem
+    intervals(problem, [0], order=1, rounds=1, witnesses=False)
+    monkeypatch.setattr(conic.os, "sysconf", lambda name: 1 if name == "SC_PAGE_SIZE" else 2_000_000)
+    monkeypatch.setattr(lift_module, "assemble", lambda *_: pytest.fail("it was built"))
+    message = r"of order 2 in a has 310 moments and \d+ terms.*has 0.002 GB: lower the order, or give fewer"
+    for call in (
+        lambda: intervals(problem, [0], order=2),
+        lambda: minimise(problem, problem.variable(0), method="lift", order=2),
+    ):
+        with pytest.raises(ProblemError, match=message):
+            call()
+
+
+@pytest.mark.parametrize("method", LIFTS)
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_the_size_of_a_lift_is_known_before_it_is_built(output_error, hammerstein, monkeypatch, order, method):
+    told = []
+    monkeypatch.setattr(lift_module, "check_memory", lambda *given: told.append(given))
+    square = unit_problem(4, [{(0, 1): 1.0, (2,): -1.0}], [{(): 1.0, (0, 3): -1.0}, {(): 1.0, (0, 0): -1.0, (3,): 0.5}])
+    for problem in (output_error(6).problem, hammerstein(7).problem, square):
+        relaxation = relax(problem, method, order).relaxation
+        widths, terms, what, _ = told.pop()
+        assert widths == {b.size: b.count for b in relaxation.blocks}
+        made = len(relaxation.equality_row) + sum(len(b.block) for b in relaxation.blocks)
+        assert made <= terms <= 1.2 * made  # where terms meet in one moment, one is left
+        assert f" {relaxation.n_moments} moments" in what
+
+
 # ---------------------------------------------------------------- validity
 
 
+@pytest.mark.parametrize("method", LIFTS)
 @pytest.mark.parametrize("order", [1, 2, 3])
-def test_the_lift_cuts_off_no_feasible_point(output_error, hammerstein, order):
+def test_the_lift_cuts_off_no_feasible_point(output_error, hammerstein, order, method):
     for model in (output_error(6, seed=3), hammerstein(6, seed=4)):
         scaling = Scaling.of_box(model.problem)
-        relaxation = lift(scaling.apply(model.problem), order)
+        relaxation = lift(scaling.apply(model.problem), order, method)
         for point in model.sample(15, np.random.default_rng(5)):
             residual, eigenvalue = worst(relaxation, (point - scaling.centre) / scaling.scale)
             assert residual < 1e-12
@@ -113,7 +147,7 @@ def test_lasserre_relaxations_cut_off_no_feasible_point(output_error, method):
         assert eigenvalue > -1e-11
 
 
-@pytest.mark.parametrize("method", ["lift", "sparse", "dense", "terms", "chordal", "textbook"])
+@pytest.mark.parametrize("method", [*LIFTS, "sparse", "dense", "terms", "chordal", "textbook"])
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.lists(st.floats(-1, 1), min_size=3, max_size=3))
 def test_no_relaxation_cuts_off_a_point_of_a_mixed_problem(method, point):
@@ -126,7 +160,7 @@ def test_no_relaxation_cuts_off_a_point_of_a_mixed_problem(method, point):
         [{(0, 1): 1.0, (2,): -1.0}],
         [{(): 1.0, (0, 0, 0): -1.0}, {(): slack, (0,): 1.0, (1, 1): -1.0, (2,): 1.0}],
     )
-    relaxation = lift(problem, 2) if method == "lift" else lasserre(problem, 2, method)
+    relaxation = lift(problem, 2, method) if method in LIFTS else lasserre(problem, 2, method)
     residual, eigenvalue = worst(relaxation, x)
     assert residual < 1e-13
     assert eigenvalue > -1e-12

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from relaxations import check
 from relaxations.hierarchy import Reason
 from smid.cli import main
 from smid.cli.face import Progress
@@ -34,6 +35,16 @@ def test_without_a_noise_bound_a_multiple_of_the_least_is_taken_and_said(smid):
     assert "no --noise-bound was given" in result.stdout
     document = json.loads(Path("out.json").read_text())
     assert document["estimate"]["noise_bound"]["y"] == pytest.approx(1.2 * document["error_bound"]["upper"])
+
+
+@pytest.mark.parametrize(("bound", "code"), [("0.1", 0), ("0.01", 1)])
+def test_the_proof_is_written_and_checked_by_the_other_program(smid, bound, code):
+    result = smid(f"identify {COMMON} --noise-bound {bound} --stop 15 --certificate proof.json")
+    assert result.exit_code == code, result.output
+    assert "certificate: proof.json (python -m relaxations.check proof.json)" in result.stdout
+    document = check.read("proof.json")
+    assert document["variables"][:2] == ["a1", "b0"]
+    assert any(theorem.empty for theorem in check.check(document)) == bool(code)
 
 
 def test_json_to_standard_output_comes_alone(smid):

@@ -1,0 +1,82 @@
+"""HiGHS, through scipy: linear programs only. Every moment is held within [-1, 1], so that each has an optimum.
+
+That box is the certificate's own (:mod:`relaxations.solvers.boxed`), and costs a linear program no rows. Where it finds
+the program infeasible, a second one minimises the sum of all violations; its dual vector is the Farkas ray.
+
+References
+----------
+Q. Huangfu and J. A. J. Hall, "Parallelizing the dual revised simplex method", Mathematical Programming Computation 10
+(2018) 119-142.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import linprog
+
+from relaxations.balls import Array
+from relaxations.conic import ConicProgram
+from relaxations.solvers.stop import Stop
+
+_STOPS = {0: Stop.SOLVED, 1: Stop.LIMIT, 2: Stop.INFEASIBLE, 3: Stop.UNBOUNDED, 4: Stop.FAILED}
+
+
+def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
+    """Solve; see :func:`relaxations.solvers.solve`.
+
+    Parameters
+    ----------
+    _solver : str
+        Its own name.
+    program : ConicProgram
+        Without second-order and semidefinite cones.
+    objective : ndarray, shape (n_moments - 1,)
+        Without the constant.
+
+    Returns
+    -------
+    stop : Stop
+    status : str
+        HiGHS's words.
+    moments : ndarray, shape (n_moments - 1,)
+    dual : ndarray, shape (n_rows,)
+        NaN where there is none.
+
+    Examples
+    --------
+    >>> from relaxations.conic import Cones
+    >>> program = ConicProgram(sparse.csc_matrix([[-2.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + 2 y >= 0
+    >>> stop, status, moments, dual = run("highs", program, np.array([1.0]))
+    >>> stop.name, moments.round(4), dual.round(4)
+    ('SOLVED', array([-0.5]), array([0.5]))
+    """
+    zero, n = program.cones.zero, program.matrix.shape[1]
+    rows = sparse.csr_matrix(program.matrix)
+    code, words, moments, dual = _solve(rows, program.rhs, zero, objective, np.full((n, 2), [-1.0, 1.0]))
+    if _STOPS[code] is Stop.INFEASIBLE:
+        # y, then what is added to the left and taken from the right: of an equality both ways.
+        slack = sparse.identity(program.n_rows, format="csr")
+        wider = sparse.hstack([rows, -slack, slack[:, :zero]], format="csr")
+        cost = np.concatenate([np.zeros(n), np.ones(program.n_rows + zero)])
+        box = np.concatenate([np.full((n, 2), [-1.0, 1.0]), np.full((program.n_rows + zero, 2), [0.0, np.inf])])
+        *_, dual = _solve(wider, program.rhs, zero, cost, box)
+    return _STOPS[code], words, moments, dual
+
+
+def _solve(rows: sparse.csr_matrix, rhs: Array, zero: int, cost: Array, box: Array) -> tuple[int, str, Array, Array]:
+    found = linprog(  # type: ignore[call-overload]
+        cost,
+        A_eq=rows[:zero],
+        b_eq=rhs[:zero],
+        A_ub=rows[zero:],
+        b_ub=rhs[zero:],
+        bounds=box,
+        method="highs",
+        # Its presolve ends the process on some programs (HiGHS 1.12 to 1.15).
+        options={"presolve": False},
+    )
+    if found.x is None or found.status not in (0, 1):
+        return found.status, found.message, np.full(len(cost), np.nan), np.full(len(rhs), np.nan)
+    dual = -np.concatenate([found.eqlin.marginals, found.ineqlin.marginals])
+    return found.status, found.message, found.x, dual

@@ -1,0 +1,191 @@
+"""The steps of a proof, as they are recorded for a file that others can check (:mod:`relaxations.certificate_file`).
+
+A step holds on the box that the steps before it have proven. Whoever bounds, branches or derives a box takes
+``record``, and calls it with each step in this order; ``steps = []`` and ``record=steps.append`` keep the whole proof.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.balls import Array, Index
+from relaxations.bounding import Outcome, Relaxed
+from relaxations.certificate import Certificate
+from relaxations.polynomial import Polynomials
+from relaxations.problem import PolynomialProblem
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A certified bound: of one variable, it tightens the box for the steps after it.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        The relaxation on which the bound was found.
+    objective : Polynomials
+        One row, in the problem's own variables. For a proof of emptiness (an outcome with an infinite bound) the
+        constant zero, ``Polynomials.from_terms([{}])``.
+    certificate : Certificate
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> from relaxations.hierarchy import intervals
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> steps = []
+    >>> (found,) = intervals(problem, [0], witnesses=False, rounds=1, record=steps.append).intervals
+    >>> [step.certificate.bound == found.lower for step in steps]  # x <= 2 was known
+    [True]
+    """
+
+    relaxed: Relaxed
+    objective: Polynomials
+    certificate: Certificate
+
+    @staticmethod
+    def of(relaxed: Relaxed, objective: Polynomials, outcome: Outcome) -> Bound:
+        """Return what an outcome with a certificate proves of an objective, or of the set where it is empty."""
+        assert outcome.certificate is not None
+        proven = objective if outcome.bound < np.inf else Polynomials.from_terms([{}])
+        return Bound(relaxed, proven, outcome.certificate)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a box that was cut.
+
+    Parameters
+    ----------
+    variable : int
+        The one that was cut.
+    lower, upper : float
+        Its range in this part.
+    steps : tuple of Step
+        They prove the bound of the branches, or that the part is empty; none where the box says so.
+
+    Examples
+    --------
+    >>> left, right = Part(0, -1.0, 0.25, ()), Part(0, 0.25, 1.0, ())  # x0 in [-1, 1] is cut at 1/4
+    >>> left.upper == right.lower
+    True
+    """
+
+    variable: int
+    lower: float
+    upper: float
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Branches:
+    """A bound that holds on every part of a box.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row; the constant zero where every part is empty.
+    bound : float
+    parts : tuple of Part
+        They cover the box: their ranges that of one variable, or else the cases of the product.
+    product : tuple of int, optional
+        The variables of a vanishing monomial (:mod:`relaxations.reductions.vanishing`), whose cases the parts are.
+
+    Examples
+    --------
+    x + y >= -1 where x y = 0, case by case:
+
+    >>> from functools import partial
+    >>> from relaxations.bounding import relax
+    >>> from relaxations.branching import branch_and_bound
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x + y, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
+    >>> steps = []
+    >>> bound = branch_and_bound(problem, objective, np.arange(2), partial(relax, method="sparse", order=1), start=-2.0,
+    ...                          goal=lambda outcome: -1.01, nodes=4, report=lambda *told: None, record=steps.append)
+    >>> (tree,) = steps
+    >>> tree.bound == bound, tree.product, [(part.variable, part.lower, part.upper) for part in tree.parts]
+    (True, (0, 1), [(0, 0.0, 0.0), (1, 0.0, 0.0)])
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    parts: tuple[Part, ...]
+    product: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """A box for the variable x of an equality ``A + B x = 0``: earlier steps bound A, and B away from zero.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    equality : int
+    variable : int
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [y == 2 * x + x * y, y >= 0, y <= 1])
+    >>> Quotient(problem, 0, 0).problem.names  # x = y / (2 + y), once a step has proven that 2 + y >= 2
+    ('x', 'y')
+    """
+
+    problem: PolynomialProblem
+    equality: int
+    variable: int
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A box for variables that have none (:mod:`relaxations.boxes`).
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Without the box.
+    cone : PolynomialProblem
+        Its rows times s, with s as the last variable.
+    loose, riding : ndarray of int
+        The variables that get a box, and those that were multiplied by s.
+    scale : ndarray, shape (n_loose,)
+    equalities, inequalities : ndarray of int
+        The rows that were kept.
+    faces : tuple of (int, int, tuple of Step)
+        Variable, side (1 or -1), and the steps that bound s on this face.
+
+    Examples
+    --------
+    >>> from relaxations.boxes import derive_box
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [2 * x + y == 1, y >= 0, y <= 1])
+    >>> problem = problem.with_box(np.array([-np.inf, 0.0]), np.array([np.inf, 1.0]))
+    >>> steps = []
+    >>> derive_box(problem, np.ones(2), record=steps.append).derived
+    ('x',)
+    >>> [(variable, side, len(own)) for variable, side, own in steps[0].faces]
+    [(0, 1, 1), (0, -1, 1)]
+    """
+
+    problem: PolynomialProblem
+    cone: PolynomialProblem
+    loose: Index
+    riding: Index
+    scale: Array
+    equalities: Index
+    inequalities: Index
+    faces: tuple[tuple[int, int, tuple[Step, ...]], ...]
+
+
+Step = Bound | Branches | Quotient | Reach
+Record = Callable[[Step], None]
