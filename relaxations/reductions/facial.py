@@ -91,6 +91,8 @@ def independent(vectors: Array) -> Index:
     >>> rows  # the longer of two parallel rows
     array([1, 2])
     """
+    if not vectors.size:  # multiples of equalities that vanish, on a box that fixes their variables
+        return np.zeros(0, dtype=np.int64)
     _, r, pivots = qr(vectors.T, mode="economic", pivoting=True)
     diagonal = np.abs(np.diag(r))
     rank = int((diagonal > _RANK * diagonal[0]).sum())

@@ -28,7 +28,7 @@ from relaxations.problem import from_sympy
 from relaxations.steps import Bound, Branches, Quotient, Reach
 
 x, y = sympy.symbols("x y")
-METHODS = ["lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"]
+METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]
 
 
 def quadratic():
