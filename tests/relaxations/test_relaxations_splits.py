@@ -19,6 +19,7 @@ from relaxations.minimise import Reason, minimise
 from relaxations.polynomial import Polynomials
 from relaxations.reductions.facial import complement, supported
 from relaxations.reductions.symmetry import classes, sign_symmetries
+from relaxations.steps import Bound
 
 N = 4
 STABLE = 99  # steps, of which a few suffice
@@ -240,7 +241,7 @@ def test_the_certificate_of_a_split_relaxation_is_checked_in_fractions(tmp_path,
     problem, objective = symmetric(2)
     relaxed = relax(problem, method, 2, objective=objective)
     outcome = relaxed.bound(objective)
-    write_certificate(tmp_path / "certificate.json", relaxed, objective, outcome.certificate)
+    write_certificate(tmp_path / "certificate.json", relaxed.problem, [Bound.of(relaxed, objective, outcome)])
     (theorem,) = check.check(check.read(tmp_path / "certificate.json"))
     assert theorem.bound == outcome.bound
 
