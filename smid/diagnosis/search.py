@@ -127,7 +127,8 @@ def search(
         # What looks alike while other causes are still missing may not when they are found: follow each. And where
         # the best way ends with more than noise left, the first step may have been the wrong one.
         paths: list[_Path] = []
-        for choice in (first.leader, *first.tied[:_FOLLOWED], *first.runners_up[:_FOLLOWED]):
+        nearest = sorted(first.runners_up, key=lambda r: r.rmse)[:_FOLLOWED]
+        for choice in (first.leader, *first.tied[:_FOLLOWED], *nearest):
             if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) == 1.0:
                 break
             begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
