@@ -62,9 +62,9 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     if scaled is None:
         return None
     matrix, size = scaled
-    smaller = comb(n + order - step, n) if order >= step else 0
-    rank = _rank(matrix)
-    if rank > MOST or smaller == 0 or rank != _rank(matrix[:smaller, :smaller]):
+    smaller = _size_below(n, order, step)
+    rank = _flat_rank(matrix, smaller)
+    if rank is None or rank > MOST:
         return None
     # A basis of monomials of low degree, so that its products with variables are still in the matrix.
     values, vectors = np.linalg.eigh(matrix)
@@ -117,10 +117,18 @@ def is_flat(relaxation: Relaxation, moments: Array, variables: Sequence[int], or
     """
     n = len(variables)
     scaled = _matrix(relaxation, moments, monomials_up_to(variables, order))
-    if scaled is None or order < step:
-        return False
-    smaller = comb(n + order - step, n)
-    return _rank(scaled[0]) == _rank(scaled[0][:smaller, :smaller])
+    return scaled is not None and _flat_rank(scaled[0], _size_below(n, order, step)) is not None
+
+
+def _size_below(n: int, order: int, step: int) -> int:
+    """Return how many monomials there are up to the degree that flatness compares with."""
+    return comb(n + order - step, n) if order >= step else 0
+
+
+def _flat_rank(matrix: Array, smaller: int) -> int | None:
+    """Return the rank of a moment matrix where the one of lower order has it too, else None."""
+    rank = _rank(matrix)
+    return rank if smaller and rank == _rank(matrix[:smaller, :smaller]) else None
 
 
 def _matrix(relaxation: Relaxation, moments: Array, basis: Factors) -> tuple[Array, Array] | None:

@@ -126,7 +126,8 @@ def search(
             return Found((replace(first, leader=None, tied=()),), base, (), False)
         # What looks alike while other causes are still missing may not when they are found: follow each. And where
         # the best way ends with more than noise left, the first step may have been the wrong one.
-        paths: list[_Path] = []
+        paths: list[tuple[_Path, float]] = []
+        merit = np.inf
         nearest = sorted(first.runners_up, key=lambda r: r.rmse)[:_FOLLOWED]
         for choice in (first.leader, *first.tied[:_FOLLOWED], *nearest):
             if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) == 1.0:
@@ -137,10 +138,13 @@ def search(
             # A detour has to gain as much as a cause, and so has each cause that it names more.
             more = max(len(followed.stages) - len(path.stages), 0)
             ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
-            if not paths or record.merit(followed.base.fit) < record.merit(path.base.fit) - ahead:
-                path = followed
-            paths.append(followed)
-        rest = [p for p in paths if p is not path and _equal(record, p, path)]
+            reached = record.merit(followed.base.fit)
+            if not paths or reached < merit - ahead:
+                path, merit = followed, reached
+            paths.append((followed, reached))
+        # As good as the best, and an experiment would separate them.
+        equal = [p for p, reached in paths if p is not path and abs(reached - merit) < TIE]
+        rest = [p for p in equal if differs(record, p.base.fit, path.base.fit)]
         tied = tuple(p.stages[0].leader for p in rest if p.stages and p.stages[0].leader is not None)
         if tied and path.stages:
             path = replace(path, stages=(replace(path.stages[0], tied=tied), *path.stages[1:]))
@@ -207,12 +211,6 @@ def _settled(record: Record, path: _Path) -> _Path:
 def _is_sure(found: Stage) -> bool:
     """Tell whether a stage's leader passed the test against chance when it was found."""
     return drop(found) > MARGIN
-
-
-def _equal(record: Record, first: _Path, second: _Path) -> bool:
-    """Tell whether two paths explain the data equally well, and an experiment would separate them."""
-    apart = abs(record.merit(first.base.fit) - record.merit(second.base.fit))
-    return apart < TIE and differs(record, first.base.fit, second.base.fit)
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:

@@ -216,7 +216,7 @@ def _compile_group(lines: tuple[Line, ...], recursive: bool, first: int) -> Grou
     single = []
     for line, (symbol, expression) in zip(lines, defined, strict=True) if recursive else ():
         read = tuple(sorted(references(line.expression)))
-        function = _function([*constants, *(symbols[item] for item in read)], [(symbol, expression)], _NUMPY)
+        function = _function([*constants, *(symbols[item] for item in read)], [(symbol, expression)])
         single.append((read, function))
     return Group(
         members,
@@ -225,7 +225,7 @@ def _compile_group(lines: tuple[Line, ...], recursive: bool, first: int) -> Grou
         parameters,
         (*outside, *own),
         len(own),
-        _function(arguments, defined, _NUMPY),
+        _function(arguments, defined),
         _Later(lambda: _loop(constants, [symbols[read] for read in outside], own, symbols, members, defined)),
         tuple(single),
         _linear(defined, constants, [symbols[read] for read in outside], own, symbols) if recursive else None,
@@ -292,11 +292,9 @@ class _Later:
         return self.function(*values)
 
 
-def _function(
-    arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]], modules: list[Any]
-) -> _Later:
-    """Give one function of all definitions, each reading those before it, that returns their values."""
-    return _Later(lambda: _compiled(arguments, defined, modules))
+def _function(arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]]) -> _Later:
+    """Give one NumPy function of all definitions, each reading those before it, that returns their values."""
+    return _Later(lambda: _compiled(arguments, defined))
 
 
 def _loop(
@@ -337,14 +335,12 @@ def _loop(
     return function
 
 
-def _compiled(
-    arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]], modules: list[Any]
-) -> Function:
+def _compiled(arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]]) -> Function:
     folded = [(symbol, _binary(expression)) for symbol, expression in defined]
     if len(folded) == 1:
-        function: Function = sympy.lambdify(arguments, [folded[0][1]], modules, cse=True)
+        function: Function = sympy.lambdify(arguments, [folded[0][1]], _NUMPY, cse=True)
         return function
     # lambdify's hook for common subexpressions takes exactly such a sequence of definitions.
     sequence = [symbol for symbol, _ in folded]
-    several: Function = sympy.lambdify(arguments, sequence, modules, cse=lambda _: (folded, sequence))
+    several: Function = sympy.lambdify(arguments, sequence, _NUMPY, cse=lambda _: (folded, sequence))
     return several

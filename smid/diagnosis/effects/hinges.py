@@ -6,7 +6,7 @@ with kinks at inner quantiles of the data, or two that are free.  All c and s ar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import sympy
@@ -16,7 +16,7 @@ from smid.diagnosis.effects.naming import fresh
 from smid.models import Model, Parameter
 from smid.models.symbols import number
 
-__all__ = ["Curve", "curves"]
+__all__ = ["Curve", "curves", "slope_changes"]
 
 Curve = tuple[str, Callable[[sympy.Expr], sympy.Expr], list[Parameter], tuple[dict[str, float], ...]]
 """Label, map, parameters and starts."""
@@ -48,6 +48,9 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
     def polynomial(*used: tuple[Parameter, int]) -> Callable[[sympy.Expr], sympy.Expr]:
         return lambda x: x + sum((p.symbol * x**power / scale ** (power - 1) for p, power in used), sympy.Integer(0))
 
+    def sloped(count: int) -> list[Parameter]:
+        return [fresh(model, f"{stem}_kink_{'abc'[k]}", _BOX, "", 0.0) for k in range(count)]
+
     yield "square", polynomial((square, 2)), [square], ({square.name: 0.3}, {square.name: -0.3})
     yield "cube", polynomial((cube, 3)), [cube], ({cube.name: 0.3}, {cube.name: -0.3})
     yield (
@@ -69,7 +72,7 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         kinks = [float(x) for x in quantiles if levels[0] < x < levels[-1]]
         if len(kinks) < len(places):
             continue
-        slopes = [fresh(model, f"{stem}_kink_{'abc'[k]}", _BOX, "", 0.0) for k in range(len(kinks))]
+        slopes = sloped(len(kinks))
         yield (
             f"{len(kinks) + 1} straight pieces",
             _broken([number(x) for x in kinks], slopes),
@@ -78,7 +81,7 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         )
     low, high = float(levels[0]), float(levels[-1])
     ends = [fresh(model, f"{stem}_{at}", (low, high), site.unit(channel)) for at in ("first_kink", "second_kink")]
-    slopes = [fresh(model, f"{stem}_kink_{'ab'[k]}", _BOX, "", 0.0) for k in range(2)]
+    slopes = sloped(2)
     yield (
         "3 straight pieces",
         _broken([p.symbol for p in ends], slopes),
@@ -89,6 +92,11 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
             for a, b in ((0.5, -0.5), (-0.3, 0.5))
         ),
     )
+
+
+def slope_changes(values: Mapping[str, float], stem: str) -> str:
+    """List by how much the slope of a broken line changes at each kink; empty for a polynomial."""
+    return ", ".join(f"{value:+.0%}" for name, value in values.items() if name.startswith(f"{stem}_kink_"))
 
 
 def _broken(kinks: Sequence[sympy.Expr], slopes: list[Parameter]) -> Callable[[sympy.Expr], sympy.Expr]:

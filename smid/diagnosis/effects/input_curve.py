@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.hinges import curves
-from smid.diagnosis.effects.naming import find, free_name, quantity
+from smid.diagnosis.effects.hinges import curves, slope_changes
+from smid.diagnosis.effects.naming import free_name, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]
@@ -25,8 +25,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how much the largest input gains or loses against a straight line."""
     full = site.scale(site.input)
-    if find(values, "input_curve_kink_a") is not None:
-        slopes = ", ".join(f"{value:+.0%}" for name, value in values.items() if "_curve_kink_" in name)
+    if slopes := slope_changes(values, "input_curve"):
         return f"{site.input} acts along a broken line whose slope changes by {slopes} at its kinks."
     share = sum(values.values())
     return (

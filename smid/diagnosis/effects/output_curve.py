@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 
 from smid.data import DataError
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
-from smid.diagnosis.effects.hinges import curves
+from smid.diagnosis.effects.hinges import curves, slope_changes
 from smid.diagnosis.effects.naming import find, free_name, fresh, is_brought, quantity
 from smid.fit import fit
 from smid.models import Model, Parameter
@@ -141,8 +141,7 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     if height is not None:
         period = 2 * math.pi / (find(values, "output_sine_rate") or 1.0)
         return f"The sensor of {y} shows a sine of {quantity(height, unit)} with a period of {quantity(period, unit)}."
-    if find(values, "output_curve_kink_a") is not None:
-        slopes = ", ".join(f"{value:+.0%}" for name, value in values.items() if "_curve_kink_" in name)
+    if slopes := slope_changes(values, "output_curve"):
         return f"The sensor of {y} shows a broken line whose slope changes by {slopes} at its kinks."
     return f"The sensor of {y} shows a curve: at {quantity(full, unit)} {sum(values.values()):+.0%} of a straight line."
 

@@ -120,14 +120,17 @@ def output_signal(model: Model, site: Site) -> str:
 
 def static_end(model: Model, name: str) -> str:
     """Name the last signal that is a static function of one, and all that the rest of the model sees of it."""
-    while True:
-        readers = [line for line in model.lines if any(read == name for read, _ in references(line.expression))]
-        curve = readers[0] if len(readers) == 1 else None
-        if curve is None or curve.rate or references(curve.expression) != {(name, 0)}:
-            return name
-        if not any(read == curve.signal for line in model.lines for read, _ in references(line.expression)):
-            return name  # only a sensor sees it
+    readers: dict[str, list[Line]] = {}
+    for line in model.lines:
+        for read in {read for read, _ in references(line.expression)}:
+            readers.setdefault(read, []).append(line)
+    while len(readers.get(name, ())) == 1:
+        (curve,) = readers[name]
+        # What only a sensor sees is not the model's any more.
+        if curve.rate or references(curve.expression) != {(name, 0)} or curve.signal not in readers:
+            break
         name = curve.signal
+    return name
 
 
 def state_lines(model: Model) -> tuple[StateLine, ...]:

@@ -83,7 +83,7 @@ def extensions(
             amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_REACH, _REACH), "", 0.0)
             factor = sympy.exp(amount.symbol * vary(state.lag))
             drive = state.drive
-            grown = quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
+            grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
             if kind == "gain" and drive == 0:
                 continue
             extended = with_increment(model, state, grown, [amount, *([shape[0]] if shape else [])])
@@ -98,7 +98,7 @@ def extensions(
     return tuple(found)
 
 
-def quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
+def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
     """Return the increment, or rate, of a state whose pace is multiplied by a factor."""
     pole = 1 - state.leak
     rest = state.line.expression - pole * state.level
