@@ -1,7 +1,7 @@
 """The contract every effect keeps, as checks that tell what is broken; run them on an effect of your own.
 
 Each effect is put on base models of every kind (difference equations of order one and two, with an input curve, a
-reactor and an arm in derivatives, a record with a further channel) and must
+reactor, an arm and two tanks in derivatives, a record with a further channel) and must
 
 - be the base model where its parameters have their null values, to nine digits;
 - bring in parameters that are new, of finite boxes, and start inside them, away from null, with a finite and
@@ -26,7 +26,19 @@ import numpy as np
 from smid.data import Dataset
 from smid.diagnosis.effects import input_backlash, sensor_bias
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
-from smid.models import Hammerstein, Model, OutputError, Parameter, Reactor, RotatingArm, simulate
+from smid.models import (
+    Hammerstein,
+    Line,
+    Measurement,
+    Model,
+    OutputError,
+    Parameter,
+    Reactor,
+    RotatingArm,
+    signal,
+    simulate,
+    t,
+)
 
 __all__ = ["Case", "cases", "check_effect", "check_on"]
 
@@ -260,9 +272,24 @@ def cases() -> tuple[Case, ...]:
             ("an input curve and a lag", curve, False, -1.0),
             ("the reactor", reactor.with_values(_fixed(reactor)), False, 0.0),
             ("the arm", arm.with_values(_fixed(arm)), False, -1.0),
+            ("two tanks", _tanks(), False, 0.0),
             ("a lag with a temperature", OutputError().with_values({"a1": -0.9, "b0": 0.2}), True, -1.0),
         )
     )
+
+
+def _tanks() -> Model:
+    """Give two tanks, the first above the second, and a sensor whose zero is off."""
+    pump, outflow, zero = Parameter("pump", 0.0, 9.0), Parameter("outflow", 0.0, 9.0), Parameter("zero", -9.0, 9.0)
+    first, second, u, k = signal("first"), signal("second"), signal("u"), outflow.symbol
+    lines = (
+        Line(first[t], pump.symbol * u[t] - k * first[t], rate=True),
+        Line(second[t], k * first[t] - k * second[t], rate=True),
+        Line(signal("seen")[t], second[t] + zero.symbol),
+    )
+    measured = (Measurement("y", "seen", "eta"),)
+    tanks = Model("two tanks", (pump, outflow, zero), lines, measured, sampling_time=_SAMPLING_TIME, scheme="euler")
+    return tanks.with_values({"pump": 2.0, "outflow": 1.5, "zero": -0.3})
 
 
 def _fixed(model: Model) -> dict[str, float]:

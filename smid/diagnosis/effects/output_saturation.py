@@ -1,8 +1,9 @@
 """Output saturation: the sensor is at its end, or a vessel is full.
 
 At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics go on from the limit. A
-rate is turned into the difference equation that integrates it for that: what overflows must not wind up.
-The null values lie one span beyond the data, so that no limit touches the base model.
+rate is turned into the difference equation that integrates it for that: what overflows must not wind up. Of vessels in
+succession, where what leaves one enters the next, the first may overflow too, and a share of that enters the next.
+The null values lie one span beyond the state, so that no limit touches the base model.
 Reference: Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system identification, IFAC
 (2017) (cascaded tanks, which overflow).
 """
@@ -10,13 +11,16 @@ Reference: Schoukens and Noel, Three benchmarks addressing open challenges in no
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from itertools import permutations
 
+import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.plant import output_signal, state_lines
-from smid.models import Model, Parameter
+from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.plant import StateLine, output_signal, state_lines
+from smid.models import Model, Parameter, signal, t
+from smid.models.simulate import simulate
 
 __all__ = ["EFFECT"]
 
@@ -24,35 +28,62 @@ _SHARES = (0.1, 0.3)
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Put limits at the sensor, and in the output's own state."""
-    low, high = site.span(site.output)
-    span = (high - low) or 1.0
-    unit = site.unit(site.output)
-    highs = tuple(high - share * span for share in _SHARES)
-    lows = tuple(low + share * span for share in _SHARES)
+    """Put limits at the sensor, in the output's own state, and in the vessels before it."""
     own = output_signal(model, site)
     stepped = model.discretised()
-    state = next((item for item in state_lines(stepped) if item.own == own), None)
-    for place, stem in (("at the sensor", "sensor_limit"), ("in the state", "overflow")):
-        if place == "in the state" and state is None:
-            continue
-        upper = fresh(model, f"{stem}_upper", (low, high + span), unit, high + span)
-        lower = fresh(model, f"{stem}_lower", (low - span, high), unit, low - span)
-        full = tuple({upper.name: value} for value in highs)
-        empty = tuple({lower.name: value} for value in lows)
-        both = tuple({**a, **b} for a, b in zip(full, empty, strict=True))
-        for label, limits, starts in (
-            ("above", (None, upper), full),
-            ("below", (lower, None), empty),
-            ("both sides", (lower, upper), both),
-        ):
-            change, parameters = _limited(*limits), [item for item in limits if item is not None]
-            if place == "in the state" and state is not None:
-                extended = stepped.insert_after(state.line.signal, change, parameters)
-            else:
-                name = free_name(model, f"{site.output}_limited")
-                extended = model.insert_sensor(site.output, change, parameters, new_name=name)
-            yield Extension(extended, starts, f"{label}, {place}")
+    for label, limits, starts in _ends(model, "sensor_limit", site.span(site.output), site.unit(site.output)):
+        parameters = [item for item in limits if item is not None]
+        name = free_name(model, f"{site.output}_limited")
+        extended = model.insert_sensor(site.output, _limited(*limits), parameters, new_name=name)
+        yield Extension(extended, starts, f"{label}, at the sensor")
+    states = {state.own: state for state in state_lines(stepped)}
+    if own in states:
+        for label, limits, starts in _ends(model, "overflow", _span(model, site, own), site.unit(site.output)):
+            parameters = [item for item in limits if item is not None]
+            extended = stepped.insert_after(states[own].line.signal, _limited(*limits), parameters)
+            yield Extension(extended, starts, f"{label}, in the state")
+    for vessel, below in permutations(states.values(), 2):
+        if vessel.leak != 0 and below.inflow(vessel) != 0:
+            yield _spilling(model, site, vessel, below)
+
+
+def _spilling(model: Model, site: Site, vessel: StateLine, below: StateLine) -> Extension:
+    """Let a vessel overflow, and a share of that enter the next as all else that leaves it does."""
+    stepped = model.discretised()
+    _, (_, upper), starts = next(_ends(model, f"{vessel.own}_overflow", _span(model, site, vessel.own)))
+    assert upper is not None
+    share = fresh(model, f"{vessel.own}_overflow_share", (0.0, 1.0))
+    raw = free_name(stepped, f"{vessel.own}_raw")
+    limited = stepped.insert_after(vessel.line.signal, _limited(None, upper), [upper], raw_name=raw)
+    ratio = sympy.cancel(below.inflow(vessel) / vessel.leak)
+    spilt = share.symbol * ratio * (signal(raw)[t] - signal(vessel.own)[t])
+    extended = limited.add_term(below.line.signal, spilt, [share])
+    return Extension(
+        extended, tuple({**start, share.name: 0.5} for start in starts), f"above, from {vessel.own} to {below.own}"
+    )
+
+
+def _span(model: Model, site: Site, state: str) -> tuple[float, float]:
+    """Return the range of a state: as measured, or where no sensor shows it as it is, as simulated."""
+    if state == signal_of(model, site.output):
+        return site.span(site.output)
+    runs = [simulate(model, run.values, check=False)[state] for run in site.data.experiments]
+    return float(min(map(np.min, runs))), float(max(map(np.max, runs)))
+
+
+def _ends(
+    model: Model, stem: str, span: tuple[float, float], unit: str = ""
+) -> Iterator[tuple[str, tuple[Parameter | None, Parameter | None], tuple[dict[str, float], ...]]]:
+    """Give a limit above, one below, and both, with where a fit may begin."""
+    low, high = span
+    width = (high - low) or 1.0
+    upper = fresh(model, f"{stem}_upper", (low, high + width), unit, high + width)
+    lower = fresh(model, f"{stem}_lower", (low - width, high), unit, low - width)
+    full = tuple({upper.name: high - share * width} for share in _SHARES)
+    empty = tuple({lower.name: low + share * width} for share in _SHARES)
+    yield "above", (None, upper), full
+    yield "below", (lower, None), empty
+    yield "both sides", (lower, upper), tuple({**a, **b} for a, b in zip(full, empty, strict=True))
 
 
 def _limited(lower: Parameter | None, upper: Parameter | None) -> Callable[[sympy.Expr], sympy.Expr]:
@@ -66,6 +97,11 @@ def _limited(lower: Parameter | None, upper: Parameter | None) -> Callable[[symp
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say where the end is."""
     unit = site.unit(site.output)
+    share = find(values, "overflow_share")
+    if share is not None:
+        vessel = next(iter(values)).split("_overflow")[0]
+        level = quantity(find(values, "overflow_upper") or 0.0, unit)
+        return f"The vessel {vessel} overflows at {level}; {share:.0%} of what spills over enters the next."
     upper, lower = find(values, "upper"), find(values, "lower")
     limits = [f"rises no further than {quantity(upper, unit)}"] if upper is not None else []
     limits += [f"falls no further than {quantity(lower, unit)}"] if lower is not None else []

@@ -83,6 +83,11 @@ class StateLine:
                 total += factor
         return total
 
+    def inflow(self, source: StateLine) -> sympy.Expr:
+        """Give the factor at which another state flows into this one; 0 for a bare copy, as of speed to position."""
+        factor = self.coefficient(source.level)
+        return factor if source.own != self.own and factor.free_symbols else sympy.Integer(0)
+
     @property
     def drive(self) -> sympy.Expr:
         """What the line gives where its own past is zero."""

@@ -1,17 +1,18 @@
 """Power law: the state decays as w^x, not as w.
 
 In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.  A
-model that has a known exponent already, as the reactor has, is asked about that one instead.  Where several states
-decay, tanks in succession, one exponent may be common to all: what then leaves one state along the bent law enters the
-next along it too.
+model that has a known exponent already, as the reactor has, is asked about that one instead.  States that flow into one
+another, tanks in succession, have one exponent in common, and what leaves one along the bent law enters the next along
+it too.
 References: hybrid thesis, section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges
 in nonlinear system identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import sympy
 
@@ -37,22 +38,26 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     if known:
         return
     scale = number(site.scale(site.output))
-    decaying = [state for state in state_lines(model) if state.leak != 0]
-    for state in decaying:
-        power = fresh(model, f"{state.own}_power", _BOX, "", 1.0)
-        extended = model.add_term(state.line.signal, state.leak * (state.level - _bent(state, scale, power)), [power])
-        yield Extension(extended, tuple({power.name: x} for x in _STARTS), state.own)
-    if len(decaying) > 1:
-        power = fresh(model, "every_power", _BOX, "", 1.0)
+    states = state_lines(model)
+    for vessels in _cascades([state for state in states if state.leak != 0]):
+        label = vessels[0].own if len(vessels) == 1 else "every state"
+        power = fresh(model, f"{label.removesuffix(' state')}_power", _BOX, "", 1.0)
         extended = replace(model, parameters=(*model.parameters, power))
-        for state in decaying:
+        for state in vessels:
             change = _bent(state, scale, power) - state.level
             extended = extended.add_term(state.line.signal, -state.leak * change)
-            for other in state_lines(model):
-                share = other.coefficient(state.level) if other.own != state.own else sympy.Integer(0)
-                if share.free_symbols:  # a bare copy is no flow: a position moves by its speed, bent or not
-                    extended = extended.add_term(other.line.signal, share * change)
-        yield Extension(extended, tuple({power.name: x} for x in _STARTS), "every state")
+            for other in states:
+                extended = extended.add_term(other.line.signal, other.inflow(state) * change)
+        yield Extension(extended, tuple({power.name: x} for x in _STARTS), label)
+
+
+def _cascades(states: Sequence[StateLine]) -> list[list[StateLine]]:
+    """Group the states that flow into one another."""
+    groups: list[list[StateLine]] = []
+    for state in states:
+        linked = [g for g in groups if any(state.inflow(other) != 0 or other.inflow(state) != 0 for other in g)]
+        groups = [g for g in groups if g not in linked] + [[*chain.from_iterable(linked), state]]
+    return groups
 
 
 def _bent(state: StateLine, scale: sympy.Expr, power: Parameter) -> sympy.Expr:

@@ -110,7 +110,7 @@ def test_one_equation_under_two_names_is_not_ambiguous():
     w, now = np.zeros(400), 0.3
     for k in range(400):
         w[k] = now
-        for _ in range(50):
+        for _ in range(10):
             now += 0.1 / 50 * (1.5 * u[k] - 2.0 * now * now)
     diagnosis = look(record(u, w), ("power_law", "quadratic_drag"), integrator())
     assert diagnosis.verdict == "named"
@@ -257,6 +257,46 @@ def test_two_frictions_are_named_not_the_drag_that_resembles_both():
     values = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     assert values["speed_friction"] == pytest.approx(0.8, rel=0.1)
     assert values["speed_damping"] == pytest.approx(0.7, rel=0.1)
+
+
+def tanks(law: float, rim: float) -> tuple[Model, Dataset]:
+    """Two linear tanks, and a record of two that empty along a power and of which the first spills half over."""
+    u, n = 1.2 + 0.6 * steps(5, 800, 80), 800
+    levels, a, b = np.zeros(n), 1.0, 1.0
+    for k in range(1, n):
+        for _ in range(10):
+            out, spill = a**law, 0.0
+            a += 0.002 * (u[k - 1] - out)
+            if a > rim:
+                a, spill = rim, a - rim
+            b += 0.002 * (out - b**law) + 0.5 * spill
+        levels[k] = b
+    levels[0] = 1.0
+    flow, first, second, drive = Parameter("flow", 0.1, 5.0), signal("first"), signal("second"), signal("u")
+    lines = (
+        Line(first[t], drive[t] - flow.symbol * first[t], rate=True),
+        Line(second[t], flow.symbol * (first[t] - second[t]), rate=True),
+    )
+    levels += np.random.default_rng(6).uniform(-0.01, 0.01, n)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": levels}, sampling_time=0.02)
+    return Model("two tanks", (flow,), lines, (Measurement("y", "second", "eta"),), scheme="euler"), data
+
+
+def test_a_vessel_that_nobody_sees_overflows():
+    model, data = tanks(1.0, 1.4)
+    diagnosis = look(data, ("output_saturation", "input_saturation", "power_law", "output_curve"), model, 0.01)
+    assert names(diagnosis) == ["output_saturation"]
+    rim, share = diagnosis.causes[0].parameters
+    assert rim.value == pytest.approx(1.4, rel=0.02)
+    assert share.value == pytest.approx(0.5, abs=0.05)
+    assert "first overflows" in diagnosis.causes[0].sentence
+
+
+def test_tanks_in_succession_empty_along_one_law():
+    model, data = tanks(0.5, np.inf)
+    diagnosis = look(data, ("power_law", "output_curve", "time_constant"), model, 0.01)
+    assert names(diagnosis) == ["power_law"]
+    assert diagnosis.causes[0].parameters[0].value == pytest.approx(0.5, abs=0.03)
 
 
 def test_a_cause_that_carries_over_only_beside_another_is_found():
