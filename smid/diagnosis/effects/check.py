@@ -281,11 +281,11 @@ def cases() -> tuple[Case, ...]:
 def _tanks() -> Model:
     """Give two tanks, the first above the second, and a sensor whose zero is off."""
     pump, outflow, zero = Parameter("pump", 0.0, 9.0), Parameter("outflow", 0.0, 9.0), Parameter("zero", -9.0, 9.0)
-    first, second, u, k = signal("first"), signal("second"), signal("u"), outflow.symbol
+    upper, w, u, k = signal("upper"), signal("w"), signal("u"), outflow.symbol
     lines = (
-        Line(first[t], pump.symbol * u[t] - k * first[t], rate=True),
-        Line(second[t], k * first[t] - k * second[t], rate=True),
-        Line(signal("seen")[t], second[t] + zero.symbol),
+        Line(upper[t], pump.symbol * u[t] - k * upper[t], rate=True),
+        Line(w[t], k * upper[t] - k * w[t], rate=True),
+        Line(signal("seen")[t], w[t] + zero.symbol),
     )
     measured = (Measurement("y", "seen", "eta"),)
     tanks = Model("two tanks", (pump, outflow, zero), lines, measured, sampling_time=_SAMPLING_TIME, scheme="euler")

@@ -16,7 +16,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
     """Put it on each motion."""
     for model, motion in dry_motions(base, site):
         rate = motion.state.line.rate
-        force = fresh(model, f"{motion.kind}_friction", (0, 5 * motion.force_scale), "", 0.0)
+        force = fresh(model, motion.friction, (0, 5 * motion.force_scale), "", 0.0)
         speeds = (1e-3 * motion.speed_scale, 0.2 * motion.speed_scale)
         sticking = fresh(model, "friction_sticking", speeds) if rate else None
         shape = {sticking.name: 0.05 * motion.speed_scale} if sticking else {}
@@ -30,8 +30,9 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how large the force is."""
     force = quantity(find(values, "friction") or 0.0)
-    per = "second" if find(values, "friction_sticking") is not None else "sample"
-    what = "speed" if find(values, "speed_friction") is not None else f"speed of {site.output}"
+    name = next(iter(values))
+    per = "sample" if "_step_" in name else "second"
+    what = "speed" if name.startswith("speed_") else f"speed of {site.output}"
     return f"A constant friction takes {force} from the {what} per {per} and holds it at rest below that."
 
 

@@ -3,8 +3,9 @@
 Which a state is cannot be read off a difference equation, so both are offered: of any state as a *speed*, of one of
 order two as a *position* whose increment is the speed.  In rates a position is a state whose rate is another state.
 
-Dry friction in a difference equation is the soft threshold ``s(v) = v - max(-F, min(F, v))`` of the speed that would be
-without it: the implicit step, which sticks and does not chatter.  In a rate it is ``-F max(-1, min(1, v / vs))``.
+Dry friction on a speed in a difference equation acts along the step, and holds what comes to rest within it; of a
+position it is the soft threshold ``s(v) = v - max(-F, min(F, v))`` of the speed that would be without it: the implicit
+step, which sticks and does not chatter.  In a rate it is ``-F max(-1, min(1, v / vs))``.
 References: Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), chapter 1 (implicit step);
 Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138 (friction models).
 """
@@ -12,7 +13,7 @@ Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138 (fric
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
@@ -20,11 +21,13 @@ import sympy
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.plant import StateLine, output_signal, state_lines
 from smid.models import Model, Parameter, signal, t
+from smid.models.symbols import number
 
 __all__ = ["Motion", "dry_motions", "motions", "with_dry_friction"]
 
 
 _REST, _SOME = 0.05, 0.02
+_TINY = 1e-9
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Motion:
         Speed before the step, per second in a rate, else per sample where the state is a position.
     speed_scale, force_scale : float
         Largest speed, and largest change of it per sample or per second, in the data.
+    step : float or None
+        Seconds, of a step that integrates a rate.
     """
 
     state: StateLine
@@ -48,6 +53,13 @@ class Motion:
     speed: sympy.Expr
     speed_scale: float
     force_scale: float
+    step: float | None = None
+
+    @property
+    def friction(self) -> str:
+        """Name of a friction force: as it changes the speed per second, or in a difference equation per step."""
+        per_second = self.state.line.rate or self.step is not None
+        return f"{self.kind}_friction" if per_second else f"{self.kind}_step_friction"
 
 
 def motions(model: Model, site: Site) -> Iterator[Motion]:
@@ -94,8 +106,7 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
         if motion.state.line.rate:
             discrete = model.discretised()
             state = next(s for s in state_lines(discrete) if s.line.signal == motion.state.line.signal)
-            force = motion.force_scale * site.sampling_time
-            yield discrete, Motion(state, "speed", state.level, motion.speed_scale, force)
+            yield discrete, replace(motion, state=state, speed=state.level, step=site.sampling_time)
 
 
 def _largest_change(site: Site, order: int) -> float:
@@ -126,21 +137,42 @@ def with_dry_friction(
     motion : Motion
         Where.
     threshold : sympy.Expr
-        The force, not negative.
+        The force, not negative, by what it changes the speed per second; in a difference equation per step.
     parameters : list of Parameter
         Its parameters.
     sticking : Parameter or None
         Speed below which friction in a rate is viscous; None in a difference equation, which needs none.
     """
     line = motion.state.line
+    taken = threshold if motion.step is None else threshold * number(motion.step)
     if sticking is not None:
         sliding = sympy.Max(-1, sympy.Min(1, motion.speed / sticking.symbol))
         return model.add_term(line.signal, -threshold * sliding, [*parameters, sticking])
 
-    def rest(v: sympy.Expr) -> sympy.Expr:
-        return v - sympy.Max(-threshold, sympy.Min(threshold, v))
-
     if motion.kind == "speed":
-        return model.insert_after(line.signal, rest, parameters)
+        coasting = (1 - motion.state.leak) * motion.state.level
+        return model.insert_after(line.signal, lambda v: _slid(coasting, v, taken), parameters)
     last = motion.state.level
-    return model.insert_after(line.signal, lambda w: last + rest(w - last), parameters)
+    return model.insert_after(line.signal, lambda w: last + _held(w - last, taken), parameters)
+
+
+def _held(v: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
+    """Take friction from a speed, to rest at most."""
+    return v - sympy.Max(-threshold, sympy.Min(threshold, v))
+
+
+def _slid(coasting: sympy.Expr, free: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
+    """Give the speed after a step, from what it would be without friction, and without friction and drive.
+
+    Exact for a mass, or a first-order lag, that a constant force drives during the step: where it comes to rest within
+    the step it turns round, or stays.
+    """
+    drive = free - coasting
+
+    def ahead(speed: sympy.Expr, drive: sympy.Expr) -> sympy.Expr:
+        # Of a speed that is not negative. What is left of the step after the motion came to rest:
+        rest = sympy.Max(0, 1 - speed / sympy.Max(threshold - drive, _TINY))
+        return sympy.Max(speed + drive - threshold, 0) + sympy.Min(drive + threshold, 0) * rest
+
+    # Forwards, backwards, and from rest, which both of them count.
+    return ahead(sympy.Max(coasting, 0), drive) - ahead(sympy.Max(-coasting, 0), -drive) - _held(drive, threshold)

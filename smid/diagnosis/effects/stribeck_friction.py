@@ -22,8 +22,8 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
     """Put it on each motion."""
     for model, motion in dry_motions(base, site):
         rate, full, force = motion.state.line.rate, motion.speed_scale, motion.force_scale
-        sliding = fresh(model, f"{motion.kind}_friction_sliding", (0, 5 * force), "", 0.0)
-        extra = fresh(model, f"{motion.kind}_friction_extra", (0, 5 * force), "", 0.0)
+        sliding = fresh(model, f"{motion.friction}_sliding", (0, 5 * force), "", 0.0)
+        extra = fresh(model, f"{motion.friction}_extra", (0, 5 * force), "", 0.0)
         fading = fresh(model, "friction_fading", (1e-2 * full, full))
         sticking = fresh(model, "friction_sticking", (1e-3 * full, 0.2 * full)) if rate else None
         shape = {sticking.name: 0.05 * full} if sticking else {}
@@ -42,7 +42,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
 def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
     """Say how large the force is, sliding and at rest."""
     sliding, extra = find(values, "friction_sliding") or 0.0, find(values, "friction_extra") or 0.0
-    per = "second" if find(values, "friction_sticking") is not None else "sample"
+    per = "sample" if any("_step_" in name for name in values) else "second"
     return (
         f"Friction takes {quantity(sliding)} from the speed per {per} when sliding, and must be overcome by "
         f"{quantity(sliding + extra)} from rest."

@@ -41,10 +41,11 @@ def test_each_selective_effect_applies_where_it_should() -> None:
     def applies(name: str, case: Case) -> bool:
         return any(True for _ in by_name[name].extend(case.model, case.site))
 
-    for name in ("scheduled_parameter", "missing_input"):
-        assert [applies(name, case) for case in cases()] == [False] * 5 + [True]
-    assert [applies("viscous_friction", case) for case in cases()] == [False, False, False, False, True, False]
-    assert [applies("power_law", case) for case in cases()] == [True, True, True, True, False, True]
+    kinds = [case.name for case in cases()]
+    for effect in ("scheduled_parameter", "missing_input"):
+        assert [applies(effect, case) for case in cases()] == [name == "a lag with a temperature" for name in kinds]
+    assert [applies("viscous_friction", case) for case in cases()] == [name == "the arm" for name in kinds]
+    assert [applies("power_law", case) for case in cases()] == [name != "the arm" for name in kinds]
 
 
 def test_names_are_unique_and_rivals_exist() -> None:
