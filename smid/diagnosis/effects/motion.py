@@ -167,12 +167,7 @@ def _slid(coasting: sympy.Expr, free: sympy.Expr, threshold: sympy.Expr) -> symp
     Exact for a mass, or a first-order lag, that a constant force drives during the step: where it comes to rest within
     the step it turns round, or stays.
     """
-    drive = free - coasting
-
-    def ahead(speed: sympy.Expr, drive: sympy.Expr) -> sympy.Expr:
-        # Of a speed that is not negative. What is left of the step after the motion came to rest:
-        rest = sympy.Max(0, 1 - speed / sympy.Max(threshold - drive, _TINY))
-        return sympy.Max(speed + drive - threshold, 0) + sympy.Min(drive + threshold, 0) * rest
-
-    # Forwards, backwards, and from rest, which both of them count.
-    return ahead(sympy.Max(coasting, 0), drive) - ahead(sympy.Max(-coasting, 0), -drive) - _held(drive, threshold)
+    drive, way = free - coasting, sympy.sign(coasting)
+    going_on = way * sympy.Max(0, way * free - threshold)
+    left = sympy.Max(0, 1 - sympy.Abs(coasting) / sympy.Max(_TINY, threshold - way * drive))  # of the step, from rest
+    return going_on + left * _held(drive, threshold)
