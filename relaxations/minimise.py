@@ -17,7 +17,7 @@ from html import escape
 
 import numpy as np
 
-from relaxations.balls import Array
+from relaxations.balls import Array, Balls
 from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
 from relaxations.extraction import minimisers
@@ -302,6 +302,12 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         search.lower = max(search.lower, best)
         return
 
+    # Outside of the contracted box the objective is above the value that the box was contracted with. A box that shrank
+    # to nearly a point says more by itself than a relaxation scaled to it.
+    search.lower = max(search.lower, min(_least_on_box(smaller, search.objective), best))
+    if search.lower >= search.goal:
+        return
+
     def bounded(part: PolynomialProblem) -> Relaxed:
         search.nodes += 1
         return _relaxed(part, search.objective, method, order, solver)
@@ -313,7 +319,6 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         return search.goal
 
     def report(bound: float, enough: float) -> None:
-        # Outside of the contracted box the objective is above the value that the box was contracted with.
         search.lower = max(search.lower, min(bound, best))
         say(f"branching: bound {search.lower:.9g}, goal {enough:.9g}")
 
@@ -327,6 +332,15 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         nodes=nodes,
         report=report,
     )
+
+
+def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:
+    """Return what the box alone proves: from the middle of the box no monomial moves by more than its coefficient."""
+    terms = Scaling.of_box(problem).polynomials(objective)
+    constant = terms.term_degrees == 0
+    middle = terms.coefficients[constant].segment_sum(terms.rows[constant], 1)
+    reach = Balls.exact(terms.coefficients.magnitude()[~constant]).segment_sum(terms.rows[~constant], 1)
+    return float((middle - reach).lower[0])
 
 
 def _better(search: _Search) -> PolynomialProblem:

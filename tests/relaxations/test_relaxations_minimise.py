@@ -36,6 +36,14 @@ def test_a_bound_meets_the_known_optimum(name):
     assert found.upper == pytest.approx(case.optimum, abs=3e-6 * size)
 
 
+def test_a_box_that_shrinks_to_a_point_is_proof_enough():
+    # Complementary products on a box of 15 by 1e-7: what is left of it scales equalities beyond what a solver can do.
+    case = load("gms_Bex9_2_2")
+    found = minimise(case.problem, case.objective, order=1)
+    assert found.reason is Reason.TIGHT
+    assert case.optimum - 1e-6 * case.optimum < found.lower <= case.optimum
+
+
 def test_products_of_complementary_variables_are_branched_on():
     # Without the cases x = 0 and y = 0 the set has no interior, and bounds stall.
     problem, objective = from_sympy(
