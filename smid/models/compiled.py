@@ -245,7 +245,8 @@ def _linear(
     expression = defined[0][1]
     name, depth = own[0][0], max(lag for _, lag in own)
     past = [symbols.get((name, lag), sympy.Symbol(f"{name}__{lag}", real=True)) for lag in range(1, depth + 1)]
-    slopes = [sympy.expand(sympy.diff(expression, symbol)) for symbol in past]
+    # Not expanded, which takes minutes for what a friction does: terms that cancel cost a slower loop, no more.
+    slopes = [sympy.diff(expression, symbol) for symbol in past]
     if any(slope.free_symbols - set(constants) for slope in slopes):
         return None
     forcing = swapped(expression, dict.fromkeys(past, sympy.Integer(0)))
