@@ -141,6 +141,8 @@ def search(
             reached = record.merit(followed.base.fit)
             if not paths or reached < merit - ahead:
                 path, merit = followed, reached
+            if not followed.stages:  # it did not carry over; what is less likely than that is not named in its place
+                merit = min(merit, record.merit(begun.base.fit))
             paths.append((followed, reached))
         # As good as the best, and an experiment would separate them.
         equal = [p for p, reached in paths if p is not path and abs(reached - merit) < TIE]
