@@ -14,8 +14,8 @@ def run() -> str:
     lines = [
         "## Named problems",
         "",
-        f"`relaxations.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the optimum's "
-        "magnitude, or one.",
+        f"`relaxations.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
+        "optimum's magnitude, or one.",
         "",
         "| problem | variables | optimum - bound | point - optimum | order | branches | s | stopped |",
         "|---|---|---|---|---|---|---|---|",
