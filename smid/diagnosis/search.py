@@ -127,7 +127,7 @@ def search(
         # What looks alike while other causes are still missing may not when they are found: follow each. And where
         # the best way ends with more than noise left, the first step may have been the wrong one.
         paths: list[tuple[_Path, float]] = []
-        merit = np.inf
+        merit = refused = np.inf
         nearest = sorted(first.runners_up, key=lambda r: r.rmse)[:_FOLLOWED]
         for choice in (first.leader, *first.tied[:_FOLLOWED], *nearest):
             if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) == 1.0:
@@ -139,10 +139,11 @@ def search(
             more = max(len(followed.stages) - len(path.stages), 0)
             ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
             reached = record.merit(followed.base.fit)
-            if not paths or reached < merit - ahead:
+            if not paths or reached < min(merit, refused) - ahead:
                 path, merit = followed, reached
-            if not followed.stages:  # it did not carry over; what is less likely than that is not named in its place
-                merit = min(merit, record.merit(begun.base.fit))
+            if not paths and not path.stages:
+                # The leader did not carry over: what is less likely than it is not named in its place.
+                refused = record.merit(begun.base.fit)
             paths.append((followed, reached))
         # As good as the best, and an experiment would separate them.
         equal = [p for p, reached in paths if p is not path and abs(reached - merit) < TIE]

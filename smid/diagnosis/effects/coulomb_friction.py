@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.motion import dry_motions, with_dry_friction
+from smid.diagnosis.effects.motion import dry_motions, time_of, with_dry_friction
 from smid.diagnosis.effects.naming import find, fresh, quantity
 from smid.models import Model
 
@@ -31,9 +31,8 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how large the force is."""
     force = quantity(find(values, "friction") or 0.0)
     name = next(iter(values))
-    per = "sample" if "_step_" in name else "second"
     what = "speed" if name.startswith("speed_") else f"speed of {site.output}"
-    return f"A constant friction takes {force} from the {what} per {per} and holds it at rest below that."
+    return f"A constant friction takes {force} from the {what} per {time_of(name)} and holds it at rest below that."
 
 
 EFFECT = Effect(

@@ -23,11 +23,12 @@ from smid.diagnosis.effects.plant import StateLine, output_signal, state_lines
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
-__all__ = ["Motion", "dry_motions", "motions", "with_dry_friction"]
+__all__ = ["Motion", "dry_motions", "motions", "time_of", "with_dry_friction"]
 
 
 _REST, _SOME = 0.05, 0.02
-_TINY = 1e-9
+_TINY = 1e-100  # below any speed; its inverse squared, in a slope, is still a number
+_PER_STEP = "_step"
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,12 @@ class Motion:
     def friction(self) -> str:
         """Name of a friction force: as it changes the speed per second, or in a difference equation per step."""
         per_second = self.state.line.rate or self.step is not None
-        return f"{self.kind}_friction" if per_second else f"{self.kind}_step_friction"
+        return f"{self.kind}{'' if per_second else _PER_STEP}_friction"
+
+
+def time_of(friction: str) -> str:
+    """Return the time in which a friction of this name changes the speed by its value."""
+    return "sample" if f"{_PER_STEP}_friction" in friction else "second"
 
 
 def motions(model: Model, site: Site) -> Iterator[Motion]:
@@ -144,11 +150,10 @@ def with_dry_friction(
         Speed below which friction in a rate is viscous; None in a difference equation, which needs none.
     """
     line = motion.state.line
-    taken = threshold if motion.step is None else threshold * number(motion.step)
     if sticking is not None:
         sliding = sympy.Max(-1, sympy.Min(1, motion.speed / sticking.symbol))
         return model.add_term(line.signal, -threshold * sliding, [*parameters, sticking])
-
+    taken = threshold if motion.step is None else threshold * number(motion.step)
     if motion.kind == "speed":
         coasting = (1 - motion.state.leak) * motion.state.level
         return model.insert_after(line.signal, lambda v: _slid(coasting, v, taken), parameters)

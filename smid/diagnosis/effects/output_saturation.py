@@ -10,16 +10,17 @@ Reference: Schoukens and Noel, Three benchmarks addressing open challenges in no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import permutations
 
 import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.hinges import Curve
 from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
 from smid.diagnosis.effects.plant import StateLine, output_signal, state_lines
-from smid.models import Model, Parameter, signal, t
+from smid.models import Model, signal, t
 from smid.models.simulate import simulate
 
 __all__ = ["EFFECT"]
@@ -29,37 +30,35 @@ _SHARES = (0.1, 0.3)
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Put limits at the sensor, in the output's own state, and in the vessels before it."""
+    unit = site.unit(site.output)
+    for label, limited, parameters, starts in _ends(model, "sensor_limit", site.span(site.output), unit):
+        name = free_name(model, f"{site.output}_limited")
+        extended = model.insert_sensor(site.output, limited, parameters, new_name=name)
+        yield Extension(extended, starts, f"{label}, at the sensor")
     own = output_signal(model, site)
     stepped = model.discretised()
-    for label, limits, starts in _ends(model, "sensor_limit", site.span(site.output), site.unit(site.output)):
-        parameters = [item for item in limits if item is not None]
-        name = free_name(model, f"{site.output}_limited")
-        extended = model.insert_sensor(site.output, _limited(*limits), parameters, new_name=name)
-        yield Extension(extended, starts, f"{label}, at the sensor")
     states = {state.own: state for state in state_lines(stepped)}
     if own in states:
-        for label, limits, starts in _ends(model, "overflow", _span(model, site, own), site.unit(site.output)):
-            parameters = [item for item in limits if item is not None]
-            extended = stepped.insert_after(states[own].line.signal, _limited(*limits), parameters)
+        for label, limited, parameters, starts in _ends(model, "overflow", _span(model, site, own), unit):
+            extended = stepped.insert_after(states[own].line.signal, limited, parameters)
             yield Extension(extended, starts, f"{label}, in the state")
     for vessel, below in permutations(states.values(), 2):
         if vessel.leak != 0 and below.inflow(vessel) != 0:
-            yield _spilling(model, site, vessel, below)
+            yield _spilling(stepped, vessel, below, _span(model, site, vessel.own))
 
 
-def _spilling(model: Model, site: Site, vessel: StateLine, below: StateLine) -> Extension:
+def _spilling(model: Model, vessel: StateLine, below: StateLine, span: tuple[float, float]) -> Extension:
     """Let a vessel overflow, and a share of that enter the next as all else that leaves it does."""
-    stepped = model.discretised()
-    _, (_, upper), starts = next(_ends(model, f"{vessel.own}_overflow", _span(model, site, vessel.own)))
-    assert upper is not None
+    _, limited, (upper,), starts = next(_ends(model, f"{vessel.own}_overflow", span))
     share = fresh(model, f"{vessel.own}_overflow_share", (0.0, 1.0))
-    raw = free_name(stepped, f"{vessel.own}_raw")
-    limited = stepped.insert_after(vessel.line.signal, _limited(None, upper), [upper], raw_name=raw)
+    raw = free_name(model, f"{vessel.own}_raw")
+    full = model.insert_after(vessel.line.signal, limited, [upper], raw_name=raw)
     ratio = sympy.cancel(below.inflow(vessel) / vessel.leak)
     spilt = share.symbol * ratio * (signal(raw)[t] - signal(vessel.own)[t])
-    extended = limited.add_term(below.line.signal, spilt, [share])
     return Extension(
-        extended, tuple({**start, share.name: 0.5} for start in starts), f"above, from {vessel.own} to {below.own}"
+        full.add_term(below.line.signal, spilt, [share]),
+        tuple({**start, share.name: 0.5} for start in starts),
+        f"above, from {vessel.own} to {below.own}",
     )
 
 
@@ -71,27 +70,18 @@ def _span(model: Model, site: Site, state: str) -> tuple[float, float]:
     return float(min(map(np.min, runs))), float(max(map(np.max, runs)))
 
 
-def _ends(
-    model: Model, stem: str, span: tuple[float, float], unit: str = ""
-) -> Iterator[tuple[str, tuple[Parameter | None, Parameter | None], tuple[dict[str, float], ...]]]:
-    """Give a limit above, one below, and both, with where a fit may begin."""
+def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") -> Iterator[Curve]:
+    """Give a limit above, one below, and both: label, map, parameters, and where a fit may begin."""
     low, high = span
     width = (high - low) or 1.0
     upper = fresh(model, f"{stem}_upper", (low, high + width), unit, high + width)
     lower = fresh(model, f"{stem}_lower", (low - width, high), unit, low - width)
     full = tuple({upper.name: high - share * width} for share in _SHARES)
     empty = tuple({lower.name: low + share * width} for share in _SHARES)
-    yield "above", (None, upper), full
-    yield "below", (lower, None), empty
-    yield "both sides", (lower, upper), tuple({**a, **b} for a, b in zip(full, empty, strict=True))
-
-
-def _limited(lower: Parameter | None, upper: Parameter | None) -> Callable[[sympy.Expr], sympy.Expr]:
-    def limited(w: sympy.Expr) -> sympy.Expr:
-        below = w if upper is None else sympy.Min(w, upper.symbol)
-        return below if lower is None else sympy.Max(lower.symbol, below)
-
-    return limited
+    both = tuple({**a, **b} for a, b in zip(full, empty, strict=True))
+    yield "above", lambda w: sympy.Min(w, upper.symbol), [upper], full
+    yield "below", lambda w: sympy.Max(lower.symbol, w), [lower], empty
+    yield "both sides", lambda w: sympy.Max(lower.symbol, sympy.Min(w, upper.symbol)), [lower, upper], both
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.motion import dry_motions, with_dry_friction
+from smid.diagnosis.effects.motion import dry_motions, time_of, with_dry_friction
 from smid.diagnosis.effects.naming import find, fresh, quantity
 from smid.models import Model
 
@@ -42,7 +42,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
 def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
     """Say how large the force is, sliding and at rest."""
     sliding, extra = find(values, "friction_sliding") or 0.0, find(values, "friction_extra") or 0.0
-    per = "sample" if any("_step_" in name for name in values) else "second"
+    per = time_of(next(iter(values)))
     return (
         f"Friction takes {quantity(sliding)} from the speed per {per} when sliding, and must be overcome by "
         f"{quantity(sliding + extra)} from rest."

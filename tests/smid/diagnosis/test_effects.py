@@ -3,12 +3,14 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import sympy
 
-from smid.diagnosis.effects import EFFECTS, Effect, Extension, Site, check_effect
+from smid import Dataset, OutputError
+from smid.diagnosis.effects import EFFECTS, Effect, Extension, Site, check_effect, coulomb_friction
 from smid.diagnosis.effects.check import Case, cases, check_on
-from smid.models import Model, Parameter
+from smid.models import Model, Parameter, simulate
 
 # What applies to fewer models than all, and why; everything else must apply to each.
 SELECTIVE = {
@@ -109,3 +111,20 @@ def test_an_effect_that_drops_a_parameter_is_told() -> None:
 
     with pytest.raises(AssertionError, match="drops"):
         check_effect(replace(OWN, extend=extend))
+
+
+def test_dry_friction_is_exact_along_a_step() -> None:
+    """A lag under a held force that changes at every sample, stick and slip told apart in a thousandth of a step."""
+    rng, n, fine = np.random.default_rng(0), 60, 1000
+    force, speed, v, friction = rng.uniform(-2, 2, n), np.zeros(n), 0.0, 0.7
+    for k in range(1, n):
+        for _ in range(fine):
+            v += (force[k - 1] - 0.2 * v) / fine
+            v = float(np.sign(v)) * max(abs(v) - friction / fine, 0.0)
+        speed[k] = v
+    data = Dataset.from_arrays(input={"u": force}, output={"y": speed}, sampling_time=1.0)
+    extension = next(coulomb_friction.EFFECT.extend(OutputError(), Site(data, "u", "y")))
+    held = -np.expm1(-0.2) / 0.2  # what a constant force of one does within a step
+    values = {"a1": -np.exp(-0.2), "b0": held, "speed_step_friction": friction * held}
+    simulated = simulate(extension.model, data.experiments[0].values, values)["y"]
+    assert np.abs(simulated - speed).max() < 2e-3 * np.abs(speed).max()

@@ -37,6 +37,13 @@ def test_servo_has_a_rate_limit() -> None:
     assert found.gain.rmse_after < 0.6 * found.gain.rmse_before
 
 
+def test_nothing_less_likely_stands_in_for_a_leader_that_does_not_carry_over() -> None:
+    """A lag at the input explains far more of the fitted part and nothing of the rest: a rate limit is no way out."""
+    data = record("daisy_heating_system")
+    found = diagnose(OutputError(2, 1, offset=True), data, effects=["extra_lag", "rate_limit"], workers=1)
+    assert (found.verdict, found.causes) == (Verdict.NONE, ())
+
+
 def test_smooth_input_is_not_called_noisy() -> None:
     """White noise in the recorded gas rate cannot exceed what its own past leaves untold."""
     data = record("box_jenkins_gas_furnace")

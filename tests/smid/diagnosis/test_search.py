@@ -110,7 +110,7 @@ def test_one_equation_under_two_names_is_not_ambiguous():
     w, now = np.zeros(400), 0.3
     for k in range(400):
         w[k] = now
-        for _ in range(10):
+        for _ in range(50):
             now += 0.1 / 50 * (1.5 * u[k] - 2.0 * now * now)
     diagnosis = look(record(u, w), ("power_law", "quadratic_drag"), integrator())
     assert diagnosis.verdict == "named"
