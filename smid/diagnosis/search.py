@@ -331,12 +331,12 @@ def _reconsider(
             weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, by_name)
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
-    # Each stage now says what its cause gains beside all others: the largest first.
-    gains = {
-        name: np.inf if name in indispensable else _gain_of(record, start, path, name, by_name)
+    # Each stage now says what its cause gains beside all others: the largest first, in the held-out error it reports.
+    errors = {
+        name: np.inf if name in indispensable else _error_without(record, start, path, name, by_name)
         for name in {t.effect for t in path.trials}
     }
-    return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-gains[_name(s)], -drop(s)))))
+    return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-errors[_name(s)], -drop(s)))))
 
 
 def _name(found: Stage) -> str:
@@ -344,11 +344,11 @@ def _name(found: Stage) -> str:
     return found.leader.trial.effect
 
 
-def _gain_of(record: Record, start: Base, path: _Path, name: str, by_name: dict[str, Effect]) -> float:
-    """Return by how much an effect lowers the score beside all others, everywhere it was put."""
+def _error_without(record: Record, start: Base, path: _Path, name: str, by_name: dict[str, Effect]) -> float:
+    """Return the held-out RMSE with all other effects, this one left out everywhere it was put."""
     own = [s for s in path.stages if _name(s) == name]
     replayed = _replay(start, [t for t in path.trials if t.effect != name], by_name) if len(own) > 1 else None
-    return record.score(replayed[0].fit) - record.score(path.base.fit) if replayed else max(map(drop, own))
+    return rms(record.held_part(record.residual(replayed[0].fit))) if replayed else max(s.rmse for s in own)
 
 
 def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> tuple[Base, tuple[Trial, ...]] | None:

@@ -309,7 +309,7 @@ def test_a_cause_that_carries_over_only_beside_another_is_found():
     alone = look(data, ("output_saturation",), OutputError())
     assert (alone.verdict, alone.gain.rmse_after) == ("none", alone.gain.rmse_before)
     both = look(data, ("parameter_drift", "output_saturation"), OutputError())
-    assert names(both) == ["output_saturation", "parameter_drift"]
+    assert names(both) == ["parameter_drift", "output_saturation"]
     assert both.gain.rmse_after < 0.1 * both.gain.rmse_before
 
 
