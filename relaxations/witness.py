@@ -27,7 +27,8 @@ from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
-_PRECISIONS = (80, 160, 640, 2560)  # bits
+_BITS, _MOST_BITS = 80, 1 << 15  # of precision: tried first, and at most
+_NARROW = 200  # bits after the point: what does not hold for intervals this narrow does not hold
 # The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
 # push the verified point outside; a wider margin is tried where a narrower one was not enough.
 MARGINS = (1e-9, 1e-7, 1e-5)
@@ -88,8 +89,8 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
     order = definition_order(equalities)
     if order is None:
         return None
-    last = np.inf
-    for bits in _PRECISIONS:
+    bits, last = _BITS, None
+    while bits <= _MOST_BITS:
         values = _define(equalities, order, point, bits)
         if values is None:
             return None
@@ -97,10 +98,12 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
             middles = np.array([fixed_point.middle(v, bits) for v in values])
             value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
             return Witness(middles, value)
-        widest = max((high - low for low, high in values), default=0) / (1 << bits)
-        if widest > 0.5 * last:  # the data's own rounding: more precision does not help
+        # Rounding loses as many bits at any precision: what is lost now says how many it takes.
+        lost = max((high - low for low, high in values), default=0).bit_length()
+        width = lost - bits
+        if width <= -_NARROW or (last is not None and width >= last):  # the data's own rounding stays as wide as it is
             return None
-        last = widest
+        bits, last = lost + _NARROW, width
     return None
 
 
