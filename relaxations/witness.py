@@ -17,12 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.optimize import linprog
 
 from relaxations import fixed_point
 from relaxations.balls import Array, Index
 from relaxations.fixed_point import Interval
+from relaxations.linear_step import linear_step
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
@@ -32,15 +31,6 @@ _NARROW = 200  # bits after the point: what does not hold for intervals this nar
 # The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
 # push the verified point outside; a wider margin is tried where a narrower one was not enough.
 MARGINS = (1e-9, 1e-7, 1e-5)
-# HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
-# take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
-# up, and with it one candidate of the search.
-_HIGHS = {
-    "presolve": False,
-    "time_limit": 5.0,
-    "primal_feasibility_tolerance": 1e-10,
-    "dual_feasibility_tolerance": 1e-10,
-}
 
 
 @dataclass(frozen=True)
@@ -337,15 +327,20 @@ def search(
     >>> search(problem, objective, np.array([0]), np.array([1.0, 0.0]), margin=1e-9).round(4)
     array([2. , 0.5])
     """
-    best = _linear_step(problem, objective, complicating, start, 0.0, margin)
+    order = definition_order(problem.equalities)
+
+    def step(point: Array, radius: float) -> tuple[Array, float, float] | None:
+        return linear_step(problem, objective, complicating, point, radius, margin, order)
+
+    best = step(start, 0.0)
     if best is None:
         return None
     point, violation, value = best
     for _ in range(steps):
         if radius < 1e-9:
             break
-        trial = _linear_step(problem, objective, complicating, point, radius, margin)
-        restored = None if trial is None else _linear_step(problem, objective, complicating, trial[0], 0.0, margin)
+        trial = step(point, radius)
+        restored = None if trial is None else step(trial[0], 0.0)
         if restored is None:
             radius *= 0.25
             continue
@@ -360,62 +355,3 @@ def search(
         if gain < 1e-10:
             break
     return point if violation <= 0.0 else None
-
-
-def _linear_step(
-    problem: PolynomialProblem, objective: Polynomials, complicating: Index, point: Array, radius: float, margin: float
-) -> tuple[Array, float, float] | None:
-    """Solve the linear program at ``point`` with the complicating variables free within ``radius``.
-
-    Returns the new point, the violation of the linearised constraints and the objective's value. First the violation
-    is driven to zero (one elastic variable), then the objective is minimised.
-    """
-    n = problem.n_variables
-    base = np.clip(np.where(np.isfinite(point), point, 0.0), problem.lower, problem.upper)
-    width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 0.0)
-    lower, upper = problem.lower + 0.5 * margin * width, problem.upper - 0.5 * margin * width
-    lower[complicating] = np.maximum(lower[complicating], base[complicating] - radius)
-    upper[complicating] = np.minimum(upper[complicating], base[complicating] + radius)
-    lower[complicating] = np.minimum(lower[complicating], upper[complicating])
-
-    equal, equal_value = _linearised(problem.equalities, base)
-    unequal, unequal_value = _linearised(problem.inequalities, base)
-    cost = _linearised(objective, base)[0].toarray().ravel()
-    bounds = np.stack([lower - base, upper - base], axis=1)
-    elastic = sparse.csr_matrix(np.ones((unequal.shape[0], 1)))
-    plain = linprog(  # type: ignore[call-overload]
-        cost,
-        A_ub=-unequal if unequal.shape[0] else None,
-        b_ub=unequal_value - margin if unequal.shape[0] else None,
-        A_eq=equal if equal.shape[0] else None,
-        b_eq=-equal_value if equal.shape[0] else None,
-        bounds=bounds,
-        method="highs",
-        options=_HIGHS,
-    )
-    if plain.status == 0:
-        moved = base + plain.x
-        return moved, 0.0, float(objective.evaluate(moved)[0])
-    if plain.status != 2 or not equal.shape[0]:
-        return None
-    ones = sparse.csr_matrix(np.ones((equal.shape[0], 1)))
-    relaxed = linprog(  # type: ignore[call-overload]
-        np.r_[np.zeros(n), 1.0],
-        A_ub=sparse.vstack(
-            [sparse.hstack([equal, -ones]), sparse.hstack([-equal, -ones]), sparse.hstack([-unequal, -elastic])]
-        ),
-        b_ub=np.concatenate([-equal_value, equal_value, unequal_value - margin]),
-        bounds=np.r_[bounds, [[0.0, np.inf]]],
-        method="highs",
-        options=_HIGHS,
-    )
-    if relaxed.status != 0:
-        return None
-    moved = base + relaxed.x[:-1]
-    return moved, float(relaxed.x[-1]), float(objective.evaluate(moved)[0])
-
-
-def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:
-    rows, columns, values = polynomials.jacobian(point)
-    matrix = sparse.csr_matrix((values, (rows, columns)), shape=(polynomials.n_rows, len(point)))
-    return matrix, polynomials.evaluate(point)

@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 from relaxations.lift import complicating_variables
+from relaxations.linear_step import linear_step
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem, from_sympy
 from relaxations.witness import definition_order, find_witness, search, verify
@@ -131,6 +132,26 @@ def test_an_oscillating_recursion_of_second_order_is_verified(n):
     wrong = truth.copy()
     wrong[0] += 0.05
     assert verify(problem, problem.variable(0), wrong) is None
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+@pytest.mark.parametrize("kind", ["output_error", "hammerstein"])
+def test_a_step_in_few_unknowns_is_the_step_in_all(request, kind, radius):
+    model = request.getfixturevalue(kind)(30, seed=2)
+    problem, objective = model.problem, model.problem.variable(0)
+    complicating = complicating_variables(problem)
+    whole, few = (
+        linear_step(problem, objective, complicating, model.truth, radius, 1e-9, order)
+        for order in (None, definition_order(problem.equalities))
+    )
+    assert few[1] == whole[1] == 0.0
+    assert few[2] == pytest.approx(whole[2], abs=1e-8)
+    rows, columns, values = problem.equalities.jacobian(model.truth)
+    left = problem.equalities.evaluate(model.truth)
+    np.add.at(left, rows, values * (few[0] - model.truth)[columns])
+    assert left == pytest.approx(0.0, abs=1e-9)
+    assert (problem.lower - 1e-9 <= few[0]).all()
+    assert (few[0] <= problem.upper + 1e-9).all()
 
 
 def test_the_search_improves_the_objective_and_ends_in_a_witness(output_error):
