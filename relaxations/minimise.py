@@ -20,6 +20,7 @@ import numpy as np
 from relaxations.balls import Array, Balls
 from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
+from relaxations.exact_point import exact_point
 from relaxations.extraction import minimisers
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
 from relaxations.lift import METHODS as LIFTS
@@ -377,6 +378,7 @@ def _proven(search: _Search, part: Piece, point: Array, value: float) -> Witness
 
 
 def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+    yield exact_point(problem, objective, point)
     if definition_order(problem.equalities) is None:
         return
     yield verify(problem, objective, point)
