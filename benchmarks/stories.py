@@ -25,7 +25,7 @@ EXPECTED = {
     "time_constant": "time_constant",
     "factor": "gain (the factor a)",
     "power": "power_law",
-    "two_in_succession": "extra_lag, then gain",
+    "two_in_succession": "extra_lag and gain",
     "sine": "output_curve",
     "square_root": "output_curve",
     "time_constant_and_factor": "time_constant and gain",

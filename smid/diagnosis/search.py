@@ -295,7 +295,8 @@ def _reconsider(
 ) -> _Path:
     """Leave out each cause in turn: drop it if it is not missed, replace it if another does better beside the rest.
 
-    A rival that does as well is noted as tied.
+    A rival that does nearly as well and makes another cause superfluous takes the place of both; one that does as well
+    is noted as tied.
     """
     by_name = {e.name: e for e in effects}
     indispensable: set[str] = set()
@@ -315,11 +316,7 @@ def _reconsider(
         full, without = record.score(path.base.fit), record.score(reduced.fit)
         best = min(alternatives, key=lambda t: record.score(t.fit), default=None)
         least = record.score(best.fit) if best is not None else np.inf
-        # Put on again, an effect may have other names for its parameters.
-        remaining = tuple(
-            replace(s, leader=replace(s.leader, trial=trial)) if s.leader is not None else s
-            for s, trial in zip((s for i, s in enumerate(path.stages) if i != k), again, strict=True)
-        )
+        remaining = _renewed((s for i, s in enumerate(path.stages) if i != k), again)
         if without - full < MARGIN:
             path = _Path(remaining, reduced, (*path.dropped, trials[k].effect))
             k = 0
@@ -327,6 +324,8 @@ def _reconsider(
             stage = weigh(record, reduced, best)
             path = _Path((*remaining, stage), reduced.extended(best), (*path.dropped, trials[k].effect))
             k = 0
+        elif (fewer := _with_fewer(record, start, path, k, alternatives, by_name)) is not None:
+            path, k = fewer, 0
         else:
             weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, by_name)
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
@@ -337,6 +336,32 @@ def _reconsider(
         for name in {t.effect for t in path.trials}
     }
     return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-errors[_name(s)], -drop(s)))))
+
+
+def _with_fewer(
+    record: Record, start: Base, path: _Path, k: int, rivals: Sequence[Trial], by_name: dict[str, Effect]
+) -> _Path | None:
+    """Put a rival that does nearly as well in the place of a cause and of another one, if the two are not missed."""
+    full, trials = record.score(path.base.fit), path.trials
+    for rival in (r for r in rivals if record.score(r.fit) < full + MARGIN):
+        for j in range(len(trials)):
+            rest = [trials[i] for i in range(len(trials)) if i not in (j, k)]
+            reduced = _replay(start, rest, by_name) if j != k else None
+            extended = refit(by_name[rival.effect], rival, reduced[0]) if reduced is not None else None
+            if reduced is not None and extended is not None and record.score(extended.fit) < full:
+                remaining = _renewed((s for i, s in enumerate(path.stages) if i not in (j, k)), reduced[1])
+                stage = weigh(record, reduced[0], extended)
+                dropped = (*path.dropped, trials[j].effect, trials[k].effect)
+                return _Path((*remaining, stage), reduced[0].extended(extended), dropped)
+    return None
+
+
+def _renewed(stages: Iterable[Stage], trials: Sequence[Trial]) -> tuple[Stage, ...]:
+    """Return stages with their effects as they were put on again: the parameters may have other names then."""
+    return tuple(
+        replace(s, leader=replace(s.leader, trial=trial)) if s.leader is not None else s
+        for s, trial in zip(stages, trials, strict=True)
+    )
 
 
 def _name(found: Stage) -> str:

@@ -37,6 +37,14 @@ def test_a_mismatch_of_table_2_is_told_from_its_rivals(mismatch: str, effect: st
     assert diagnosis.gain.noise_bound_after < 1.2 * bound
 
 
+def test_two_causes_are_not_told_as_three() -> None:
+    """A drag and two curves come near first; that a gain makes two of their successors superfluous shows at the end."""
+    model, data, bound = reactor("time_constant_and_factor")
+    detours = ("quadratic_drag", "output_curve", "operating_point", "viscous_friction")
+    diagnosis = diagnose(model, data, bound, effects=(*detours, "gain", "time_constant"), certify=False, workers=1)
+    assert {cause.effect for cause in diagnosis.causes} == {"gain", "time_constant"}
+
+
 def test_what_newtons_law_lacks_is_friction() -> None:
     model, data, bound = arm()
     rivals = ("input_dead_zone", "input_curve", "power_law", "sensor_bias")
