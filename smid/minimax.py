@@ -56,7 +56,7 @@ def minimax(problem: Fitting, vector: Array) -> tuple[Array, float]:
     largest, radius = float(np.abs(error).max()), 1.0
     if not np.isfinite(largest):
         return vector, largest
-    slopes = problem.jacobian(vector)
+    slopes = _finite(problem.jacobian(vector))
     for _ in range(_STEPS):
         # A step of one changes the RMS error by the largest error.
         size = np.sqrt(np.mean(slopes**2, axis=0))
@@ -69,11 +69,16 @@ def minimax(problem: Fitting, vector: Array) -> tuple[Array, float]:
         share = (largest - float(np.abs(found).max())) / (largest - promised)
         if share > 0.1:
             vector, error, largest = tried, found, float(np.abs(found).max())
-            slopes = problem.jacobian(vector)
+            slopes = _finite(problem.jacobian(vector))
         radius *= 2.0 if share > 0.7 else 1.0 if share > 0.1 else 0.3
         if radius < _SHORTEST:
             break
     return vector, largest
+
+
+def _finite(slopes: Array) -> Array:
+    """Take a slope that does not exist, of a root at zero, for none."""
+    return np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
 
 
 def _room(vector: Array, unit: Array, lower: Array, upper: Array, radius: float) -> tuple[Array, Array]:

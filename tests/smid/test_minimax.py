@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from smid import Dataset, OutputError, error_bound
+from smid import Dataset, Model, OutputError, error_bound
+from smid.binding import bind
 from smid.fit import Fitting, fit
 from smid.minimax import minimax
+from smid.models import Line, Measurement, Parameter, signal, t
 
 
 def recorded(seed: int, n: int, pole: float, bound: float = 0.1) -> Dataset:
@@ -50,6 +53,19 @@ def test_it_lies_in_the_certified_enclosure_and_below_least_squares():
     assert enclosure.lower <= least <= 1.01 * enclosure.upper
     assert least < squares
     assert least < 0.1
+
+
+def test_a_sensitivity_that_does_not_exist_holds_nothing_up():
+    """The slope of a root at rest is infinite: the fit of the other samples goes on."""
+    gain, u = Parameter("b", 0.1, 4.0), np.array([0.0, 1.0, 4.0, 0.0, 9.0, 1.0])
+    root = sympy.sqrt(gain.symbol * signal("u")[t])
+    model = Model("a root", (gain,), (Line(signal("w")[t], root),), (Measurement("y", "w", "eta"),))
+    data = Dataset.from_arrays(input={"u": u}, output={"y": 1.5 * np.sqrt(u)}, sampling_time=1.0)
+    problem = Fitting(bind(model, data), data, [np.ones(6, bool)])
+    with np.errstate(all="ignore"):
+        vector, largest = minimax(problem, problem.start({"b": 1.0}))
+    assert vector[0] == pytest.approx(1.5**2, rel=1e-2)
+    assert largest < 0.05
 
 
 def test_a_start_that_runs_away_is_told_by_an_infinite_error():
