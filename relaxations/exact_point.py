@@ -22,7 +22,7 @@ from relaxations.witness import Witness
 LARGEST = 200  # variables; fractions grow as they are eliminated
 _NEAR = 1e-7  # of the box, or of a constraint's terms: the tolerance of what found the point, with room
 
-_Row = list[tuple[Fraction, Fraction, tuple[int, ...]]]  # (coefficient, its radius, variables) of each term
+_Row = list[tuple[Fraction, Fraction, list[int]]]  # (coefficient, its radius, variables) of each term
 _Definition = tuple[int, dict[int, Fraction], Fraction]
 
 
@@ -77,16 +77,7 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
 
 
 def _rows(polynomials: Polynomials) -> list[_Row]:
-    rows: list[_Row] = [[] for _ in range(polynomials.n_rows)]
-    for row, mid, radius, factor in zip(
-        polynomials.rows.tolist(),
-        polynomials.coefficients.mid.tolist(),
-        polynomials.coefficients.rad.tolist(),
-        polynomials.factors.tolist(),
-        strict=True,
-    ):
-        rows[row].append((Fraction(mid), Fraction(radius), tuple(v for v in factor if v >= 0)))
-    return rows
+    return [[(Fraction(mid), Fraction(rad), factor) for mid, rad, factor in row] for row in polynomials.terms()]
 
 
 def _held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:

@@ -343,3 +343,16 @@ class Polynomials:
     def occurring(self) -> Index:
         """Return the numbers of the variables that occur, sorted."""
         return np.unique(self.factors[self.factors >= 0])
+
+    def terms(self) -> list[list[tuple[float, float, list[int]]]]:
+        """Return (midpoint, radius, variables) of each term, row by row, as Python objects."""
+        members: list[list[tuple[float, float, list[int]]]] = [[] for _ in range(self.n_rows)]
+        for row, mid, rad, factor in zip(
+            self.rows.tolist(),
+            self.coefficients.mid.tolist(),
+            self.coefficients.rad.tolist(),
+            self.factors.tolist(),
+            strict=True,
+        ):
+            members[row].append((mid, rad, [v for v in factor if v >= 0]))
+        return members

@@ -167,20 +167,6 @@ def _defines(v: int, rows_of: dict[int, set[int]], plain: list[set[int]], biline
     return v in plain[row] and v not in bilinear[row]
 
 
-def _terms(polynomials: Polynomials) -> list[list[tuple[float, float, list[int]]]]:
-    """Return (midpoint, radius, variables) of each term, row by row, as Python objects."""
-    members: list[list[tuple[float, float, list[int]]]] = [[] for _ in range(polynomials.n_rows)]
-    for row, mid, rad, factor in zip(
-        polynomials.rows.tolist(),
-        polynomials.coefficients.mid.tolist(),
-        polynomials.coefficients.rad.tolist(),
-        polynomials.factors.tolist(),
-        strict=True,
-    ):
-        members[row].append((mid, rad, [v for v in factor if v >= 0]))
-    return members
-
-
 def _product(term: tuple[float, float, list[int]], values: list[Interval], bits: int) -> Interval:
     mid, rad, variables = term
     result = fixed_point.from_float(mid, bits)
@@ -194,7 +180,7 @@ def _product(term: tuple[float, float, list[int]], values: list[Interval], bits:
 def _define(equalities: Polynomials, order: list[tuple[int, int]], point: Array, bits: int) -> list[Interval] | None:
     """Return every variable as an interval: floats where free, computed where defined."""
     values = [fixed_point.from_float(x, bits) for x in point.tolist()]
-    terms = _terms(equalities)
+    terms = equalities.terms()
     for row, variable in order:
         rest_low = rest_high = divisor_low = divisor_high = 0
         for mid, rad, variables in terms[row]:
@@ -214,7 +200,7 @@ def _define(equalities: Polynomials, order: list[tuple[int, int]], point: Array,
 
 def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> list[Interval]:
     sums = []
-    for member in _terms(polynomials):
+    for member in polynomials.terms():
         products = [_product(term, values, bits) for term in member]
         sums.append((sum(low for low, _ in products), sum(high for _, high in products)))
     return sums
