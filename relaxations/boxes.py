@@ -21,12 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.balls import Array, Balls, Index, concatenate
+from relaxations.benders.enclose import enclose
 from relaxations.bounding import lowest, relax, resolve
-from relaxations.hierarchy import Progress, intervals, uninterrupted
+from relaxations.ends import Ends
+from relaxations.hierarchy import BOXES, Progress, intervals, takes_cuts, uninterrupted
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials, pad
 from relaxations.problem import PolynomialProblem
 from relaxations.steps import Bound, Reach, Record, Step
+
+ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,12 @@ def _least_scale(
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
     method, order, complicating = resolve(face, "auto", None)
+    if takes_cuts(face, complicating.tolist(), "auto", None, recorded=record is not None):
+        ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
+        say = progress or (lambda _: None)
+        empty = enclose(face, ends, [(s, 1)], complicating, solver=solver, start=None, nodes=BOXES, say=say)
+        if empty is not None or ends.lower[s] > 0:
+            return np.inf if empty is not None else float(ends.lower[s])
     relaxed = relax(face, method, lowest(face, method, complicating), solver)
     first = relaxed.bound(face.variable(s))
     if first.bound > 0:

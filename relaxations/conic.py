@@ -131,9 +131,9 @@ def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) ->
     needed = BYTES_PER_PAIR * pairs + BYTES_PER_TERM * terms
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
     if needed > 0.8 * available:
+        blocks = f"semidefinite blocks of width {max(widths)} and " if widths else ""
         raise ProblemError(
-            f"{what} asks for semidefinite blocks of width {max(widths)} and about {_size(needed)} of memory; this "
-            f"machine has {_size(available)}: {cure}"
+            f"{what} asks for {blocks}about {_size(needed)} of memory; this machine has {_size(available)}: {cure}"
         )
 
 

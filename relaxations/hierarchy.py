@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from html import escape
@@ -19,12 +19,14 @@ from html import escape
 import numpy as np
 
 from relaxations.balls import Array, Index
+from relaxations.benders.enclose import check_cuts, enclose
 from relaxations.bounding import CLOSE, Emptiness, Outcome, Relaxed, lowest, relax, resolve
 from relaxations.branching import branch_and_bound
+from relaxations.ends import Ends
 from relaxations.errors import ProblemError
 from relaxations.lasserre import plan
 from relaxations.lift import METHODS as LIFTS
-from relaxations.lift import lifted_variables
+from relaxations.lift import complicating_variables, lifted_variables
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 from relaxations.solvers.interface import check_solver
@@ -36,7 +38,9 @@ Progress = Callable[[str], None]
 WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
 STALLED = 0.01
 LARGE = 10  # moments for each variable
-FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
+CUTS = "benders"  # the method that is no relaxation
+LONG = 300  # variables from which cuts are faster than a relaxation of the whole record
+BOXES = 500  # for each end and stage of branching with cuts
 
 
 class Proof(Enum):
@@ -135,7 +139,7 @@ class Enclosure:
         The proof where the set is empty.
     method : str
     order : int
-        The highest one used.
+        The highest one used; 0 where cuts did without a relaxation.
     reason : Reason
     rounds : int
         Contractions of the box.
@@ -144,7 +148,7 @@ class Enclosure:
     seconds : float
         Wall clock.
     complicating : tuple of str
-        Variables that the lift (or ``"rlt"``) lifted; empty for other methods.
+        Variables that the lift (or ``"rlt"``) lifted, or the outer ones of cuts; empty for other methods.
     largest_block, n_moments : int
         Size of the last relaxation.
     """
@@ -153,7 +157,7 @@ class Enclosure:
     witnesses: tuple[Array, ...]
     empty: Emptiness | None
     method: str
-    order: int  # the highest order used
+    order: int
     reason: Reason
     rounds: int
     solves: int
@@ -161,6 +165,13 @@ class Enclosure:
     complicating: tuple[str, ...]
     largest_block: int
     n_moments: int
+
+    @property
+    def how(self) -> str:
+        """Return the method and its order in words."""
+        if self.method == CUTS:
+            return "Benders cuts"
+        return f"{'parametric lift' if self.method == 'lift' else f'{self.method} relaxation'}, order {self.order}"
 
     def _repr_html_(self) -> str:
         titles = ("variable", "lower, certified", "lower, verified", "upper, verified", "upper, certified")
@@ -170,21 +181,8 @@ class Enclosure:
             ends = (i.lower, i.inner_lower, i.inner_upper, i.upper)
             cells = "".join(f'<td style="text-align: right">{float(end)!r}</td>' for end in ends)
             rows += f"<tr><td>{escape(i.name)}</td>{cells}</tr>"
-        told = f"{self.method}, order {self.order}, {self.solves} certified solves: {self.reason.value}"
+        told = f"{self.how}, {self.solves} solves: {self.reason.value}"
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table><p>{escape(told)}</p>"
-
-
-@dataclass
-class _Ends:
-    """The state of one pass: what is proven so far."""
-
-    lower: Array
-    upper: Array
-    tolerance: float
-    absolute: float
-    pool: list[Array]
-    status: dict[tuple[int, int], str] = field(default_factory=dict)
-    solves: int = 0
 
 
 def intervals(
@@ -200,6 +198,7 @@ def intervals(
     known: Sequence[Array] = (),
     absolute: float = 0.0,
     nodes: int = 0,
+    start: Array | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     record: Record | None = None,
@@ -212,7 +211,9 @@ def intervals(
         With a finite box.
     targets : sequence of int
         Variables whose intervals are asked for.
-    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+        ``"auto"`` takes cuts (:mod:`relaxations.benders`) where :func:`takes_cuts` says so; where they leave a gap, the
+        lift goes on.
     order : int, optional
         Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
     solver : str
@@ -228,6 +229,8 @@ def intervals(
         A gap below this is tight too, in the variable's unit.
     nodes : int
         Where contraction has stalled with a gap left, branch with at most so many relaxations for each end.
+    start : ndarray, shape (n_variables,), optional
+        A guess of a feasible point, where cuts are taken and none is known.
     executor : concurrent.futures.Executor, optional
         Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
     progress : callable, optional
@@ -259,24 +262,43 @@ def intervals(
     check_solver(solver)
     if rounds < 1:
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
-    method, order, complicating = resolve(problem, method, order)
+    cuts = takes_cuts(problem, targets, method, order, recorded=record is not None)
+    only_cuts = method == CUTS
+    method, order, complicating = resolve(problem, "auto" if cuts else method, order)
     least = lowest(problem, method, complicating)
     scaling = Scaling.of_box(problem)  # refuses an infinite box before any work
     # Refused before any work, at the highest order.
-    if method in LIFTS:
+    if cuts:
+        check_cuts(problem, complicating)
+    elif method in LIFTS:
         lifted_variables(problem, order, method)
     else:
         plan(scaling.apply(problem), order, method)
     say = progress or (lambda _: None)
     watched = sorted({*targets, *(complicating.tolist() if method in LIFTS else ())})
-    ends = _Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
+    ends = Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
     empty: Emptiness | None = None
-    reason, done, relaxed = Reason.ROUNDS, 0, None
+    reason, done, relaxed = None, 0, None
     # Lower orders contract the box at a fraction of the cost, so they go first.
     current_order = least
     try:
-        for done in range(1, rounds + 1):
-            current = problem.with_box(ends.lower, ends.upper)
+        if cuts:
+            wanted, others = (
+                [(k, sign) for k in chosen for sign in (1, -1)]
+                for chosen in (targets, [k for k in complicating.tolist() if k not in targets])
+            )
+            begin = 0.5 * problem.lower + 0.5 * problem.upper if start is None else start
+            empty = enclose(
+                problem, ends, wanted, complicating, also=others, solver=solver, start=begin, nodes=BOXES, say=say
+            )
+            if empty is not None:
+                reason = Reason.EMPTY
+            elif ends.tight(targets):
+                reason = Reason.TIGHT
+            elif only_cuts:
+                reason = Reason.ROUNDS
+        for done in range(1, rounds + 1) if reason is None else ():
+            current = ends.box(problem)
             relaxed = relax(current, method, current_order, solver)
             before = (ends.lower.copy(), ends.upper.copy())
             last = done == rounds
@@ -286,7 +308,7 @@ def intervals(
             if empty is not None:
                 reason = Reason.EMPTY
                 break
-            if witnesses and _tight(ends, targets):
+            if witnesses and ends.tight(targets):
                 reason = Reason.TIGHT
                 break
             shrinkage = _shrinkage(before, ends, watched)
@@ -295,9 +317,9 @@ def intervals(
             elif shrinkage < STALLED:
                 reason = Reason.STALLED
                 break
-        if reason is not Reason.EMPTY and not _tight(ends, targets) and nodes and method in LIFTS:
+        if reason in (None, Reason.STALLED) and nodes and method in LIFTS and not ends.tight(targets):
             _branch(problem, ends, targets, complicating, method, least, nodes, solver, say, record)
-            reason = Reason.TIGHT if _tight(ends, targets) else reason
+            reason = Reason.TIGHT if ends.tight(targets) else reason
     except KeyboardInterrupt:
         reason = Reason.INTERRUPTED
     except MemoryError:
@@ -306,9 +328,9 @@ def intervals(
         tuple(_interval(problem, ends, k) for k in targets),
         tuple(ends.pool),
         empty,
-        method,
-        current_order,
-        reason,
+        method if done or not cuts else CUTS,
+        current_order if done or not cuts else 0,
+        reason or Reason.ROUNDS,
         done,
         ends.solves,
         time.perf_counter() - started,
@@ -318,10 +340,59 @@ def intervals(
     )
 
 
+def takes_cuts(
+    problem: PolynomialProblem, targets: Sequence[int], method: str, order: int | None, *, recorded: bool = False
+) -> bool:
+    """Return whether a call means cuts: where they are asked for, or a long record leaves the choice.
+
+    The choice falls on them where all targets complicate. The multipliers that bound another variable change with
+    those that do; a relaxation's, which are polynomials, follow them, and cuts have to be many.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    targets : sequence of int
+    method : str
+    order : int or None
+        Asked for: of a relaxation, then.
+    recorded : bool
+        A proof that is to be written down is that of a relaxation.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    ProblemError
+        Where cuts are asked for that do not apply or cannot be written down.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> takes_cuts(problem, [0], "benders", None), takes_cuts(problem, [0], "auto", None)  # it is short
+    (True, False)
+    """
+    if method == "auto":
+        if problem.n_variables < LONG or order is not None or recorded:
+            return False
+        complicating = complicating_variables(problem)
+        return complicating is not None and bool(np.isin(targets, complicating).all())
+    if method != CUTS:
+        return False
+    if recorded:
+        raise ProblemError("the proof of method='benders' is not written to files: choose method='lift'")
+    if complicating_variables(problem) is None:
+        raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
+    return True
+
+
 def _round(
     problem: PolynomialProblem,
     relaxed: Relaxed,
-    ends: _Ends,
+    ends: Ends,
     targets: Sequence[int],
     watched: Sequence[int],
     complicating: Index,
@@ -337,7 +408,7 @@ def _round(
         (k, sign)
         for k in watched
         for sign in (1, -1)
-        if ends.lower[k] < ends.upper[k] and not (k in targets and witnesses and _end_tight(ends, k, sign))
+        if ends.lower[k] < ends.upper[k] and not (k in targets and witnesses and ends.end_tight(k, sign))
     )
     # What a solver loses shrinks with the box, so it need not be small beside the gap before the last round.
     bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
@@ -355,7 +426,7 @@ def _round(
                 record(Bound.of(relaxed, problem.variable(k, sign), outcome))
             return relaxed.emptiness(proof)
         width = ends.upper[k] - ends.lower[k]
-        gained = _tighten(ends, k, sign, outcome.bound)
+        gained = ends.tighten(k, sign, outcome.bound)
         if record and gained > 0:
             record(Bound.of(relaxed, problem.variable(k, sign), outcome))
         if ends.lower[k] > ends.upper[k]:
@@ -377,7 +448,7 @@ def _bound(
 
 def _branch(
     problem: PolynomialProblem,
-    ends: _Ends,
+    ends: Ends,
     targets: Sequence[int],
     complicating: Index,
     method: str,
@@ -390,12 +461,12 @@ def _branch(
     """Tighten the ends that still have a gap to their witness by branch and bound."""
     for k in targets:
         for sign in (1, -1):
-            inner = _inner(ends, k)
-            if np.isnan(inner[0]) or _end_tight(ends, k, sign):
+            inner = ends.inner(k)
+            if np.isnan(inner[0]) or ends.end_tight(k, sign):
                 continue
-            box = problem.with_box(ends.lower, ends.upper)
+            box = ends.box(problem)
             start, best = (ends.lower[k], inner[0]) if sign > 0 else (-ends.upper[k], -inner[1])
-            goal = best - _allowed_gap(ends, k)
+            goal = best - ends.allowed_gap(k)
             bound = branch_and_bound(
                 box,
                 problem.variable(k, sign),
@@ -408,32 +479,22 @@ def _branch(
                 record=record,
             )
             if np.isfinite(bound):  # a witness exists, so the set is not empty
-                _tighten(ends, k, sign, bound)
+                ends.tighten(k, sign, bound)
 
 
 def _fixed(goal: float, _: Outcome | None) -> float:
     return goal
 
 
-def _tighten(ends: _Ends, k: int, sign: int, bound: float) -> float:
-    if sign > 0:
-        gained = max(bound - ends.lower[k], 0.0)
-        ends.lower[k] = max(ends.lower[k], bound)
-    else:
-        gained = max(ends.upper[k] + bound, 0.0)
-        ends.upper[k] = min(ends.upper[k], -bound)
-    return float(gained)
-
-
 def _try_witness(
-    problem: PolynomialProblem, ends: _Ends, complicating: Index, point: Array, end: tuple[int, int]
+    problem: PolynomialProblem, ends: Ends, complicating: Index, point: Array, end: tuple[int, int]
 ) -> None:
     """Look for a verified point that pushes an end outwards."""
     k, sign = end
     starts = [point]
     if ends.pool:
         starts.append(min(ends.pool, key=lambda p: sign * p[k]))
-    box = problem.with_box(ends.lower, ends.upper)
+    box = ends.box(problem)
     for start in starts:
         found = find_witness(box, problem, problem.variable(k, sign), complicating, start)
         if found is not None:
@@ -441,38 +502,16 @@ def _try_witness(
             return
 
 
-def _inner(ends: _Ends, k: int) -> tuple[float, float]:
-    values = [p[k] for p in ends.pool]
-    return (min(values), max(values)) if values else (np.nan, np.nan)
-
-
-def _end_tight(ends: _Ends, k: int, sign: int) -> bool:
-    inner = _inner(ends, k)
-    if np.isnan(inner[0]):
-        return False
-    gap = inner[0] - ends.lower[k] if sign > 0 else ends.upper[k] - inner[1]
-    return bool(gap <= _allowed_gap(ends, k))
-
-
-def _allowed_gap(ends: _Ends, k: int) -> float:
-    size = max(abs(ends.lower[k]), abs(ends.upper[k]))
-    return float(max(ends.tolerance * (ends.upper[k] - ends.lower[k]), ends.absolute, FLOOR * size))
-
-
-def _tight(ends: _Ends, targets: Sequence[int]) -> bool:
-    return all(_end_tight(ends, k, sign) for k in targets for sign in (1, -1))
-
-
-def _shrinkage(before: tuple[Array, Array], ends: _Ends, watched: Sequence[int]) -> float:
+def _shrinkage(before: tuple[Array, Array], ends: Ends, watched: Sequence[int]) -> float:
     """Return the largest share of its width that a watched variable lost."""
     old = before[1][watched] - before[0][watched]
     new = ends.upper[watched] - ends.lower[watched]
     return float(np.max(1 - new[old > 0] / old[old > 0], initial=0.0))
 
 
-def _interval(problem: PolynomialProblem, ends: _Ends, k: int) -> Interval:
+def _interval(problem: PolynomialProblem, ends: Ends, k: int) -> Interval:
     lower, upper = float(ends.lower[k]), float(ends.upper[k])
-    inner = _inner(ends, k)
+    inner = ends.inner(k)
     # Sharing a box end is not the box's doing where a witness shows that the end is attained to the last digits.
     return Interval(
         problem.names[k],

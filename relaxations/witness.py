@@ -75,26 +75,55 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
     >>> verify(problem, objective, np.array([2.0, 0.0])) is None  # outside of the box
     True
     """
-    equalities = problem.exact() if problem.exact is not None else problem.equalities
-    order = definition_order(equalities)
-    if order is None:
+    return Verifier(problem)(objective, point)
+
+
+class Verifier:
+    """Verifies points of one problem, see :func:`verify`; what they have in common is done once.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
+    >>> verified = Verifier(problem)
+    >>> [verified(objective, np.array([value, 0.0])) is not None for value in (0.5, 2.0)]
+    [True, False]
+    """
+
+    def __init__(self, problem: PolynomialProblem) -> None:
+        self._problem = problem
+        equalities = problem.exact() if problem.exact is not None else problem.equalities
+        self._order = definition_order(equalities)
+        self._terms = equalities.terms()
+        self._bits = _BITS
+
+    def __call__(self, objective: Polynomials, point: Array) -> Witness | None:
+        """Return a witness near a point, or None."""
+        if self._order is None:
+            return None
+        bits, last = self._bits, None
+        while bits <= _MOST_BITS:
+            values = _define(self._terms, self._order, point, bits)
+            if values is None:
+                return None
+            if _holds(self._problem, values, bits):
+                self._bits = bits  # the next point is likely to need as many
+                middles = np.array([fixed_point.middle(v, bits) for v in values])
+                value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
+                return Witness(middles, value)
+            # Rounding loses as many bits at any precision: what is lost now says how many it takes.
+            lost = max((high - low for low, high in values), default=0).bit_length()
+            width = lost - bits
+            # The data's own rounding stays as wide as it is.
+            if width <= -_NARROW or (last is not None and width >= last):
+                return None
+            bits, last = lost + _NARROW, width
         return None
-    bits, last = _BITS, None
-    while bits <= _MOST_BITS:
-        values = _define(equalities, order, point, bits)
-        if values is None:
-            return None
-        if _holds(problem, values, bits):
-            middles = np.array([fixed_point.middle(v, bits) for v in values])
-            value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
-            return Witness(middles, value)
-        # Rounding loses as many bits at any precision: what is lost now says how many it takes.
-        lost = max((high - low for low, high in values), default=0).bit_length()
-        width = lost - bits
-        if width <= -_NARROW or (last is not None and width >= last):  # the data's own rounding stays as wide as it is
-            return None
-        bits, last = lost + _NARROW, width
-    return None
 
 
 def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
@@ -177,10 +206,11 @@ def _product(term: tuple[float, float, list[int]], values: list[Interval], bits:
     return result
 
 
-def _define(equalities: Polynomials, order: list[tuple[int, int]], point: Array, bits: int) -> list[Interval] | None:
+def _define(
+    terms: list[list[tuple[float, float, list[int]]]], order: list[tuple[int, int]], point: Array, bits: int
+) -> list[Interval] | None:
     """Return every variable as an interval: floats where free, computed where defined."""
     values = [fixed_point.from_float(x, bits) for x in point.tolist()]
-    terms = equalities.terms()
     for row, variable in order:
         rest_low = rest_high = divisor_low = divisor_high = 0
         for mid, rad, variables in terms[row]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.bounding import lowest, resolve
-from relaxations.hierarchy import Reason, intervals
+from relaxations.hierarchy import CUTS, Reason, intervals
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
 from relaxations.witness import find_witness
@@ -147,7 +147,8 @@ def error_bound(
         )
     channel = open_channels[0]
     feasible = FeasibleSet(model, data, fixed or {}, channel)
-    method, asked, complicating = resolve(feasible.problem, method, order)
+    # Cuts are for the ends of variables that complicate, and the noise bound does not.
+    method, asked, complicating = resolve(feasible.problem, "auto" if method == CUTS else method, order)
     order = asked if order is not None else lowest(feasible.problem, method, complicating)
     point, reach = _minimax(feasible)
     if point is None:

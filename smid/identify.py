@@ -14,7 +14,7 @@ import numpy as np
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.certificate_file import write_certificate
-from relaxations.hierarchy import Enclosure, Interval, Reason, intervals
+from relaxations.hierarchy import CUTS, Enclosure, Interval, Reason, intervals, takes_cuts
 from relaxations.lasserre import METHODS as LASSERRE
 from relaxations.lift import METHODS as LIFTS
 from relaxations.polynomial import Polynomials
@@ -35,7 +35,7 @@ from smid.table import Table
 
 Progress = Callable[[str], None]
 
-METHODS = ("auto", *LIFTS, *LASSERRE)
+METHODS = ("auto", CUTS, *LIFTS, *LASSERRE)
 """How bounds may be asked for."""
 
 
@@ -102,8 +102,10 @@ def identify(
     noise_bound : float or mapping channel -> float
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
-    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-        ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere.
+    method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+        ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and in place of the lift
+        cuts (:mod:`relaxations.benders`) for long records where all parameters complicate, as with errors in
+        variables, and no file of the proof is asked for.
     order : int, optional
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
@@ -148,7 +150,9 @@ def identify(
     check_solver(solver)
     feasible = FeasibleSet(model, data, noise_bound)
     model = feasible.model
-    resolve(feasible.problem, method, order)
+    parameters = range(len(model.parameters))
+    cuts = takes_cuts(feasible.problem, parameters, method, order, recorded=certificate is not None)
+    resolve(feasible.problem, "auto" if cuts else method, order)
     if feasible.openings:
         if certificate:
             raise ModelError("the proof of a model with Max, Min, Abs or sign cannot be written: leave certificate out")
@@ -165,7 +169,7 @@ def identify(
         boxed = with_finite_box(feasible, solver, progress, record)
         if boxed.unbounded:
             return _box_only(boxed, Reason.UNBOUNDED)
-        known = _first_witness(boxed.feasible)
+        known = [] if cuts else _first_witness(boxed.feasible)
     except KeyboardInterrupt:
         return _box_only(boxed, Reason.INTERRUPTED)
     except MemoryError:
@@ -173,7 +177,7 @@ def identify(
     problem = boxed.feasible.problem
     enclosure = intervals(
         problem,
-        range(len(model.parameters)),
+        parameters,
         method=method,
         order=order,
         solver=solver,
@@ -181,6 +185,7 @@ def identify(
         rounds=rounds,
         nodes=nodes,
         known=known,
+        start=_start(boxed.feasible) if cuts else None,
         executor=executor,
         progress=progress,
         record=record,
@@ -267,16 +272,22 @@ def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
     )
 
 
+def _start(feasible: FeasibleSet) -> Array:
+    """Return the equation-error fit as a guess of a feasible point."""
+    parameters, _ = equation_error_fit(feasible)
+    start = np.zeros(feasible.n_variables)
+    start[: len(parameters)] = parameters
+    return start
+
+
 def _first_witness(feasible: FeasibleSet) -> list[Array]:
     """Return a verified feasible point found from the equation-error fit, if any."""
     problem = feasible.problem
     parameters, rms = equation_error_fit(feasible)
     *_, complicating = resolve(problem, "auto", None)
-    start = np.zeros(problem.n_variables)
-    start[: len(parameters)] = parameters
     nothing = Polynomials.from_terms([{}])
     found = find_witness(
-        problem, problem, nothing, complicating, start, magnitudes(feasible, parameters, max(rms, 1e-9))
+        problem, problem, nothing, complicating, _start(feasible), magnitudes(feasible, parameters, max(rms, 1e-9))
     )
     return [] if found is None else [found.point]
 

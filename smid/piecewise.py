@@ -16,7 +16,8 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.bounding import Emptiness, relax, resolve
-from relaxations.hierarchy import FLOOR, Enclosure, Interval, Reason, intervals, uninterrupted
+from relaxations.ends import FLOOR
+from relaxations.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
 from relaxations.polynomial import Polynomials
 from smid.cells import Cell, Part, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.estimate import CentreStatus

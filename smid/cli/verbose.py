@@ -44,9 +44,8 @@ def log_estimate(estimate: Estimate) -> None:
     how = estimate.enclosure
     if how is not None:
         LOGGER.info(
-            "intervals: %s of order %d, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
-            how.method,
-            how.order,
+            "intervals: %s, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
+            how.how,
             ", ".join(how.complicating) or "none",
             how.n_moments,
             how.largest_block,

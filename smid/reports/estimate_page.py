@@ -322,13 +322,14 @@ def _work(estimate: Estimate) -> Block:
     e = estimate.enclosure
     if e is None:
         return f"{estimate.summary} Nothing else is proven."
-    method = "parametric lift" if e.method == "lift" else f"{e.method} relaxation"
+    size = f"{e.n_moments} moments, largest block {e.largest_block}"
+    rounds = f" in {e.rounds} rounds" if e.rounds else ""
     return Facts(
         (
-            ("method", f"{method}, order {e.order}"),
+            ("method", e.how),
             ("complicating variables", ", ".join(e.complicating) or "none"),
-            ("size", f"{e.n_moments} moments, largest block {e.largest_block}"),
-            ("work", f"{e.solves} certified solves in {e.rounds} rounds, {e.seconds:.3g} s"),
+            *((("size", size),) if e.n_moments else ()),
+            ("work", f"{e.solves} solves{rounds}, {e.seconds:.3g} s"),
             ("stopped because", e.reason.value),
         )
     )

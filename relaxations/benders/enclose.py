@@ -1,0 +1,253 @@
+"""Both ends of some variables, by cuts: search for good points first, then prove, coarsely before finely."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relaxations.balls import Array, Index
+from relaxations.benders.cuts import Cuts
+from relaxations.benders.program import ask
+from relaxations.benders.search import Asker, Point, inmost, outmost
+from relaxations.benders.split import Split
+from relaxations.benders.tree import bound_end
+from relaxations.bounding import Emptiness
+from relaxations.conic import BYTES_PER_TERM, check_memory
+from relaxations.ends import Ends
+from relaxations.problem import PolynomialProblem
+from relaxations.witness import Verifier
+
+STAGES = (0.5, 0.05)  # shares of the width, before what is asked for: a box proven coarsely costs fine proofs little
+USUAL_CUTS = 200
+CURE = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
+MARGINS = (1e-8, 1e-6, 1e-4)  # room, of the inner variables' radius, that is left to the verification of a witness
+
+
+@dataclass
+class _Run:
+    """One run: the problem, what is proven, and the multipliers of the cuts that matter."""
+
+    problem: PolynomialProblem
+    ends: Ends
+    complicating: Index
+    solver: str
+    nodes: int
+    say: Callable[[str], None]
+    verified: Verifier
+    shared: Array  # multipliers of cuts that any end may need
+    own: dict[tuple[int, int], Array] = field(default_factory=dict)  # those near each end
+    inside: Array | None = None  # a verified point with room
+
+    def asker(self, k: int, sign: int) -> Asker:
+        """Return what asks for one end: its variable is an outer one beside those that complicate."""
+        split = Split.of(self.ends.box(self.problem), np.union1d(self.complicating, [k]))
+        known = [_outer_rows(split), self.shared, *([self.own[k, sign]] if (k, sign) in self.own else [])]
+        return Asker(Cuts.of(split, np.unique(np.concatenate(known), axis=0)), self.solver)
+
+
+def enclose(
+    problem: PolynomialProblem,
+    ends: Ends,
+    wanted: Sequence[tuple[int, int]],
+    complicating: Index,
+    *,
+    also: Sequence[tuple[int, int]] = (),
+    solver: str,
+    start: Array | None,
+    nodes: int,
+    say: Callable[[str], None],
+) -> Emptiness | None:
+    """Tighten some ends.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    ends : Ends
+        Taken further in place: whatever interrupts, what is in it is proven.
+    wanted : sequence of (variable, sign)
+        Ends that are to meet their witnesses: lower ones with sign 1, upper ones with -1.
+    complicating : ndarray of int
+    also : sequence of (variable, sign)
+        Ends worth proving coarsely, for the box that they give the others.
+    solver : str
+    start : ndarray, shape (n_variables,), optional
+        A guess of a feasible point, of which only the complicating entries are used. Without it (and without known
+        points) one is met by branch and bound, unless that proves that there is none.
+    nodes : int
+        Of branch and bound, for each end and stage.
+    say : callable
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    Emptiness or None
+        The proof where no point is feasible.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> ends = Ends(problem.lower.copy(), problem.upper.copy(), 1e-4, 0.0, [])
+    >>> both = [(0, 1), (0, -1), (1, 1), (1, -1)]
+    >>> enclose(problem, ends, both, np.array([0]), solver="clarabel", start=None, nodes=100, say=lambda line: None)
+    >>> ends.lower.round(3), ends.upper.round(3), ends.tight([0, 1])
+    (array([0.5, 0.5]), array([2., 2.]), True)
+    """
+    n_rows = problem.equalities.n_rows + problem.inequalities.n_rows
+    run = _Run(problem, ends, complicating, solver, nodes, say, Verifier(problem), np.zeros((0, n_rows)))
+    begin = ends.pool[-1] if ends.pool else start
+    if begin is not None and len(complicating):
+        _begin(run, begin)
+    every = [end for end in (*also, *wanted) if ends.lower[end[0]] < ends.upper[end[0]]]
+    if run.inside is not None:
+        active = [_search(run, *end, 0.2 * ends.tolerance if end in wanted else 0.1) for end in every]
+        run.shared = np.concatenate(active)  # what else was met on the way is of use to the search alone
+    for share in (*STAGES, 0.0):
+        for end in every:
+            empty = _prove(run, *end, share) if share or end in wanted else None
+            if empty is not None:
+                return empty
+        if not ends.pool:  # nothing to aim at: finer stages would do the same again
+            break
+    return None
+
+
+def check_cuts(problem: PolynomialProblem, complicating: Index) -> None:
+    """Refuse a problem whose cuts would not fit the machine's memory.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    complicating : ndarray of int
+
+    Raises
+    ------
+    ProblemError
+        Where they need more than four fifths of it.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> check_cuts(problem, np.array([0]))
+    """
+    split = Split.of(problem, complicating)
+    entries = USUAL_CUTS * (1 + len(split.inner)) * len(split.monomials)
+    check_memory({}, 16 * entries // BYTES_PER_TERM, f"{USUAL_CUTS} cuts over {problem.n_variables} variables", CURE)
+
+
+def _begin(run: _Run, guess: Array) -> None:
+    """Look for a verified point with room, from a guess of all variables."""
+    k = int(run.complicating[0])
+    asker = run.asker(k, 1)
+    outer = asker.cuts.split.outer
+    room = inmost(asker, guess[outer], run.ends.lower[outer], run.ends.upper[outer])
+    run.ends.solves += asker.asked
+    if room is not None and room.excess < 0:
+        run.inside = _witness(run, asker, room, room, (k, 1))
+        run.say("a feasible point is " + ("not verified" if run.inside is None else "verified"))
+
+
+def _search(run: _Run, k: int, sign: int, share: float) -> Array:
+    """Find a verified point far out towards one end; return the multipliers of the cuts that hold it there."""
+    ends, asker = run.ends, run.asker(k, sign)
+    outer = asker.cuts.split.outer
+    assert run.inside is not None
+    inside = asker(run.inside[outer])
+    if inside is None or inside.excess >= 0:
+        return run.shared[:0]
+    known = len(asker.cuts)
+    cost = np.zeros(len(outer))
+    cost[np.searchsorted(outer, k)] = sign
+    point, active, near = outmost(asker, cost, inside, inside, ends.lower[outer], ends.upper[outer], share)
+    run.shared = np.concatenate([run.shared, asker.cuts.multipliers[known:]])
+    run.own[k, sign] = asker.cuts.multipliers[near]
+    _witness(run, asker, point, inside, (k, sign))
+    ends.solves += asker.asked
+    inner = ends.inner(k)
+    run.say(f"{run.problem.names[k]}: feasible from {inner[0]:.6g} to {inner[1]:.6g}")
+    return asker.cuts.multipliers[active]
+
+
+def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
+    """Raise one end to its witness, less a share of the width; return the proof where the set is empty."""
+    problem, ends = run.problem, run.ends
+    asker = run.asker(k, sign)
+    outer = asker.cuts.split.outer
+
+    def goal() -> float:
+        inner = ends.inner(k)
+        if np.isnan(inner[0]):
+            return float("inf")
+        allowed = share * (inner[1] - inner[0]) if share else 0.5 * ends.allowed_gap(k)
+        return float(sign * inner[0 if sign > 0 else 1] - allowed)
+
+    def feasible(point: Point) -> float:
+        if run.inside is None:
+            guess = np.zeros(problem.n_variables)
+            guess[outer] = point.p
+            _begin(run, guess)
+        if run.inside is not None:
+            _witness(run, asker, point, Point(run.inside[outer], -1.0), (k, sign))
+        return goal()
+
+    known = len(asker.cuts)
+    found = bound_end(
+        asker,
+        int(np.searchsorted(outer, k)),
+        sign,
+        ends.lower[outer],
+        ends.upper[outer],
+        goal(),
+        run.nodes,
+        feasible,
+        lambda bound: run.say(f"{problem.names[k]}: proven {'above' if sign > 0 else 'below'} {sign * bound:.6g}"),
+    )
+    ends.solves += asker.asked
+    ends.status[k, sign] = f"{found.nodes} boxes, {len(asker.cuts)} cuts"
+    learnt = asker.cuts.multipliers[known:]
+    run.own[k, sign] = np.concatenate([run.own[k, sign], learnt]) if (k, sign) in run.own else learnt
+    if found.bound == np.inf and not ends.pool:
+        weights = found.weights[: problem.equalities.n_rows]
+        total = float(weights.sum())
+        return Emptiness(found.margin, weights / total if total > 0 else np.full(len(weights), 1 / len(weights)))
+    if np.isfinite(found.bound):
+        ends.tighten(k, sign, found.bound)
+    return None
+
+
+def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[int, int]) -> Array | None:
+    """Verify a feasible point near one that may exceed by a little: towards the inside, no farther than it takes."""
+    split = asker.cuts.split
+    for margin in MARGINS:
+        missing = max(point.excess, 0.0) + max(margin, 0.1 * point.excess)
+        back = min(missing / (missing - inside.excess), 1.0) if point.excess > -margin else 0.0
+        p = point.p + back * (inside.p - point.p)
+        answer = ask(split, p, asker.solver)
+        if answer is None or answer.excess >= 0:
+            continue
+        found = run.verified(run.problem.variable(*end), split.recover(p, answer.inner))
+        if found is not None:
+            run.ends.pool.append(found.point)
+            return found.point
+    return None
+
+
+def _outer_rows(split: Split) -> Array:
+    """Return unit multipliers of the constraints that hold no inner variable, of equalities both ways."""
+    parts, before = [], 0
+    total = split.equalities.count + split.inequalities.count
+    for rows, both in ((split.equalities, True), (split.inequalities, False)):
+        own = np.ones(rows.count, dtype=bool)
+        stored = rows.mid.tocoo()
+        own[stored.row[stored.col >= len(split.monomials)]] = False
+        unit = np.zeros((int(own.sum()), total))
+        unit[np.arange(len(unit)), before + np.flatnonzero(own)] = 1.0
+        parts += [unit, -unit] if both else [unit]
+        before += rows.count
+    return np.concatenate(parts)

@@ -1,0 +1,148 @@
+"""The small linear programs in the outer variables alone, and what their multipliers prove."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog
+
+from relaxations.balls import EPSILON, TINY, Array
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least value of a linear function over ``b + A s >= 0`` in a box.
+
+    Parameters
+    ----------
+    point : ndarray, shape (n,)
+    weights : ndarray, shape (n_rows,)
+        Multipliers of the rows, nonnegative.
+    """
+
+    point: Array
+    weights: Array
+
+
+def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least | None:
+    """Minimise ``cost @ s`` over ``b + a @ s >= 0`` and ``lower <= s <= upper``; None where nothing is feasible.
+
+    Parameters
+    ----------
+    cost : ndarray, shape (n,)
+    b : ndarray, shape (n_rows,)
+    a : ndarray, shape (n_rows, n)
+    lower, upper : ndarray, shape (n,)
+
+    Returns
+    -------
+    Least or None
+
+    Examples
+    --------
+    >>> found = least(np.array([1.0]), np.array([-0.5]), np.array([[1.0]]), np.array([-1.0]), np.array([1.0]))
+    >>> found.point, found.weights
+    (array([0.5]), array([1.]))
+    """
+    # Without presolve, which ends the process on some programs (HiGHS 1.12 to 1.15).
+    found = linprog(  # type: ignore[call-overload]
+        cost, A_ub=-a, b_ub=b, bounds=np.stack([lower, upper], axis=1), method="highs", options={"presolve": False}
+    )
+    return Least(found.x, np.maximum(-found.ineqlin.marginals, 0.0)) if found.status == 0 else None
+
+
+def contradiction(b: Array, a: Array) -> tuple[Array, float] | None:
+    """Return weights of rows ``b + a @ s >= 0`` that no s in [-1, 1] satisfies together, and by how much they fail.
+
+    Parameters
+    ----------
+    b : ndarray, shape (n_rows,)
+    a : ndarray, shape (n_rows, n)
+
+    Returns
+    -------
+    (ndarray, shape (n_rows,), float) or None
+        None where that is not proven.
+
+    Examples
+    --------
+    >>> weights, margin = contradiction(np.array([-0.5, -0.5]), np.array([[1.0], [-1.0]]))  # s >= 0.5 and s <= -0.5
+    >>> weights, round(margin, 9)
+    (array([0.5, 0.5]), 0.5)
+    """
+    n = a.shape[1]
+    reach = 1.0 + float(np.max(np.abs(b) + np.abs(a).sum(axis=1), initial=0.0))
+    found = least(
+        np.append(np.zeros(n), 1.0),
+        b,
+        np.column_stack([a, np.ones(len(b))]),
+        np.append(-np.ones(n), -reach),
+        np.append(np.ones(n), reach),
+    )
+    margin = 0.0 if found is None else lower_bound(np.zeros(n), b, a, found.weights)
+    return (found.weights, margin) if found is not None and margin > 0 else None
+
+
+def lower_bound(cost: Array, b: Array, a: Array, weights: Array) -> float:
+    """Return a bound below ``cost @ s`` where ``b + a @ s >= 0`` and ``|s| <= 1``; any nonnegative weights prove one.
+
+    Parameters
+    ----------
+    cost : ndarray, shape (n,)
+    b, a : ndarray, shapes (n_rows,) and (n_rows, n)
+    weights : ndarray, shape (n_rows,)
+
+    Returns
+    -------
+    float
+        Rounded down.
+
+    Examples
+    --------
+    >>> row = np.array([[1.0]])
+    >>> 0.5 - 1e-12 < lower_bound(np.array([1.0]), np.array([-0.5]), row, np.array([1.0])) <= 0.5
+    True
+    """
+    left = cost - weights @ a
+    value = -weights @ b - np.abs(left).sum()
+    size = weights @ (np.abs(b) + np.abs(a).sum(axis=1)) + np.abs(cost).sum()
+    return float(value - 4 * (len(b) + len(cost) + 8) * (EPSILON * size + TINY))
+
+
+def shrink(b: Array, a: Array, passes: int = 3) -> tuple[Array, Array] | None:
+    """Return the part of [-1, 1] that rows ``b + a @ s >= 0`` leave, one by one; None where that is nothing.
+
+    Parameters
+    ----------
+    b : ndarray, shape (n_rows,)
+    a : ndarray, shape (n_rows, n)
+    passes : int
+
+    Returns
+    -------
+    (lower, upper) or None
+        Each of shape (n,), rounded outwards.
+
+    Examples
+    --------
+    >>> lower, upper = shrink(np.array([-0.5]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 1/2
+    >>> lower.round(6), upper
+    (array([ 0., -1.]), array([1., 1.]))
+    """
+    n = a.shape[1]
+    lower, upper = -np.ones(n), np.ones(n)
+    slack = 16 * (n + 4) * (EPSILON * (np.abs(b) + np.abs(a).sum(axis=1)) + TINY)
+    for _ in range(passes):
+        most = np.where(a > 0, a * upper, a * lower)
+        total = b + slack + most.sum(axis=1)
+        if (total < 0).any():
+            return None
+        with np.errstate(over="ignore"):
+            limit = (most - total[:, None]) / np.where(a == 0, 1.0, a)  # of s_j, by what the others leave
+            limit = limit - np.sign(a) * 8 * EPSILON * np.abs(limit)
+        lower = np.maximum(lower, np.max(np.where(a > 0, limit, -np.inf), axis=0, initial=-np.inf))
+        upper = np.minimum(upper, np.min(np.where(a < 0, limit, np.inf), axis=0, initial=np.inf))
+        if (lower > upper).any():
+            return None
+    return lower, upper

@@ -1,0 +1,158 @@
+"""Good points in the space of the outer variables, and the cuts that matter there.
+
+Cuts are linearised at a point, each with the signs that it has there; what the linear program over them finds is asked
+for a new cut, until nothing new is learnt (J. E. Kelley, "The cutting-plane method for solving convex programs",
+J. SIAM 8 (1960) 703-712, here local). A linearised cut lies below its convex left side, so it never lets a point by
+that the cut itself excludes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.balls import Array, Index
+from relaxations.benders.cuts import Cuts
+from relaxations.benders.master import least
+from relaxations.benders.program import ask
+
+FAR = 1.0  # a point whose noise would have to be twice as large: what is linearised there says little of here
+NEAR = 0.05  # of the room inside: a cut that leaves no more at a point is near it
+STEPS = 40
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the outer variables.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_outer,)
+    excess : float
+        Feasible where this is not positive.
+    """
+
+    p: Array
+    excess: float
+
+
+@dataclass
+class Asker:
+    """Asks the linear program at points, and keeps the cuts that it learns.
+
+    Parameters
+    ----------
+    cuts : Cuts
+    solver : str
+    asked : int
+        Linear programs so far.
+    """
+
+    cuts: Cuts
+    solver: str = "clarabel"
+    asked: int = 0
+
+    def __call__(self, p: Array) -> Point | None:
+        """Return a point with its excess; None where the solver has no answer."""
+        self.asked += 1
+        answer = ask(self.cuts.split, p, self.solver)
+        if answer is None:
+            return None
+        self.cuts = self.cuts.join(Cuts.of(self.cuts.split, answer.multipliers[None]))
+        return Point(p, answer.excess)
+
+
+def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | None:
+    """Look for a point with much room: its excess is as low as a local search gets; None without any answer.
+
+    Parameters
+    ----------
+    asker : Asker
+    start, lower, upper : ndarray, shape (n_outer,)
+
+    Returns
+    -------
+    Point or None
+    """
+    n = len(start)
+    p = np.clip(start, lower, upper)
+    answer = asker(p)
+    if answer is None:
+        return None
+    best, radius = answer, 0.25 * (upper - lower)
+    cost = np.append(np.zeros(n), 1.0)
+    for _ in range(STEPS):
+        value, slope = asker.cuts.tangents(best.p)
+        found = least(
+            cost,
+            value,
+            np.column_stack([slope, np.ones(len(value))]),
+            np.append(np.maximum(lower - best.p, -radius), -1.0),
+            np.append(np.minimum(upper - best.p, radius), abs(best.excess) + 1e3),
+        )
+        if found is None:
+            break
+        promised = best.excess - found.point[-1]
+        if promised <= 0.2 * max(-best.excess, 0.0) or (radius < 1e-9 * (upper - lower)).all():
+            break
+        answer = asker(best.p + found.point[:-1])
+        if answer is None or answer.excess >= best.excess:
+            radius = 0.5 * radius
+            continue
+        if best.excess - answer.excess > 0.5 * promised:
+            radius = 2.0 * radius
+        best = answer
+    return best
+
+
+def outmost(
+    asker: Asker, cost: Array, inside: Point, start: Point, lower: Array, upper: Array, share: float
+) -> tuple[Point, Index, Index]:
+    """Look for the point of the set where a linear function is least.
+
+    Parameters
+    ----------
+    asker : Asker
+    cost : ndarray, shape (n_outer,)
+    inside, start : Point
+        Feasible ones, the first with room.
+    lower, upper : ndarray, shape (n_outer,)
+    share : float
+        Stop once the excess is below this share of the room inside.
+
+    Returns
+    -------
+    point : Point
+        May still exceed by a little.
+    active, near : ndarray of int
+        The cuts that hold it, and those that almost do.
+    """
+    point, radius = start, 0.1 * (upper - lower)
+    active = np.zeros(0, dtype=np.int64)
+    room = max(-inside.excess, 0.0)
+    for _ in range(STEPS):
+        found = None
+        for base in (point.p, inside.p):
+            value, slope = asker.cuts.tangents(base)
+            below, above = np.maximum(lower - base, -radius), np.minimum(upper - base, radius)
+            found = least(cost, value, slope, below, above)
+            if found is not None:
+                break
+        if found is None:
+            break
+        active = np.flatnonzero(found.weights > 1e-9 * np.max(found.weights, initial=1e-300))
+        trial = base + found.point
+        if point.excess <= share * room and abs(cost @ (trial - point.p)) <= share * abs(cost @ (trial - inside.p)):
+            break
+        answer = asker(trial)
+        if answer is None:
+            break
+        if answer.excess > FAR:
+            radius = 0.3 * radius
+            continue
+        if answer.excess <= share * room and (np.abs(found.point) > 0.99 * radius).any():
+            radius = 2.0 * radius
+        point = answer
+    near = np.flatnonzero(asker.cuts.tangents(point.p)[0] <= NEAR * max(-inside.excess, 0.0))
+    return point, active, near
