@@ -168,10 +168,16 @@ class Enclosure:
 
     @property
     def how(self) -> str:
-        """Return the method and its order in words."""
-        if self.method == CUTS:
-            return "Benders cuts"
-        return f"{'parametric lift' if self.method == 'lift' else f'{self.method} relaxation'}, order {self.order}"
+        """Return in words the method, the variables that it treats apart, and its order."""
+        names = {"lift": "parametric lift", CUTS: "Benders cuts"}
+        within = f" in {', '.join(self.complicating)}" if self.complicating else ""
+        order = f", order {self.order}" if self.order else ""
+        return f"{names.get(self.method, f'{self.method} relaxation')}{within}{order}"
+
+    @property
+    def work(self) -> str:
+        """Return in words what was solved."""
+        return f"{self.solves} {'linear programs' if self.method == CUTS else 'certified solves'}"
 
     def _repr_html_(self) -> str:
         titles = ("variable", "lower, certified", "lower, verified", "upper, verified", "upper, certified")
@@ -181,7 +187,7 @@ class Enclosure:
             ends = (i.lower, i.inner_lower, i.inner_upper, i.upper)
             cells = "".join(f'<td style="text-align: right">{float(end)!r}</td>' for end in ends)
             rows += f"<tr><td>{escape(i.name)}</td>{cells}</tr>"
-        told = f"{self.how}, {self.solves} solves: {self.reason.value}"
+        told = f"{self.how}, {self.work}: {self.reason.value}"
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table><p>{escape(told)}</p>"
 
 

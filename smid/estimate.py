@@ -206,8 +206,7 @@ class Estimate(Tabular):
                 return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
-        within = f" in {', '.join(e.complicating)}" if e.complicating else ""
-        return f"{e.how}{within}, {e.solves} solves in {e.seconds:.3g} s; {e.reason.value}."
+        return f"{e.how}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."
 
     @property
     def table(self) -> Table:

@@ -119,7 +119,7 @@ def identify(
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
         Min, Abs or sign is always branched (:func:`smid.piecewise.piecewise_intervals`).
     executor : concurrent.futures.Executor, optional
-        Solves bounds side by side (:func:`relaxations.hierarchy.intervals`); a piecewise model runs here.
+        Solves bounds side by side (:func:`relaxations.hierarchy.intervals`); cuts and piecewise models run here.
     progress : callable, optional
         Called with a line of text now and then.
     certificate : str or Path, optional

@@ -22,6 +22,7 @@ def main() -> None:
     parser.add_argument("--feasible", type=int, default=2000, help="number of sets that hold the truth")
     parser.add_argument("--infeasible", type=int, default=500, help="number of empty sets")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="first seed of both")
+    parser.add_argument("--method", default="auto", help="of the smooth models")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--output", type=Path, help="Markdown file for the section")
     parser.add_argument("--cache", type=Path, default=Path(".cache/soundness.jsonl"))
@@ -31,7 +32,7 @@ def main() -> None:
     wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
     known = {(o.is_feasible, o.seed): o for o in (Outcome(**entry) for entry in kept(given.cache))}
     outcomes = [known[key] for key in wanted if key in known]
-    missing = [key for key in wanted if key not in known]
+    missing = [(*key, given.method) for key in wanted if key not in known]
     print(f"{len(wanted)} sets, {len(outcomes)} of them in {given.cache}", flush=True)
     started = time.perf_counter()
     for outcome in run(given.cache, check_case, missing, given.workers):

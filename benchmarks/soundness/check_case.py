@@ -13,8 +13,11 @@ from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
 __all__ = ["check_case"]
 
 
-def check_case(feasible: bool, seed: int) -> Outcome:
-    """Draw a case, identify it and judge the answer; orders and rounds vary with the seed."""
+def check_case(feasible: bool, seed: int, method: str = "auto") -> Outcome:
+    """Draw a case, identify it and judge the answer; orders and rounds vary with the seed.
+
+    Another method than ``"auto"`` is for the smooth models; the others are always branched with the lift.
+    """
     case = feasible_case(seed) if feasible else empty_case(seed)
     started = time.perf_counter()
     message = ""
@@ -23,7 +26,8 @@ def check_case(feasible: bool, seed: int) -> Outcome:
             case.model,
             case.data,
             case.noise_bound,
-            order=1 if seed % 4 else None,
+            method=method if case.kind in SMOOTH else "auto",
+            order=1 if seed % 4 and method == "auto" else None,
             rounds=1 + seed % 3,
             tolerance=0.5 if case.kind not in SMOOTH else 1e-2,
         )

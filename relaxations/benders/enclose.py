@@ -164,7 +164,7 @@ def _search(run: _Run, k: int, sign: int, share: float) -> Array:
     known = len(asker.cuts)
     cost = np.zeros(len(outer))
     cost[np.searchsorted(outer, k)] = sign
-    point, active, near = outmost(asker, cost, inside, inside, ends.lower[outer], ends.upper[outer], share)
+    point, active, near = outmost(asker, cost, inside, ends.lower[outer], ends.upper[outer], share)
     run.shared = np.concatenate([run.shared, asker.cuts.multipliers[known:]])
     run.own[k, sign] = asker.cuts.multipliers[near]
     _witness(run, asker, point, inside, (k, sign))
@@ -184,7 +184,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
         inner = ends.inner(k)
         if np.isnan(inner[0]):
             return float("inf")
-        allowed = share * (inner[1] - inner[0]) if share else 0.5 * ends.allowed_gap(k)
+        allowed = share * (inner[1] - inner[0]) if share else 0.9 * ends.allowed_gap(k)
         return float(sign * inner[0 if sign > 0 else 1] - allowed)
 
     def feasible(point: Point) -> float:
@@ -212,11 +212,12 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     ends.status[k, sign] = f"{found.nodes} boxes, {len(asker.cuts)} cuts"
     learnt = asker.cuts.multipliers[known:]
     run.own[k, sign] = np.concatenate([run.own[k, sign], learnt]) if (k, sign) in run.own else learnt
-    if found.bound == np.inf and not ends.pool:
+    crossed = found.bound > (ends.upper[k] if sign > 0 else -ends.lower[k])
+    if crossed and not ends.pool:
         weights = found.weights[: problem.equalities.n_rows]
         total = float(weights.sum())
         return Emptiness(found.margin, weights / total if total > 0 else np.full(len(weights), 1 / len(weights)))
-    if np.isfinite(found.bound):
+    if not crossed:
         ends.tighten(k, sign, found.bound)
     return None
 

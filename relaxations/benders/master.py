@@ -126,9 +126,9 @@ def shrink(b: Array, a: Array, passes: int = 3) -> tuple[Array, Array] | None:
 
     Examples
     --------
-    >>> lower, upper = shrink(np.array([-0.5]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 1/2
+    >>> lower, upper = shrink(np.array([-0.75]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 3/4
     >>> lower.round(6), upper
-    (array([ 0., -1.]), array([1., 1.]))
+    (array([ 0.25, -0.5 ]), array([1., 1.]))
     """
     n = a.shape[1]
     lower, upper = -np.ones(n), np.ones(n)

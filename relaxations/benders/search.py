@@ -31,6 +31,11 @@ class Point:
     p : ndarray, shape (n_outer,)
     excess : float
         Feasible where this is not positive.
+
+    Examples
+    --------
+    >>> Point(np.array([0.5]), -0.1).excess <= 0  # feasible, with room
+    True
     """
 
     p: Array
@@ -47,6 +52,16 @@ class Asker:
     solver : str
     asked : int
         Linear programs so far.
+
+    Examples
+    --------
+    >>> from relaxations.benders.split import Split
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> asker = Asker(Cuts.of(Split.of(problem, np.array([0])), np.zeros((0, 1))))
+    >>> round(asker(np.array([0.25])).excess, 4), len(asker.cuts)  # a must be 1/2 at least
+    (2.0, 1)
     """
 
     cuts: Cuts
@@ -74,6 +89,17 @@ def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | No
     Returns
     -------
     Point or None
+
+    Examples
+    --------
+    >>> from relaxations.benders.split import Split
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> asker = Asker(Cuts.of(Split.of(problem, np.array([0])), np.zeros((0, 1))))
+    >>> inside = inmost(asker, np.array([0.2]), problem.lower[:1], problem.upper[:1])
+    >>> bool(inside.p[0] > 0.5), inside.excess < -0.4  # x = 1 / a lies well within [0, 2]
+    (True, True)
     """
     n = len(start)
     p = np.clip(start, lower, upper)
@@ -107,7 +133,7 @@ def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | No
 
 
 def outmost(
-    asker: Asker, cost: Array, inside: Point, start: Point, lower: Array, upper: Array, share: float
+    asker: Asker, cost: Array, inside: Point, lower: Array, upper: Array, share: float
 ) -> tuple[Point, Index, Index]:
     """Look for the point of the set where a linear function is least.
 
@@ -115,8 +141,8 @@ def outmost(
     ----------
     asker : Asker
     cost : ndarray, shape (n_outer,)
-    inside, start : Point
-        Feasible ones, the first with room.
+    inside : Point
+        A feasible one with room, to begin with.
     lower, upper : ndarray, shape (n_outer,)
     share : float
         Stop once the excess is below this share of the room inside.
@@ -127,10 +153,22 @@ def outmost(
         May still exceed by a little.
     active, near : ndarray of int
         The cuts that hold it, and those that almost do.
+
+    Examples
+    --------
+    >>> from relaxations.benders.split import Split
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> asker = Asker(Cuts.of(Split.of(problem, np.array([0])), np.zeros((0, 1))))
+    >>> inside = asker(np.array([1.0]))
+    >>> point, *_ = outmost(asker, np.array([1.0]), inside, problem.lower[:1], problem.upper[:1], 1e-6)
+    >>> point.p.round(4)
+    array([0.5])
     """
-    point, radius = start, 0.1 * (upper - lower)
+    point, radius = inside, 0.1 * (upper - lower)
     active = np.zeros(0, dtype=np.int64)
-    room = max(-inside.excess, 0.0)
+    room = -inside.excess
     for _ in range(STEPS):
         found = None
         for base in (point.p, inside.p):
@@ -154,5 +192,5 @@ def outmost(
         if answer.excess <= share * room and (np.abs(found.point) > 0.99 * radius).any():
             radius = 2.0 * radius
         point = answer
-    near = np.flatnonzero(asker.cuts.tangents(point.p)[0] <= NEAR * max(-inside.excess, 0.0))
+    near = np.flatnonzero(asker.cuts.tangents(point.p)[0] <= NEAR * room)
     return point, active, near

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from relaxations.balls import Array, Index
-from relaxations.polynomial import Factors, Polynomials, pad, unique
+from relaxations.polynomial import Factors, Polynomials, pad, trim, unique
 from relaxations.problem import PolynomialProblem
 
 
@@ -20,6 +20,13 @@ class Rows:
     ----------
     mid, rad : sparse matrices, shape (n_rows, (1 + n_inner) * n_monomials)
         Coefficients; pair ``t * n_monomials + a`` is inner variable t - 1 (none for t = 0) times monomial a.
+
+    Examples
+    --------
+    >>> coefficients = sparse.csr_matrix([[-1.0, 1.0, 0.0, 1.0]])  # a + z a - 1, in pairs 1, a, z, z a
+    >>> constant, matrix = Rows(coefficients, 0 * coefficients).at(np.array([1.0, 0.5]))  # a = 0.5
+    >>> constant, matrix.toarray()
+    (array([-0.5]), array([[0.5]]))
     """
 
     mid: sparse.csr_matrix
@@ -94,7 +101,7 @@ class Split:
             _rows(family, column[family.factors].max(axis=1, initial=0), numbers[k], len(inner), len(monomials))
             for k, family in enumerate(families)
         ]
-        return Split(outer, inner, centre[inner], scale[inner], monomials, *rows)
+        return Split(outer, inner, centre[inner], scale[inner], trim(monomials), *rows)
 
     def values(self, p: Array) -> Array:
         """Return the values of the monomials at a point, shape (n_monomials,)."""

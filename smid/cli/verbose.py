@@ -44,8 +44,9 @@ def log_estimate(estimate: Estimate) -> None:
     how = estimate.enclosure
     if how is not None:
         LOGGER.info(
-            "intervals: %s, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
-            how.how,
+            "intervals: %s of order %d, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
+            how.method,
+            how.order,
             ", ".join(how.complicating) or "none",
             how.n_moments,
             how.largest_block,

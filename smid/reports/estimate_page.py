@@ -329,7 +329,7 @@ def _work(estimate: Estimate) -> Block:
             ("method", e.how),
             ("complicating variables", ", ".join(e.complicating) or "none"),
             *((("size", size),) if e.n_moments else ()),
-            ("work", f"{e.solves} solves{rounds}, {e.seconds:.3g} s"),
+            ("work", f"{e.work}{rounds}, {e.seconds:.3g} s"),
             ("stopped because", e.reason.value),
         )
     )
