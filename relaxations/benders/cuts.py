@@ -10,6 +10,10 @@ from scipy import sparse
 from relaxations.balls import EPSILON, TINY, Array
 from relaxations.benders.split import Rows, Split
 
+CACHED = (
+    1 << 15
+)  # numbers at a time: arrays of many cuts over a long record would go through the memory again and again
+
 
 @dataclass(frozen=True)
 class Cuts:
@@ -77,7 +81,7 @@ class Cuts:
         Plain floating point; negative where the point is cut off.
         """
         affine, _ = self.split.affine(p, np.ones(len(p)))
-        at = self._combine(affine)
+        at = np.tensordot(affine.T, self.coefficients, 1)
         sums = at[:, :, 0] + np.einsum("it,jit->ji", np.sign(at[0, :, 1:]), at[:, :, 1:])
         return sums[0], sums[1:].T
 
@@ -87,11 +91,21 @@ class Cuts:
         Centre and radius are those of :func:`frame`. Rounding is accounted for in ``b``.
         """
         affine, missed = self.split.affine(*frame(lower, upper))
-        at = self._combine(affine)
+        few = max(1, CACHED // self.coefficients.shape[2])
+        parts = [self._chords(slice(k, k + few), affine, missed) for k in range(0, max(len(self), 1), few)]
+        constant, slopes = (np.concatenate(part) for part in zip(*parts, strict=True))
+        # Each of the sums is of products that the sizes bound, and no longer than this; some go into the next.
+        n_terms = self.coefficients.shape[2] + affine.size + 16
+        reaching = np.abs(affine).sum(axis=1) + missed
+        rounding = (self.errors + 8 * n_terms * EPSILON * self.sizes) @ reaching
+        return constant + rounding, slopes
+
+    def _chords(self, some: slice, affine: Array, missed: Array) -> tuple[Array, Array]:
+        at = np.tensordot(affine.T, self.coefficients[:, some], 1)
         middle, reach = at[0, :, 1:], np.abs(at[1:, :, 1:]).sum(axis=0)
-        constant, beyond = at[0, :, 0].copy(), np.zeros(())
+        constant, beyond = at[0, :, 0], np.zeros(())
         if missed.any():
-            every = np.tensordot(missed, np.abs(self.coefficients), 1)
+            every = np.tensordot(missed, np.abs(self.coefficients[:, some]), 1)
             constant, beyond = constant + every[:, 0], every[:, 1:]
             reach = reach + beyond
         # |c| <= share c + rest wherever |c - middle| <= reach: the chord where c changes its sign, c or -c elsewhere.
@@ -99,14 +113,7 @@ class Cuts:
         above, below = np.maximum(middle + reach, 0.0), np.maximum(reach - middle, 0.0)
         rest = np.maximum((1 - share) * above, (1 + share) * below) + np.abs(share) * beyond
         sums = np.einsum("it,jit->ji", share, at[:, :, 1:])
-        # Each of these sums is of products that the sizes bound, and no longer than this; some go into the next.
-        n_terms = at.shape[2] + affine.size + 16
-        reaching = np.abs(affine).sum(axis=1) + missed
-        rounding = (self.errors + 8 * n_terms * EPSILON * self.sizes) @ reaching
-        return constant + sums[0] + rest.sum(axis=1) + rounding, (at[1:, :, 0] + sums[1:]).T
-
-    def _combine(self, affine: Array) -> Array:
-        return np.tensordot(affine.T, self.coefficients, 1)
+        return constant + sums[0] + rest.sum(axis=1), (at[1:, :, 0] + sums[1:]).T
 
     def losses(self, which: int, lower: Array, upper: Array) -> Array:
         """Return how much each outer variable has part in what one cut loses on a box, shape (n_outer,)."""
