@@ -58,7 +58,7 @@ class Cuts:
             sizes += _combined(np.abs(weights), abs(rows.mid)).reshape(shape)
             errors += _combined(np.abs(weights), rows.rad).reshape(shape)
         terms = 4 + max(_longest_column(split.equalities), _longest_column(split.inequalities))
-        errors += 2 * terms * (EPSILON * sizes + TINY)
+        errors += 2 * terms * (EPSILON * (sizes + errors) + TINY)
         planes = np.ascontiguousarray(np.moveaxis(coefficients, 2, 0))
         return Cuts(split, multipliers, planes, sizes.sum(axis=1), errors.sum(axis=1) * (1 + EPSILON * shape[1]))
 
