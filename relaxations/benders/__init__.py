@@ -1,11 +1,11 @@
 """Generalised Benders decomposition: bounds where few variables complicate, from linear programs at fixed values.
 
-Let ``p`` be the complicating variables and ``z`` the others, in which every constraint is affine:
+Let ``p`` be the complicating variables and ``z`` the others, in which every constraint is affine::
 
     h(p, z) = 0,   g(p, z) >= 0,   |z_t| <= 1 (scaled).
 
 For any multipliers lambda and nu >= 0 a feasible point satisfies ``lambda'h + nu'g >= 0``. The left side is
-``c_0(p) + sum_t c_t(p) z_t``, so without z
+``c_0(p) + sum_t c_t(p) z_t``, so without z::
 
     c_0(p) + sum_t |c_t(p)| >= 0,
 
