@@ -67,10 +67,13 @@ class Ends:
         values = [p[k] for p in self.pool]
         return (min(values), max(values)) if values else (np.nan, np.nan)
 
+    def negligible(self, k: int) -> float:
+        """Return the gap that counts as tight however narrow the interval."""
+        return float(max(self.absolute, FLOOR * max(abs(self.lower[k]), abs(self.upper[k]))))
+
     def allowed_gap(self, k: int) -> float:
         """Return the gap that counts as tight."""
-        size = max(abs(self.lower[k]), abs(self.upper[k]))
-        return float(max(self.tolerance * (self.upper[k] - self.lower[k]), self.absolute, FLOOR * size))
+        return max(self.tolerance * float(self.upper[k] - self.lower[k]), self.negligible(k))
 
     def end_tight(self, k: int, sign: int) -> bool:
         """Return whether an end meets its witness."""

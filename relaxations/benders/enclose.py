@@ -22,7 +22,8 @@ from relaxations.witness import Verifier
 STAGES = (0.5, 0.05)  # shares of the width, before what is asked for: a box proven coarsely costs fine proofs little
 USUAL_CUTS = 200
 CURE = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
-MARGINS = (1e-8, 1e-6, 1e-4)  # room, of the inner variables' radius, that is left to the verification of a witness
+# How far a witness is drawn inside, tried in turn: so many times what the point exceeds by, and room to verify it.
+BACK = ((1.1, 1e-8), (1.5, 1e-6), (4.0, 1e-4), (16.0, 1e-2))
 
 
 @dataclass
@@ -184,8 +185,8 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
         inner = ends.inner(k)
         if np.isnan(inner[0]):
             return float("inf")
-        allowed = share * (inner[1] - inner[0]) if share else 0.9 * ends.allowed_gap(k)
-        return float(sign * inner[0 if sign > 0 else 1] - allowed)
+        allowed = max(share * (inner[1] - inner[0]), ends.negligible(k)) if share else ends.allowed_gap(k)
+        return float(sign * inner[0 if sign > 0 else 1] - 0.9 * allowed)
 
     def feasible(point: Point) -> float:
         if run.inside is None:
@@ -225,9 +226,9 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
 def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[int, int]) -> Array | None:
     """Verify a feasible point near one that may exceed by a little: towards the inside, no farther than it takes."""
     split = asker.cuts.split
-    for margin in MARGINS:
-        missing = max(point.excess, 0.0) + max(margin, 0.1 * point.excess)
-        back = min(missing / (missing - inside.excess), 1.0) if point.excess > -margin else 0.0
+    for times, margin in BACK:
+        missing = times * max(point.excess, 0.0) + margin
+        back = missing / (missing - inside.excess) if point.excess > -margin else 0.0
         p = point.p + back * (inside.p - point.p)
         answer = ask(split, p, asker.solver)
         if answer is None or answer.excess >= 0:

@@ -140,6 +140,15 @@ def test_cuts_agree_with_the_lift(poles):
         assert one.upper == pytest.approx(other.upper, abs=5e-3 * other.width)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_the_truth_lies_inside_whatever_the_record(seed):
+    model, data, parameters, _ = record(12 + 4 * seed, 100 + seed)
+    found = identify(model, data, NOISE, method=CUTS, tolerance=1e-2)
+    for interval, true in zip(found.intervals, parameters, strict=True):
+        assert interval.lower <= true <= interval.upper
+        assert interval.lower <= interval.inner_lower <= interval.inner_upper <= interval.upper
+
+
 def test_ends_of_variables_that_do_not_complicate_are_bounded_too():
     t = np.arange(40)
     u = np.concatenate([t[:20], t[20:0:-1]]) / 20.0
