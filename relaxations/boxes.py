@@ -131,10 +131,11 @@ def _least_scale(
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
     method, order, complicating = resolve(face, "auto", None)
-    if takes_cuts(face, complicating.tolist(), "auto", None, recorded=record is not None):
+    if takes_cuts(face, complicating.tolist(), "auto", None):
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
-        empty = enclose(face, ends, [(s, 1)], complicating, solver=solver, start=None, nodes=BOXES, say=say)
+        end = [(s, 1)]
+        empty = enclose(face, ends, end, complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record)
         if empty is not None or ends.lower[s] > 0:
             return np.inf if empty is not None else float(ends.lower[s])
     relaxed = relax(face, method, lowest(face, method, complicating), solver)

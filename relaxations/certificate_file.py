@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from relaxations import check
+from relaxations.balls import Array
 from relaxations.errors import ProblemError
 from relaxations.formats.as_json import listed, statement
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.recognition import equality_multipliers, product_multipliers
-from relaxations.steps import Bound, Branches, Quotient, Reach, Step
+from relaxations.steps import Bound, Branches, Cut, Quotient, Reach, Step
 
 
 def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Sequence[Step]) -> None:
@@ -73,11 +74,13 @@ def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Seque
     if not steps:
         raise ProblemError("there are no steps: nothing is proven beyond the box")
     places = _Places(problem)
+    written = [_step(step, places) for step in _until_empty(steps)]
     document = {
         "format": check.FORMAT,
         "version": check.VERSION,
         **statement(problem),
-        "steps": [_step(step, places) for step in _until_empty(steps)],
+        **({"cuts": places.cuts} if places.cuts else {}),
+        "steps": written,
     }
     try:
         check.check(document)
@@ -95,7 +98,9 @@ def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Seque
 def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
     """Leave out what follows a proof that no point is feasible: a box, say, that was then arbitrary."""
     for number, step in enumerate(steps, start=1):
-        if isinstance(step, Bound) and not step.objective.coefficients.magnitude().any() and step.certificate.bound > 0:
+        if isinstance(step, Reach | Quotient):
+            continue
+        if step.bound > 0 and not step.objective.coefficients.magnitude().any():
             return steps[:number]
     return steps
 
@@ -126,6 +131,8 @@ class _Places:
         families = (stated.equalities, stated.inequalities)
         self._rows = [{key: k for k, key in enumerate(_keys(family, same))} for family in families]
         self._found: dict[tuple[int, int, tuple[str, ...]], _Place] = {}
+        self.cuts: list[dict[str, Any]] = []
+        self._numbers: dict[tuple[int, bytes], int] = {}
 
     def of(self, problem: PolynomialProblem) -> _Place:
         families = (problem.equalities, problem.inequalities)
@@ -144,6 +151,21 @@ class _Places:
                 ) from None
             self._found[known] = _Place(self._stated.n_variables, variables, *rows)
         return self._found[known]
+
+    def number_of_cut(self, place: _Place, multipliers: Array) -> int:
+        """Return the number of a cut in the file; many steps share one."""
+        known = id(place), multipliers.tobytes()
+        if known not in self._numbers:
+            self._numbers[known] = len(self.cuts)
+            parts = np.split(multipliers, [len(place.equalities)])
+            kinds = {"equalities": (place.equalities, parts[0]), "inequalities": (place.inequalities, parts[1])}
+            self.cuts.append(
+                {
+                    kind: [[rows[k], float(own[k]).hex()] for k in np.flatnonzero(own)]
+                    for kind, (rows, own) in kinds.items()
+                }
+            )
+        return self._numbers[known]
 
     def add_cone(self, reach: Reach) -> None:
         """Let the rows times s be known, which the check makes in the same order."""
@@ -174,6 +196,8 @@ def _step(step: Step, places: _Places) -> dict[str, Any]:
         return {"quotient": {"equality": place.equalities[step.equality], "variable": place.variables[step.variable]}}
     if isinstance(step, Branches):
         return _branches(step, places)
+    if isinstance(step, Cut):
+        return _cut(step, places)
     return _bound(step, places.of(step.relaxed.problem))
 
 
@@ -198,6 +222,19 @@ def _branches(step: Branches, places: _Places) -> dict[str, Any]:
     return document
 
 
+def _cut(step: Cut, places: _Places) -> dict[str, Any]:
+    place = places.of(step.problem)
+    return {
+        "objective": place.objective(step.objective),
+        "bound": float(step.bound).hex(),
+        "outer": place.monomial(step.outer.tolist()),
+        "weights": [
+            [places.number_of_cut(place, own), float(weight).hex()]
+            for own, weight in zip(step.multipliers, step.weights, strict=True)
+        ],
+    }
+
+
 def _reach(step: Reach, places: _Places) -> dict[str, Any]:
     place = places.of(step.problem)
     places.add_cone(step)
@@ -214,8 +251,8 @@ def _reach(step: Reach, places: _Places) -> dict[str, Any]:
 
 
 def _bound(step: Bound, place: _Place) -> dict[str, Any]:
-    if not np.isfinite(step.certificate.bound):
-        raise ProblemError(f"the certificate's bound is {step.certificate.bound}: it proves nothing to be written")
+    if not np.isfinite(step.bound):
+        raise ProblemError(f"the certificate's bound is {step.bound}: it proves nothing to be written")
     relaxed, relaxation = step.relaxed, step.relaxed.relaxation
     scaled = {
         name: relaxed.scaling.polynomials(family)
@@ -227,7 +264,7 @@ def _bound(step: Bound, place: _Place) -> dict[str, Any]:
     products = product_multipliers(relaxation, scaled["inequality"], step.certificate.multipliers.factors)
     return {
         "objective": place.objective(step.objective),
-        "bound": float(step.certificate.bound).hex(),
+        "bound": float(step.bound).hex(),
         "centre": [float(v).hex() for v in centre],
         "scale": [float(v).hex() for v in scale],
         "equalities": [

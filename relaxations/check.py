@@ -11,7 +11,7 @@ and every monomial of t lies in [-1, 1]. So ``objective >= r_0 - sum_{i > 0} |r_
 not lie above. A coefficient that is given as a ball stands for each number in it.
 
 A step that bounds one variable tightens the box for the steps after it. A positive bound of the objective zero proves
-that no point is feasible. There are three more kinds of steps.
+that no point is feasible. There are four more kinds of steps.
 
 A step with ``parts`` branches: their boxes cover the box, in one variable, or all factors of an ``equality`` that is a
 single monomial, one of which vanishes; and the steps of each part prove the same bound there, or that it is empty.
@@ -21,6 +21,12 @@ A step with ``reach`` proves a box for variables that have none. Let ``tau >= 1`
 times s, is a row in y; a bounded variable z may ride along as ``y = s z``. Where tau > 1, some y_k is 1 or -1. So if on
 each of these faces the steps prove s >= s_min > 0, or that it is empty, then ``|x_k| <= m_k / s_min`` for the least
 s_min (or 1, if less).
+
+A step with ``weights`` sums ``cuts`` in the ``outer`` variables p. The multipliers of a cut, which the file gives once
+for all steps, make ``c_0(p) + sum_i c_i(p) z_i >= 0`` of the constraints, with all other variables z in their box,
+``|z_i - m_i| <= q_i``. There ``c_i z_i <= c_i m_i + q_i |c_i|``, and where c_i is between -l and h on the box of
+p, ``|c_i| <= share c_i + max((1 - share) h, (1 + share) l)`` for any share from -1 to 1. What is left is a polynomial
+in p, bounded as above.
 
 A step with ``quotient`` divides: where an equality is ``A + B x_k = 0``, its A is bounded by the box, and a step before
 it proved ``B >= b > 0`` or ``-B >= b > 0``, ``|x_k| <= max |A| / b``.
@@ -40,7 +46,7 @@ from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import lcm
+from math import lcm, prod
 from pathlib import Path
 from typing import Any
 
@@ -144,17 +150,20 @@ class Stated:
     ----------
     names : list of str
     equalities, inequalities : list of Polynomial or None
+    cuts : list
+        Multipliers, as they are in the file.
 
     Examples
     --------
     >>> product = Polynomial({(0, 1): Fraction(2)}, {})
-    >>> Stated(["x", "y"], [product], []).vanishing  # equality 0: x or y is zero
+    >>> Stated(["x", "y"], [product], [], []).vanishing  # equality 0: x or y is zero
     {0: {0, 1}}
     """
 
     names: list[str]
     equalities: list[Polynomial | None]
     inequalities: list[Polynomial | None]
+    cuts: list[Any]
 
     def constraint(self, kind: str, number: Any, where: str) -> Polynomial:
         """Return a constraint by its number in the file."""
@@ -163,6 +172,17 @@ class Stated:
         if found is None:
             raise Refused(f"{where}: {kind} {number} is not affine in the variables without a box")
         return found
+
+    @cached_property
+    def _split(self) -> dict[tuple[int, frozenset[int]], _Split]:
+        return {}
+
+    def cut(self, number: Any, outer: frozenset[int], where: str) -> _Split:
+        """Return what the multipliers of a cut make of the constraints, by inner variables."""
+        known = _index(number, len(self.cuts), where), outer
+        if known not in self._split:
+            self._split[known] = _Split.of(self, self.cuts[known[0]], outer, f"cut {number}")
+        return self._split[known]
 
     @cached_property
     def vanishing(self) -> dict[int, set[int]]:
@@ -360,7 +380,8 @@ def check(document: Any) -> tuple[Proven, ...]:
     steps = _list(_get(document, "steps", "the file"), "steps")
     _refuse_unless(len(steps) > 0, "there are no steps: nothing is claimed")
     try:
-        proven, empty = _check_steps(steps, "", Stated(names, list(equalities), list(inequalities)), box)
+        cuts = _list(document.get("cuts", []), "cuts")
+        proven, empty = _check_steps(steps, "", Stated(names, list(equalities), list(inequalities), cuts), box)
     except RecursionError:
         raise Refused("the branches are nested too deeply") from None
     if empty and not any(theorem.empty for theorem in proven):
@@ -373,6 +394,8 @@ def _check_steps(steps: list[Any], inside: str, stated: Stated, box: Box) -> tup
     proven: list[Proven] = []
     empty = _settle(box, stated)
     for number, step in enumerate(steps, start=1):
+        if empty:  # whatever else is claimed of no point
+            break
         where = f"{inside}step {number}"
         if isinstance(step, dict) and "reach" in step:
             found = _check_reach(step["reach"], where, stated, box)
@@ -380,6 +403,8 @@ def _check_steps(steps: list[Any], inside: str, stated: Stated, box: Box) -> tup
             found = _check_quotient(step["quotient"], where, stated, box, proven)
         elif isinstance(step, dict) and "parts" in step:
             found = [_check_branches(step, where, stated, box)]
+        elif isinstance(step, dict) and "weights" in step:
+            found = [_check_cuts(step, where, stated, box)]
         else:
             found = [_check_bound(step, where, stated, box)]
         proven += found
@@ -404,7 +429,7 @@ def _check_branches(step: Any, where: str, stated: Stated, box: Box) -> Proven:
         lower, upper = own[v]
         own[v] = [low if lower is None else max(lower, low), high if upper is None else min(upper, high)]
         proven, empty = _check_steps(_list(_get(part, "steps", inside), inside), f"{inside}, ", stated, own)
-        reached = [p.bound for p in proven if p.objective == objective]
+        reached = [p.bound for p in proven if p.objective == objective] + _box_says(objective, own)
         if not empty:
             _refuse_unless(len(reached) > 0, f"{inside}: nothing is proven of the objective")
             _refuse_unless(max(reached) >= bound, f"{inside}: bound >= {_shown(bound)} fails: {_shown(max(reached))}")
@@ -418,6 +443,24 @@ def _check_branches(step: Any, where: str, stated: Stated, box: Box) -> Proven:
     else:
         _check_cover(parts, where, stated, box)
     return Proven(where, objective, bound, bound)
+
+
+def _alone(objective: Polynomial) -> tuple[int, Fraction] | None:
+    """Return variable and slope of an objective that is a multiple of one variable."""
+    monomials = objective.monomials
+    if len(monomials) != 1 or objective.rad:
+        return None
+    (monomial,) = monomials
+    return (monomial[0], objective.mid[monomial]) if len(monomial) == 1 else None
+
+
+def _box_says(objective: Polynomial, box: Box) -> list[Fraction]:
+    """Return the bound that the box itself has for an objective that is a multiple of one variable."""
+    single = _alone(objective)
+    if single is None:
+        return []
+    end = box[single[0]][0 if single[1] > 0 else 1]
+    return [] if end is None else [single[1] * end]
 
 
 def _check_cover(parts: list[tuple[int, Fraction, Fraction]], where: str, stated: Stated, box: Box) -> None:
@@ -542,6 +585,7 @@ def _homogenised(
         [*stated.names, "s"],
         [times_s(row) for row in stated.equalities],
         [*(times_s(row) for row in stated.inequalities), *cone[0], *cone[1]],
+        stated.cuts,
     ), [*ends, [Fraction(0), Fraction(1)]]
 
 
@@ -603,12 +647,111 @@ def _check_bound(step: Any, where: str, stated: Stated, box: Box) -> Proven:
         _refuse_unless(scale[k] >= 0, f"{where}: scale >= 0 fails for {names[k]}: {_shown(scale[k])}")
         _fails_unless(centre[k] - scale[k], lower, f"{where}: centre - scale <= lower", names[k])
         _fails_unless(upper, centre[k] + scale[k], f"{where}: upper <= centre + scale", names[k])
+    return _proven(where, objective, bound, residual)
+
+
+def _proven(where: str, objective: Polynomial, bound: Fraction, residual: Polynomial) -> Proven:
+    """Return a theorem whose objective exceeds a polynomial in t, with all of t in [-1, 1]."""
     recomputed = residual.mid.get((), Fraction(0)) - residual.rad.get((), Fraction(0))
-    for m in monomials:
+    for m in residual.monomials - {()}:
         recomputed -= abs(residual.mid.get(m, Fraction(0))) + residual.rad.get(m, Fraction(0))
     if bound > recomputed:
         raise Refused(f"{where}: bound <= r_0 - sum |r_i| fails: {_shown(bound)} > {_shown(recomputed)}")
     return Proven(where, objective, bound, recomputed)
+
+
+@dataclass(frozen=True)
+class _Split:
+    """A cut by inner variables, -1 for none: terms in the outer ones, whole numbers over one denominator.
+
+    The radii of the coefficients stand apart, with the monomials in all variables.
+    """
+
+    parts: dict[int, list[tuple[Monomial, int]]]
+    denominator: int
+    rad: dict[Monomial, Fraction]
+
+    @staticmethod
+    def of(stated: Stated, multipliers: Any, outer: frozenset[int], where: str) -> _Split:
+        mid: dict[Monomial, Fraction] = {}
+        rad: dict[Monomial, Fraction] = {}
+        for kind, plural in (("equality", "equalities"), ("inequality", "inequalities")):
+            for pair in _list(_get(multipliers, plural, where), f"{where}, {plural}"):
+                k, value = _list(pair, f"{where}, {plural}", 2)
+                weight = _number(value, where)
+                _refuse_unless(kind == "equality" or weight >= 0, f"{where}: multiplier >= 0 fails: {_shown(weight)}")
+                row = stated.constraint(kind, k, where)
+                _add(mid, {m: weight * coefficient for m, coefficient in row.mid.items()})
+                _add(rad, {m: abs(weight) * radius for m, radius in row.rad.items()})
+        denominator = lcm(*(value.denominator for value in mid.values()))
+        parts: dict[int, list[tuple[Monomial, int]]] = {}
+        for m, value in mid.items():
+            inner = [v for v in m if v not in outer]
+            _refuse_unless(len(inner) <= 1, f"{where} is not affine in the inner variables")
+            own = tuple(v for v in m if v in outer)
+            whole = value.numerator * (denominator // value.denominator)
+            parts.setdefault(inner[0] if inner else -1, []).append((own, whole))
+        return _Split(parts, denominator, rad)
+
+
+def _check_cuts(step: Any, where: str, stated: Stated, box: Box) -> Proven:
+    count = len(stated.names)
+    objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
+    bound = _number(_get(step, "bound", where), f"{where}, bound")
+    outer = frozenset(_monomial(_get(step, "outer", where), count, f"{where}, outer"))
+    _refuse_unless(
+        outer.issuperset(v for m in objective.monomials for v in m), f"{where}: the objective holds an inner variable"
+    )
+    ends = []
+    for name, (lower, upper) in zip(stated.names, box, strict=True):
+        if lower is None or upper is None:
+            raise Refused(f"{where}: {name} has no finite box")
+        ends.append((lower, upper))
+    middle, radius = [Fraction(0)] * count, [Fraction(0)] * count
+    for v in outer:
+        middle[v], radius[v] = (ends[v][0] + ends[v][1]) / 2, (ends[v][1] - ends[v][0]) / 2
+    residual = _substitute(objective, middle, radius)
+    for pair in _list(step["weights"], f"{where}, weights"):
+        number, value = _list(pair, f"{where}, weights", 2)
+        weight = _number(value, where)
+        _refuse_unless(weight >= 0, f"{where}: weight >= 0 fails: {_shown(weight)}")
+        split = stated.cut(number, outer, where)
+        _add(residual.mid, {m: weight * c for m, c in _chords(split, middle, radius, ends).items()}, -1)
+        unknown = sum((rad * _size(m, ends) for m, rad in split.rad.items()), Fraction(0))
+        _add(residual.rad, {(): weight * unknown})
+    return _proven(where, objective, bound, residual)
+
+
+def _chords(
+    split: _Split, middle: list[Fraction], radius: list[Fraction], ends: list[tuple[Fraction, Fraction]]
+) -> dict[Monomial, Fraction]:
+    """Return a polynomial in t, where the outer variables are ``middle + radius t``, that is no less than a cut."""
+    # Whole numbers over one denominator, as there are many.
+    used = {m for terms in split.parts.values() for m, _ in terms}
+    expanded = {m: _substitute(Polynomial({m: Fraction(1)}, {}), middle, radius).mid for m in used}
+    monomials = sorted({key for own in expanded.values() for key in own} | {()}, key=len)
+    unit = lcm(*(value.denominator for own in expanded.values() for value in own.values()))
+    rows = {m: [int(unit * own.get(key, 0)) for key in monomials] for m, own in expanded.items()}
+    wide = lcm(*(end.denominator for t in split.parts if t >= 0 for end in ends[t]))
+    total, one = [0] * len(monomials), 1 << 53
+    for t, terms in split.parts.items():
+        own = [sum([value * rows[m][i] for m, value in terms]) for i in range(len(monomials))]
+        factor = 2 * wide * one
+        if t >= 0:
+            low, high = (end.numerator * (wide // end.denominator) for end in ends[t])
+            reach = sum(map(abs, own[1:]))
+            above, below = max(own[0] + reach, 0), max(reach - own[0], 0)
+            share = one * (above - below) // (above + below) if above + below else 0
+            factor = (high + low) * one + (high - low) * share
+            total[0] += (high - low) * max((one - share) * above, (one + share) * below)
+        for i, value in enumerate(own):
+            total[i] += factor * value
+    whole = 2 * split.denominator * unit * wide * one
+    return {m: Fraction(n, whole) for m, n in zip(monomials, total, strict=True)}
+
+
+def _size(monomial: Monomial, ends: list[tuple[Fraction, Fraction]]) -> Fraction:
+    return prod((max(abs(ends[v][0]), abs(ends[v][1])) for v in monomial), start=Fraction(1))
 
 
 def _box_factor(kind: Any, v: int, where: str) -> Polynomial:
@@ -655,19 +798,16 @@ def _settle(box: Box, stated: Stated) -> bool:
 
 def _tighten(box: Box, proven: Proven) -> None:
     """Let ``c x_k >= bound`` narrow the box of x_k."""
-    monomials = proven.objective.monomials
-    if len(monomials) != 1 or proven.objective.rad:
+    single = _alone(proven.objective)
+    if single is None:
         return
-    (monomial,) = monomials
-    if len(monomial) != 1:
-        return
-    slope = proven.objective.mid[monomial]
+    k, slope = single
     value = proven.bound / slope
-    lower, upper = box[monomial[0]]
+    lower, upper = box[k]
     if slope > 0:
-        box[monomial[0]] = [value if lower is None else max(lower, value), upper]
+        box[k] = [value if lower is None else max(lower, value), upper]
     else:
-        box[monomial[0]] = [lower, value if upper is None else min(upper, value)]
+        box[k] = [lower, value if upper is None else min(upper, value)]
 
 
 # ---------------------------------------------------------------- the program

@@ -24,6 +24,7 @@ from relaxations.moment import Blocks, Relaxation
 # terms, half of it for the assembly.
 BYTES_PER_PAIR = 80  # of entries of a block
 BYTES_PER_TERM = 400  # of the rows and blocks
+FEWER = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
 
 
 @dataclass(frozen=True)
@@ -129,12 +130,34 @@ def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) ->
     """
     pairs = sum(count * (width * (width + 1) // 2) ** 2 for width, count in widths.items())
     needed = BYTES_PER_PAIR * pairs + BYTES_PER_TERM * terms
+    blocks = f"semidefinite blocks of width {max(widths)} and " if widths else ""
+    check_bytes(needed, f"{what} asks for {blocks}", cure)
+
+
+def check_bytes(needed: float, what: str, cure: str) -> None:
+    """Refuse what does not fit the machine's memory.
+
+    Parameters
+    ----------
+    needed : float
+    what, cure : str
+        What asks for them ("... asks for ") and what to choose instead, for the message.
+
+    Raises
+    ------
+    ProblemError
+        Where it is more than four fifths of the memory there is.
+
+    Examples
+    --------
+    >>> check_bytes(1e17, "the map of the world asks for ", "draw it smaller")
+    Traceback (most recent call last):
+        ...
+    relaxations.errors.ProblemError: the map of the world asks for about 100000 TB of memory; this machine has ...
+    """
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
     if needed > 0.8 * available:
-        blocks = f"semidefinite blocks of width {max(widths)} and " if widths else ""
-        raise ProblemError(
-            f"{what} asks for {blocks}about {_size(needed)} of memory; this machine has {_size(available)}: {cure}"
-        )
+        raise ProblemError(f"{what}about {_size(needed)} of memory; this machine has {_size(available)}: {cure}")
 
 
 def _size(count: float) -> str:

@@ -268,7 +268,7 @@ def intervals(
     check_solver(solver)
     if rounds < 1:
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
-    cuts = takes_cuts(problem, targets, method, order, recorded=record is not None)
+    cuts = takes_cuts(problem, targets, method, order)
     only_cuts = method == CUTS
     method, order, complicating = resolve(problem, "auto" if cuts else method, order)
     least = lowest(problem, method, complicating)
@@ -289,14 +289,7 @@ def intervals(
     current_order = least
     try:
         if cuts:
-            wanted, others = (
-                [(k, sign) for k in chosen for sign in (1, -1)]
-                for chosen in (targets, [k for k in complicating.tolist() if k not in targets])
-            )
-            begin = 0.5 * problem.lower + 0.5 * problem.upper if start is None else start
-            empty = enclose(
-                problem, ends, wanted, complicating, also=others, solver=solver, start=begin, nodes=BOXES, say=say
-            )
+            empty = _cut(problem, ends, targets, complicating, start, solver, say, record)
             if empty is not None:
                 reason = Reason.EMPTY
             elif ends.tight(targets):
@@ -346,9 +339,7 @@ def intervals(
     )
 
 
-def takes_cuts(
-    problem: PolynomialProblem, targets: Sequence[int], method: str, order: int | None, *, recorded: bool = False
-) -> bool:
+def takes_cuts(problem: PolynomialProblem, targets: Sequence[int], method: str, order: int | None) -> bool:
     """Return whether a call means cuts: where they are asked for, or a long record leaves the choice.
 
     The choice falls on them where all targets complicate. The multipliers that bound another variable change with
@@ -361,8 +352,6 @@ def takes_cuts(
     method : str
     order : int or None
         Asked for: of a relaxation, then.
-    recorded : bool
-        A proof that is to be written down is that of a relaxation.
 
     Returns
     -------
@@ -371,7 +360,7 @@ def takes_cuts(
     Raises
     ------
     ProblemError
-        Where cuts are asked for that do not apply or cannot be written down.
+        Where cuts are asked for that do not apply.
 
     Examples
     --------
@@ -382,17 +371,45 @@ def takes_cuts(
     (True, False)
     """
     if method == "auto":
-        if problem.n_variables < LONG or order is not None or recorded:
+        if problem.n_variables < LONG or order is not None:
             return False
         complicating = complicating_variables(problem)
         return complicating is not None and bool(np.isin(targets, complicating).all())
     if method != CUTS:
         return False
-    if recorded:
-        raise ProblemError("the proof of method='benders' is not written to files: choose method='lift'")
     if complicating_variables(problem) is None:
         raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
     return True
+
+
+def _cut(
+    problem: PolynomialProblem,
+    ends: Ends,
+    targets: Sequence[int],
+    complicating: Index,
+    start: Array | None,
+    solver: str,
+    say: Progress,
+    record: Record | None,
+) -> Emptiness | None:
+    """Tighten the ends by cuts as far as they go; return the proof where the set is empty."""
+    wanted, others = (
+        [(k, sign) for k in chosen for sign in (1, -1)]
+        for chosen in (targets, [k for k in complicating.tolist() if k not in targets])
+    )
+    begin = 0.5 * problem.lower + 0.5 * problem.upper if start is None else start
+    return enclose(
+        problem,
+        ends,
+        wanted,
+        complicating,
+        also=others,
+        solver=solver,
+        start=begin,
+        nodes=BOXES,
+        say=say,
+        record=record,
+    )
 
 
 def _round(

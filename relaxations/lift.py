@@ -40,7 +40,7 @@ from math import comb
 import numpy as np
 
 from relaxations.balls import Index
-from relaxations.conic import check_memory
+from relaxations.conic import FEWER, check_memory
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
 from relaxations.polynomial import Polynomials, unique
@@ -267,8 +267,7 @@ def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift
         widths,
         terms,
         f"the {method} of order {order} in {names or 'no variable'} has {moments} moments and {terms} terms; it",
-        "lower the order, or give fewer constraints: a shorter record, or windows of it one by one, whose intervals "
-        "hold together",
+        f"lower the order, or {FEWER}",
     )
     return complicating
 

@@ -47,12 +47,51 @@ class Bound:
     objective: Polynomials
     certificate: Certificate
 
+    @property
+    def bound(self) -> float:
+        """Return what is proven of the objective."""
+        return self.certificate.bound
+
     @staticmethod
     def of(relaxed: Relaxed, objective: Polynomials, outcome: Outcome) -> Bound:
         """Return what an outcome with a certificate proves of an objective, or of the set where it is empty."""
         assert outcome.certificate is not None
         proven = objective if outcome.bound < np.inf else Polynomials.from_terms([{}])
         return Bound(relaxed, proven, outcome.certificate)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A bound from cuts (:mod:`relaxations.benders`): what multipliers of the constraints say of the outer variables.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        As that of :class:`Bound`, of the outer variables.
+    bound : float
+    outer : ndarray of int
+        The variables that stay; the constraints are affine in all others.
+    weights : ndarray, shape (n_cuts,)
+        What is taken of each cut, nonnegative.
+    multipliers : ndarray, shape (n_cuts, n_equalities + n_inequalities)
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> step = Cut(problem, problem.variable(0), 0.5, np.array([0]), np.array([0.5]), np.array([[1.0]]))
+    >>> step.problem.names[step.outer[0]], step.bound  # a x - 1 <= 2 a - 1, of which one half: a >= 1 / 2
+    ('a', 0.5)
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    outer: Index
+    weights: Array
+    multipliers: Array
 
 
 @dataclass(frozen=True)
@@ -187,5 +226,5 @@ class Reach:
     faces: tuple[tuple[int, int, tuple[Step, ...]], ...]
 
 
-Step = Bound | Branches | Quotient | Reach
+Step = Bound | Cut | Branches | Quotient | Reach
 Record = Callable[[Step], None]

@@ -177,14 +177,19 @@ def _reach(
     def away(problem: PolynomialProblem, order: int) -> list[float]:
         """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
         relaxed = relax(problem, method, order, solver)
-        ends = []
-        for k in range(polynomials.n_rows):
-            objective = polynomials.take(np.array([k]))
-            outcome = relaxed.bound(objective)
-            if record and outcome.bound > 0:
-                record(Bound.of(relaxed, objective, outcome))
-            ends.append(outcome.bound)
-        return [max(forward, backward) for forward, backward in zip(ends[::2], ends[1::2], strict=True)]
+        distances = []
+        for objectives in np.arange(polynomials.n_rows).reshape(-1, 2):
+            best = -np.inf
+            for k in objectives:
+                objective = polynomials.take(np.array([k]))
+                outcome = relaxed.bound(objective)
+                best = max(best, outcome.bound)
+                if outcome.bound > 0:
+                    if record:
+                        record(Bound.of(relaxed, objective, outcome))
+                    break
+            distances.append(best)
+        return distances
 
     problem = boxed
     distances = away(problem, lowest(problem, method, complicating))

@@ -8,11 +8,10 @@ import numpy as np
 from scipy import sparse
 
 from relaxations.balls import EPSILON, TINY, Array
-from relaxations.benders.split import Rows, Split
+from relaxations.benders.split import Rows, Split, frame
 
-CACHED = (
-    1 << 15
-)  # numbers at a time: arrays of many cuts over a long record would go through the memory again and again
+# Numbers at a time: arrays of many cuts over a long record would go through the memory again and again.
+CACHED = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -94,11 +93,13 @@ class Cuts:
         few = max(1, CACHED // self.coefficients.shape[2])
         parts = [self._chords(slice(k, k + few), affine, missed) for k in range(0, max(len(self), 1), few)]
         constant, slopes = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return constant + self.rounding(np.abs(affine).sum(axis=1) + missed), slopes
+
+    def rounding(self, reaching: Array) -> Array:
+        """Return what rounding may do to the cuts, shape (n_cuts,), where the monomials are no larger than given."""
         # Each of the sums is of products that the sizes bound, and no longer than this; some go into the next.
-        n_terms = self.coefficients.shape[2] + affine.size + 16
-        reaching = np.abs(affine).sum(axis=1) + missed
-        rounding = (self.errors + 8 * n_terms * EPSILON * self.sizes) @ reaching
-        return constant + rounding, slopes
+        n_terms = self.coefficients.shape[2] + (1 + len(self.split.outer)) * len(self.split.monomials) + 16
+        return np.asarray((self.errors + 8 * n_terms * EPSILON * self.sizes) @ reaching, dtype=np.float64)
 
     def _chords(self, some: slice, affine: Array, missed: Array) -> tuple[Array, Array]:
         at = np.tensordot(affine.T, self.coefficients[:, some], 1)
@@ -126,28 +127,6 @@ class Cuts:
             real = variable >= 0
             np.add.at(bent, variable[real], (self.sizes[which] * missed)[real])
         return np.asarray(slopes[:, open_ones].sum(axis=1) + bent, dtype=np.float64)
-
-
-def frame(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """Return centre and radius of a box, the radius rounded up.
-
-    Parameters
-    ----------
-    lower, upper : ndarray, shape (n,)
-
-    Returns
-    -------
-    tuple of two ndarray, shape (n,)
-
-    Examples
-    --------
-    >>> centre, radius = frame(np.array([0.1]), np.array([0.4]))
-    >>> centre - radius <= 0.1, centre + radius >= 0.4
-    (array([ True]), array([ True]))
-    """
-    centre = 0.5 * lower + 0.5 * upper
-    radius = np.maximum(upper - centre, centre - lower)
-    return centre, np.where(radius > 0, np.nextafter(radius, np.inf), 0.0)
 
 
 def _combined(weights: Array, matrix: sparse.csr_matrix) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -12,16 +13,17 @@ from relaxations.benders.cuts import Cuts
 from relaxations.benders.program import ask
 from relaxations.benders.search import Asker, Point, inmost, outmost
 from relaxations.benders.split import Split
-from relaxations.benders.tree import bound_end
+from relaxations.benders.tree import Node, bound_end
 from relaxations.bounding import Emptiness
-from relaxations.conic import BYTES_PER_TERM, check_memory
+from relaxations.conic import FEWER, check_bytes
 from relaxations.ends import Ends
+from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
+from relaxations.steps import Branches, Cut, Part, Record, Step
 from relaxations.witness import Verifier
 
 STAGES = (0.5, 0.05)  # shares of the width, before what is asked for: a box proven coarsely costs fine proofs little
 USUAL_CUTS = 200
-CURE = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
 # How far a witness is drawn inside, tried in turn: so many times what the point exceeds by, and room to verify it.
 BACK = ((1.1, 1e-8), (1.5, 1e-6), (4.0, 1e-4), (16.0, 1e-2))
 
@@ -36,16 +38,26 @@ class _Run:
     solver: str
     nodes: int
     say: Callable[[str], None]
-    verified: Verifier
+    record: Record | None
     shared: Array  # multipliers of cuts that any end may need
     own: dict[tuple[int, int], Array] = field(default_factory=dict)  # those near each end
     inside: Array | None = None  # a verified point with room
 
+    @cached_property
+    def verified(self) -> Verifier:
+        """Return what verifies points; many a proof needs none."""
+        return Verifier(self.problem)
+
     def asker(self, k: int, sign: int) -> Asker:
         """Return what asks for one end: its variable is an outer one beside those that complicate."""
         split = Split.of(self.ends.box(self.problem), np.union1d(self.complicating, [k]))
-        known = [_outer_rows(split), self.shared, *([self.own[k, sign]] if (k, sign) in self.own else [])]
+        known = [_outer_rows(split), self.shared, self.own.get((k, sign), self.shared[:0])]
         return Asker(Cuts.of(split, np.unique(np.concatenate(known), axis=0)), self.solver)
+
+    def centre(self, asker: Asker) -> Point | None:
+        """Return the point inside with its room; None where there is none."""
+        found = None if self.inside is None else asker(self.inside[asker.cuts.split.outer])
+        return found if found is not None and found.excess < 0 else None
 
 
 def enclose(
@@ -59,6 +71,7 @@ def enclose(
     start: Array | None,
     nodes: int,
     say: Callable[[str], None],
+    record: Record | None = None,
 ) -> Emptiness | None:
     """Tighten some ends.
 
@@ -81,6 +94,8 @@ def enclose(
         Of branch and bound, for each end and stage.
     say : callable
         Called with a line of text now and then.
+    record : callable, optional
+        Called with each step of the proof.
 
     Returns
     -------
@@ -99,7 +114,7 @@ def enclose(
     (array([0.5, 0.5]), array([2., 2.]), True)
     """
     n_rows = problem.equalities.n_rows + problem.inequalities.n_rows
-    run = _Run(problem, ends, complicating, solver, nodes, say, Verifier(problem), np.zeros((0, n_rows)))
+    run = _Run(problem, ends, complicating, solver, nodes, say, record, np.zeros((0, n_rows)))
     begin = ends.pool[-1] if ends.pool else start
     if begin is not None and len(complicating):
         _begin(run, begin)
@@ -139,7 +154,7 @@ def check_cuts(problem: PolynomialProblem, complicating: Index) -> None:
     """
     split = Split.of(problem, complicating)
     entries = USUAL_CUTS * (1 + len(split.inner)) * len(split.monomials)
-    check_memory({}, 16 * entries // BYTES_PER_TERM, f"{USUAL_CUTS} cuts over {problem.n_variables} variables", CURE)
+    check_bytes(16 * entries, f"cuts over {problem.n_variables} variables ask for ", FEWER)
 
 
 def _begin(run: _Run, guess: Array) -> None:
@@ -158,9 +173,8 @@ def _search(run: _Run, k: int, sign: int, share: float) -> Array:
     """Find a verified point far out towards one end; return the multipliers of the cuts that hold it there."""
     ends, asker = run.ends, run.asker(k, sign)
     outer = asker.cuts.split.outer
-    assert run.inside is not None
-    inside = asker(run.inside[outer])
-    if inside is None or inside.excess >= 0:
+    inside = run.centre(asker)
+    if inside is None:
         return run.shared[:0]
     known = len(asker.cuts)
     cost = np.zeros(len(outer))
@@ -180,27 +194,32 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     problem, ends = run.problem, run.ends
     asker = run.asker(k, sign)
     outer = asker.cuts.split.outer
+    target = int(np.searchsorted(outer, k))
+    reached = np.inf
 
     def goal() -> float:
         inner = ends.inner(k)
         if np.isnan(inner[0]):
             return float("inf")
         allowed = max(share * (inner[1] - inner[0]), ends.negligible(k)) if share else ends.allowed_gap(k)
-        return float(sign * inner[0 if sign > 0 else 1] - 0.9 * allowed)
+        return float(min(sign * inner[0 if sign > 0 else 1], reached) - 0.9 * allowed)
 
     def feasible(point: Point) -> float:
+        nonlocal reached
+        reached = min(reached, float(sign * point.p[target]))  # verified or not, no cut excludes it
         if run.inside is None:
             guess = np.zeros(problem.n_variables)
             guess[outer] = point.p
             _begin(run, guess)
-        if run.inside is not None:
-            _witness(run, asker, point, Point(run.inside[outer], -1.0), (k, sign))
+        inside = run.centre(asker)
+        if inside is not None:
+            _witness(run, asker, point, inside, (k, sign))
         return goal()
 
     known = len(asker.cuts)
     found = bound_end(
         asker,
-        int(np.searchsorted(outer, k)),
+        target,
         sign,
         ends.lower[outer],
         ends.upper[outer],
@@ -212,7 +231,10 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     ends.solves += asker.asked
     ends.status[k, sign] = f"{found.nodes} boxes, {len(asker.cuts)} cuts"
     learnt = asker.cuts.multipliers[known:]
-    run.own[k, sign] = np.concatenate([run.own[k, sign], learnt]) if (k, sign) in run.own else learnt
+    run.own[k, sign] = np.concatenate([run.own.get((k, sign), learnt[:0]), learnt])
+    if run.record:
+        for step in _steps(found.root, run, asker.cuts, target, sign, found.bound):
+            run.record(step)
     crossed = found.bound > (ends.upper[k] if sign > 0 else -ends.lower[k])
     if crossed and not ends.pool:
         weights = found.weights[: problem.equalities.n_rows]
@@ -221,6 +243,29 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     if not crossed:
         ends.tighten(k, sign, found.bound)
     return None
+
+
+def _steps(node: Node, run: _Run, cuts: Cuts, target: int, sign: int, bound: float) -> tuple[Step, ...]:
+    """Return the proof of a bound on a node's box: its claims, and the parts that they do not settle."""
+    outer, problem = cuts.split.outer, run.problem
+    nothing = Polynomials.from_terms([{}])
+
+    def objective(variable: int | None, sign: int) -> Polynomials:
+        return nothing if variable is None else problem.variable(int(outer[variable]), sign)
+
+    steps: list[Step] = []
+    for claim in node.claims:
+        taken = np.flatnonzero(claim.weights)
+        proven = objective(claim.variable, claim.sign)
+        steps.append(Cut(problem, proven, claim.bound, outer, claim.weights[taken], cuts.multipliers[taken]))
+    if node.parts:
+        parts = tuple(
+            Part(int(outer[part.cut]), *part.range, _steps(part, run, cuts, target, sign, bound)) for part in node.parts
+        )
+        # Where all parts are empty, anything is proven.
+        goal = (objective(target, sign), bound) if np.isfinite(bound) else (nothing, 1.0)
+        steps.append(Branches(problem, *goal, parts))
+    return tuple(steps)
 
 
 def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[int, int]) -> Array | None:

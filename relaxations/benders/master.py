@@ -9,6 +9,8 @@ from scipy.optimize import linprog
 
 from relaxations.balls import EPSILON, TINY, Array
 
+GAIN = 1e-3  # of half a box's width: less is not worth a step
+
 
 @dataclass(frozen=True)
 class Least:
@@ -110,8 +112,38 @@ def lower_bound(cost: Array, b: Array, a: Array, weights: Array) -> float:
     return float(value - 4 * (len(b) + len(cost) + 8) * (EPSILON * size + TINY))
 
 
-def shrink(b: Array, a: Array, passes: int = 3) -> tuple[Array, Array] | None:
-    """Return the part of [-1, 1] that rows ``b + a @ s >= 0`` leave, one by one; None where that is nothing.
+@dataclass(frozen=True)
+class Shrunk:
+    """The part of [-1, 1] that rows leave, and the rows that say so.
+
+    Parameters
+    ----------
+    lower, upper : ndarray, shape (n,)
+        Rounded outwards.
+    taken : tuple of (int, int, int, float)
+        Variable, side (1 for lower ends), row and end, one after the other; each rests on those before it.
+    failing : int or None
+        A row that nothing satisfies in what the others left.
+
+    Examples
+    --------
+    >>> Shrunk(np.array([0.5]), np.array([0.25]), ((0, 1, 0, 0.5), (0, -1, 1, 0.25))).empty
+    True
+    """
+
+    lower: Array
+    upper: Array
+    taken: tuple[tuple[int, int, int, float], ...] = ()
+    failing: int | None = None
+
+    @property
+    def empty(self) -> bool:
+        """Return whether nothing is left."""
+        return self.failing is not None or bool((self.lower > self.upper).any())
+
+
+def shrink(b: Array, a: Array, passes: int = 3) -> Shrunk:
+    """Return the part of [-1, 1] that rows ``b + a @ s >= 0`` leave, one by one.
 
     Parameters
     ----------
@@ -121,28 +153,38 @@ def shrink(b: Array, a: Array, passes: int = 3) -> tuple[Array, Array] | None:
 
     Returns
     -------
-    (lower, upper) or None
-        Each of shape (n,), rounded outwards.
+    Shrunk
 
     Examples
     --------
-    >>> lower, upper = shrink(np.array([-0.75]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 3/4
-    >>> lower.round(6), upper
-    (array([ 0.25, -0.5 ]), array([1., 1.]))
+    >>> left = shrink(np.array([-0.75]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 3/4
+    >>> left.lower.round(6), left.upper, [step[:3] for step in left.taken]
+    (array([ 0.25, -0.5 ]), array([1., 1.]), [(0, 1, 0), (1, 1, 0)])
     """
     n = a.shape[1]
     lower, upper = -np.ones(n), np.ones(n)
+    taken: list[tuple[int, int, int, float]] = []
+    if not len(b):
+        return Shrunk(lower, upper)
     slack = 16 * (n + 4) * (EPSILON * (np.abs(b) + np.abs(a).sum(axis=1)) + TINY)
     for _ in range(passes):
         most = np.where(a > 0, a * upper, a * lower)
         total = b + slack + most.sum(axis=1)
-        if (total < 0).any():
-            return None
+        if total.min() < 0:
+            return Shrunk(lower, upper, tuple(taken), int(np.argmin(total)))
         with np.errstate(over="ignore"):
             limit = (most - total[:, None]) / np.where(a == 0, 1.0, a)  # of s_j, by what the others leave
             limit = limit - np.sign(a) * 8 * EPSILON * np.abs(limit)
-        lower = np.maximum(lower, np.max(np.where(a > 0, limit, -np.inf), axis=0, initial=-np.inf))
-        upper = np.minimum(upper, np.min(np.where(a < 0, limit, np.inf), axis=0, initial=np.inf))
-        if (lower > upper).any():
-            return None
-    return lower, upper
+        above, below = np.where(a > 0, limit, -np.inf), np.where(a < 0, limit, np.inf)
+        raised, lowered = above.max(axis=0) > lower + GAIN, below.min(axis=0) < upper - GAIN
+        for j in np.flatnonzero(raised):
+            row = int(above[:, j].argmax())
+            lower[j] = limit[row, j]
+            taken.append((int(j), 1, row, float(lower[j])))
+        for j in np.flatnonzero(lowered):
+            row = int(below[:, j].argmin())
+            upper[j] = limit[row, j]
+            taken.append((int(j), -1, row, float(upper[j])))
+        if not (raised.any() or lowered.any()) or (lower > upper).any():
+            break
+    return Shrunk(lower, upper, tuple(taken))

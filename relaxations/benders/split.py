@@ -84,9 +84,7 @@ class Split:
         n = problem.n_variables
         inner = np.setdiff1d(np.arange(n), outer)
         centre, scale = np.zeros(n), np.ones(n)
-        centre[inner] = 0.5 * problem.lower[inner] + 0.5 * problem.upper[inner]
-        reach = np.maximum(problem.upper[inner] - centre[inner], centre[inner] - problem.lower[inner])
-        scale[inner] = np.nextafter(reach, np.inf)
+        centre[inner], scale[inner] = frame(problem.lower[inner], problem.upper[inner])
         families = [f.substitute_affine(centre, scale) for f in (problem.equalities, problem.inequalities)]
 
         place = np.full(n + 1, -1, dtype=np.int64)  # the last entry is for padding, -1
@@ -134,6 +132,28 @@ class Split:
         point = np.empty(len(self.outer) + len(self.inner))
         point[self.outer], point[self.inner] = p, self.centre + self.radius * z
         return point
+
+
+def frame(lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Return centre and radius of a box, the radius rounded up.
+
+    Parameters
+    ----------
+    lower, upper : ndarray, shape (n,)
+
+    Returns
+    -------
+    tuple of two ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> centre, radius = frame(np.array([0.1]), np.array([0.4]))
+    >>> centre - radius <= 0.1, centre + radius >= 0.4
+    (array([ True]), array([ True]))
+    """
+    centre = 0.5 * lower + 0.5 * upper
+    radius = np.maximum(upper - centre, centre - lower)
+    return centre, np.where(radius > 0, np.nextafter(radius, np.inf), 0.0)
 
 
 def _rows(family: Polynomials, inner: Index, monomial: Index, n_inner: int, n_monomials: int) -> Rows:

@@ -189,7 +189,22 @@ def divided():
     return problem, [Bound.of(relaxed, objective, relaxed.bound(objective)), Quotient(problem, 0, 0)]
 
 
-PROOFS = {"branched": branched, "cases": cases, "unbounded": unbounded, "divided": divided}
+def cut():
+    """Return a problem that is affine in y, and the range of x by cuts, in several boxes."""
+    problem, _ = from_sympy(
+        None,
+        [x * y - sympy.Rational(1, 3), sympy.Rational(3, 2) - x**2 - y * x**2 / 2 - y],
+        [],
+        [x, y],
+        {x: (-1, 2), y: (-2, 1)},
+    )
+    steps = []
+    assert intervals(problem, [0], method="benders", tolerance=1e-2, record=steps.append).reason is Reason.TIGHT
+    return problem, steps
+
+
+PROOFS = {"branched": branched, "cases": cases, "unbounded": unbounded, "divided": divided, "cut": cut}
+KEYS = {"branched": "parts", "cases": "equality", "unbounded": "reach", "divided": "quotient", "cut": "weights"}
 
 
 @pytest.mark.parametrize("name", PROOFS)
@@ -197,9 +212,7 @@ def test_every_kind_of_step_is_accepted_and_true(tmp_path, name):
     problem, steps = PROOFS[name]()
     write_certificate(tmp_path / "c.json", problem, steps)
     document = check.read(tmp_path / "c.json")
-    assert {"branched": "parts", "cases": "equality", "unbounded": "reach", "divided": "quotient"}[name] in {
-        key for step in document["steps"] for key in step
-    }
+    assert KEYS[name] in {path[-1] for path in keys_of(document["steps"])}
     assert sum(is_feasible(document, point) for point in POINTS) > 2
     assert_true(document, check.check(document))
 
@@ -411,6 +424,7 @@ def put(value, *path):
     return tamper
 
 
+FIRST_CUT = ("steps", 0, "parts", 1, "steps", 0)
 TAMPERED = {
     "a bound of branches too high": (1, put("0x1.0p-2", "steps", 0, "bound"), r"part 1: bound >= 0.25 fails: -"),
     "a part lost": (1, lose("steps", 0, "parts", 1), r"the parts cover the box: upper <= last upper end fails for"),
@@ -440,6 +454,21 @@ TAMPERED = {
     "a size of zero": (3, put(0, "steps", 0, "reach", "variables", 0, 1), r"step 1: size > 0 fails for x: 0"),
     "no box to ride with": (3, put([0], "steps", 0, "reach", "riding"), r"step 1: x has no box to ride along with"),
     "a divisor not bounded": (4, lose("steps", 0), r"no step before it keeps what x is multiplied by from zero"),
+    "a cut with a negative multiplier": (
+        5,
+        put([[0, "-0x1.0p-2"]], "cuts", 0, "inequalities"),
+        r"multiplier >= 0 fails: -0.25",
+    ),
+    "an unknown cut": (5, lose("cuts"), r"\d is no number from 0 to -1"),
+    "cuts that say nothing": (5, put([], "cuts", 0, "inequalities"), r"bound <= r_0 - sum \|r_i\| fails"),
+    "an objective of inner variables": (
+        5,
+        put(1, *FIRST_CUT, "objective", 0, 2, 0),
+        r"the objective holds an inner variable",
+    ),
+    "a negative weight of a cut": (5, put("-0x1.0p-2", *FIRST_CUT, "weights", 0, 1), r"weight >= 0 fails: -0.25"),
+    "a cut without a box": (5, put([None, 1], "box", 1), r"y has no finite box"),
+    "a cut that is curved": (5, put([["1", 0, [1, 1]]], "inequalities", 0), r"is not affine in the inner variables"),
     "another quotient": (4, put([["1", 0, [0, 0]]], "equalities", 0), r"the equality is not affine in x"),
 }
 

@@ -34,11 +34,12 @@ def prior_of(document: Any, k: int) -> tuple[float, float]:
     return -np.inf if low is None else float.fromhex(low), np.inf if high is None else float.fromhex(high)
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", [*KNOWN, "a long record, by cuts"])
 def test_the_published_ends_are_proven_from_the_priors(tmp_path, name: str) -> None:
-    known, file = KNOWN[name], tmp_path / "proof.json"
+    known, file = KNOWN.get(name) or errors_in_variables(160, poles=1), tmp_path / "proof.json"
     estimate = identify(known.model, known.data, known.noise_bound, certificate=file)
     assert estimate.derived
+    assert (estimate.enclosure.method == "benders") == (name not in KNOWN)
     priors = FeasibleSet(known.model, known.data, known.noise_bound).problem
     document = check.read(file)
     assert [prior_of(document, k) for k in range(priors.n_variables)] == list(
@@ -49,11 +50,13 @@ def test_the_published_ends_are_proven_from_the_priors(tmp_path, name: str) -> N
         assert (i.lower, i.upper) == ends[i.name]
 
 
+@pytest.mark.parametrize("method", ["lift", "benders"])
 @pytest.mark.parametrize("name", ["output error", "Hammerstein, boxes by products"])
-def test_an_empty_set_is_proven_in_the_file(tmp_path, name: str) -> None:
+def test_an_empty_set_is_proven_in_the_file(tmp_path, name: str, method: str) -> None:
     known, file = KNOWN[name], tmp_path / "proof.json"
+    bound = {c: 0.3 * b for c, b in known.noise_bound.items()}
     with pytest.raises(EmptyFeasibleSetError):
-        identify(known.model, known.data, {c: 0.3 * b for c, b in known.noise_bound.items()}, certificate=file)
+        identify(known.model, known.data, bound, method=method, certificate=file)
     assert any(theorem.empty for theorem in check.check(check.read(file)))
 
 
