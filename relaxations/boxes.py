@@ -131,7 +131,7 @@ def _least_scale(
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
     method, order, complicating = resolve(face, "auto", None)
-    if takes_cuts(face, complicating.tolist(), "auto", None):
+    if takes_cuts(face, "auto", None):
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
         end = [(s, 1)]

@@ -151,6 +151,8 @@ class Enclosure:
         Variables that the lift (or ``"rlt"``) lifted, or the outer ones of cuts; empty for other methods.
     largest_block, n_moments : int
         Size of the last relaxation.
+    after_cuts : bool
+        Whether cuts went before it.
     """
 
     intervals: tuple[Interval, ...]
@@ -165,6 +167,7 @@ class Enclosure:
     complicating: tuple[str, ...]
     largest_block: int
     n_moments: int
+    after_cuts: bool = False
 
     @property
     def how(self) -> str:
@@ -172,12 +175,14 @@ class Enclosure:
         names = {"lift": "parametric lift", CUTS: "Benders cuts"}
         within = f" in {', '.join(self.complicating)}" if self.complicating else ""
         order = f", order {self.order}" if self.order else ""
-        return f"{names.get(self.method, f'{self.method} relaxation')}{within}{order}"
+        before = f"{names[CUTS]}, then " if self.after_cuts else ""
+        return f"{before}{names.get(self.method, f'{self.method} relaxation')}{within}{order}"
 
     @property
     def work(self) -> str:
         """Return in words what was solved."""
-        return f"{self.solves} {'linear programs' if self.method == CUTS else 'certified solves'}"
+        kind = "linear programs" if self.method == CUTS else "programs" if self.after_cuts else "certified solves"
+        return f"{self.solves} {kind}"
 
     def _repr_html_(self) -> str:
         titles = ("variable", "lower, certified", "lower, verified", "upper, verified", "upper, certified")
@@ -218,8 +223,8 @@ def intervals(
     targets : sequence of int
         Variables whose intervals are asked for.
     method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-        ``"auto"`` takes cuts (:mod:`relaxations.benders`) where :func:`takes_cuts` says so; where they leave a gap, the
-        lift goes on.
+        ``"auto"`` takes cuts (:mod:`relaxations.benders`) for the complicating variables where :func:`takes_cuts` says
+        so, and the lift for the others, or where cuts leave a gap.
     order : int, optional
         Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
     solver : str
@@ -268,7 +273,7 @@ def intervals(
     check_solver(solver)
     if rounds < 1:
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
-    cuts = takes_cuts(problem, targets, method, order)
+    cuts = takes_cuts(problem, method, order)
     only_cuts = method == CUTS
     method, order, complicating = resolve(problem, "auto" if cuts else method, order)
     least = lowest(problem, method, complicating)
@@ -289,7 +294,8 @@ def intervals(
     current_order = least
     try:
         if cuts:
-            empty = _cut(problem, ends, targets, complicating, start, solver, say, record)
+            suited = targets if only_cuts else [k for k in targets if k in complicating]
+            empty = _cut(problem, ends, suited, complicating, start, solver, say, record)
             if empty is not None:
                 reason = Reason.EMPTY
             elif ends.tight(targets):
@@ -336,19 +342,19 @@ def intervals(
         tuple(problem.names[k] for k in complicating) if method in LIFTS else (),
         relaxed.relaxation.largest_block if relaxed else 0,
         relaxed.relaxation.n_moments if relaxed else 0,
+        cuts and done > 0,
     )
 
 
-def takes_cuts(problem: PolynomialProblem, targets: Sequence[int], method: str, order: int | None) -> bool:
+def takes_cuts(problem: PolynomialProblem, method: str, order: int | None) -> bool:
     """Return whether a call means cuts: where they are asked for, or a long record leaves the choice.
 
-    The choice falls on them where all targets complicate. The multipliers that bound another variable change with
-    those that do; a relaxation's, which are polynomials, follow them, and cuts have to be many.
+    The choice then falls on them for the variables that complicate. The multipliers that bound another variable change
+    with those that do; a relaxation's, which are polynomials, follow them, and cuts have to be many.
 
     Parameters
     ----------
     problem : PolynomialProblem
-    targets : sequence of int
     method : str
     order : int or None
         Asked for: of a relaxation, then.
@@ -367,14 +373,14 @@ def takes_cuts(problem: PolynomialProblem, targets: Sequence[int], method: str, 
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> x, y = variables("x y")
     >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
-    >>> takes_cuts(problem, [0], "benders", None), takes_cuts(problem, [0], "auto", None)  # it is short
+    >>> takes_cuts(problem, "benders", None), takes_cuts(problem, "auto", None)  # it is short
     (True, False)
     """
     if method == "auto":
         if problem.n_variables < LONG or order is not None:
             return False
         complicating = complicating_variables(problem)
-        return complicating is not None and bool(np.isin(targets, complicating).all())
+        return complicating is not None and len(complicating) > 0
     if method != CUTS:
         return False
     if complicating_variables(problem) is None:

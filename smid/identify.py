@@ -151,7 +151,7 @@ def identify(
     feasible = FeasibleSet(model, data, noise_bound)
     model = feasible.model
     parameters = range(len(model.parameters))
-    cuts = takes_cuts(feasible.problem, parameters, method, order)
+    cuts = takes_cuts(feasible.problem, method, order)
     resolve(feasible.problem, "auto" if cuts else method, order)
     if feasible.openings:
         if certificate:
