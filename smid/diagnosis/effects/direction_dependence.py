@@ -39,7 +39,15 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     u, d = signal(signal_of(model, site.input)), signal(name)
     way = sympy.sign(u[t] - u[t - 1])
     turned = model.with_line(name, way + (1 - sympy.Abs(way)) * d[t - 1])
-    yield from extensions(turned, "with_direction", lambda lag: d[t - lag], label=f"with the direction of {site.input}")
+    # A gain that depends on the input's direction is a memory of the input at rest, another effect: hysteresis.
+    yield from extensions(
+        turned,
+        "with_direction",
+        lambda lag: d[t - lag],
+        label=f"with the direction of {site.input}",
+        states_only=True,
+        kinds=("pace",),
+    )
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

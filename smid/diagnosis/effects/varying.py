@@ -22,6 +22,7 @@ from smid.models.symbols import plain_symbols, references
 __all__ = ["extensions", "sentence", "told"]
 
 _REACH, _START = 2.0, 0.03
+_MOST = math.log(100.0)  # the factor on a pace or a gain, either way: cold oil or an empty line may slow by tens
 _LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
 
 
@@ -80,7 +81,7 @@ def extensions(
         found.append(Extension(extended, tuple(starts), f"{parameter.name} {label}".rstrip()))
     for state in state_lines(model):
         for kind in kinds:
-            amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_REACH, _REACH), "", 0.0)
+            amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_MOST, _MOST), "", 0.0)
             factor = sympy.exp(amount.symbol * vary(state.lag))
             drive = state.drive
             grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
