@@ -1,9 +1,10 @@
 """The mismatches of the hybrid thesis's table 2, and the arm's friction, named from their data."""
 
+import numpy as np
 import pytest
 
 from benchmarks.stories import arm, reactor
-from smid import diagnose
+from smid import Dataset, OutputError, diagnose
 from smid.diagnosis.effects import EFFECTS
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "viscous_friction", "quadratic_drag")
@@ -35,6 +36,23 @@ def test_a_mismatch_of_table_2_is_told_from_its_rivals(mismatch: str, effect: st
     assert diagnosis.verdict == "named"
     assert effect in [cause.effect for cause in diagnosis.causes]
     assert diagnosis.gain.noise_bound_after < 1.2 * bound
+
+
+def test_a_pole_that_moves_fifteenfold_is_one_cause() -> None:
+    """The clutch's does tenfold: a limit that is met is told as further causes."""
+    generator, n = np.random.default_rng(3), 500
+    u = np.repeat(generator.uniform(0, 1, n // 10), 10)
+    w = np.zeros(n)
+    for k in range(1, n):
+        pole = 0.95 ** (15.0 ** w[k - 1])
+        w[k] = pole * w[k - 1] + (1 - pole) * u[k - 1]
+    y = w + generator.uniform(-0.01, 0.01, n)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    diagnosis = diagnose(
+        OutputError(delay=1, stable=True), data, 0.01, effects=("operating_point",), certify=False, workers=1
+    )
+    assert [cause.effect for cause in diagnosis.causes] == ["operating_point"]
+    assert diagnosis.gain.noise_bound_after < 1.1 * 0.01
 
 
 def test_two_causes_are_not_told_as_three() -> None:
