@@ -201,7 +201,8 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
         inner = ends.inner(k)
         if np.isnan(inner[0]):
             return float("inf")
-        allowed = max(share * (inner[1] - inner[0]), ends.negligible(k)) if share else ends.allowed_gap(k)
+        # Less than counts as tight: a gap that is only negligible beside the value may be wide beside the width.
+        allowed = max((share or ends.tolerance) * (inner[1] - inner[0]), 0.1 * ends.negligible(k))
         return float(min(sign * inner[0 if sign > 0 else 1], reached) - 0.9 * allowed)
 
     def feasible(point: Point) -> float:
