@@ -54,6 +54,7 @@ from smid.diagnosis.standing import (
     carries_over,
     differs,
     drop,
+    errs_more,
     judge,
     rank,
     weigh,
@@ -314,7 +315,11 @@ def _reconsider(
         others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
         alternatives = _try_all(others, reduced, THOROUGH, executor)
         full, without = record.score(path.base.fit), record.score(reduced.fit)
-        best = min(alternatives, key=lambda t: record.score(t.fit), default=None)
+        best = min(
+            (t for t in alternatives if not errs_more(record, t.fit, path.base.fit)),
+            key=lambda t: record.score(t.fit),
+            default=None,
+        )
         least = record.score(best.fit) if best is not None else np.inf
         remaining = _renewed((s for i, s in enumerate(path.stages) if i != k), again)
         if without - full < MARGIN:

@@ -228,6 +228,12 @@ def carries_over(record: Record, base: Base, extended: Base) -> bool:
     return rms(after) < _HALF * rms(before) and chance(before, after) <= _CHANCE
 
 
+def errs_more(record: Record, one: Fit, other: Fit) -> bool:
+    """Tell whether a fit errs more on held-out data than another, and not by chance: then it takes nobody's place."""
+    first, second = (record.held_part(record.residual(f)) for f in (one, other))
+    return chance(first, second) <= _CHANCE
+
+
 def weigh(
     record: Record, reduced: Base, trial: Trial, rivals: Sequence[Trial] = (), by_name: Mapping[str, Effect] = {}
 ) -> Stage:
