@@ -671,6 +671,11 @@ class _Split:
     denominator: int
     rad: dict[Monomial, Fraction]
 
+    @cached_property
+    def variables(self) -> set[int]:
+        """Return the inner variables, and all of the coefficients that are not exact."""
+        return {v for v in self.parts if v >= 0}.union(*self.rad)
+
     @staticmethod
     def of(stated: Stated, multipliers: Any, outer: frozenset[int], where: str) -> _Split:
         mid: dict[Monomial, Fraction] = {}
@@ -694,6 +699,13 @@ class _Split:
         return _Split(parts, denominator, rad)
 
 
+def _ends(v: int, where: str, stated: Stated, box: Box) -> tuple[Fraction, Fraction]:
+    lower, upper = box[v]
+    if lower is None or upper is None:
+        raise Refused(f"{where}: {stated.names[v]} has no finite box")
+    return lower, upper
+
+
 def _check_cuts(step: Any, where: str, stated: Stated, box: Box) -> Proven:
     count = len(stated.names)
     objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
@@ -702,20 +714,17 @@ def _check_cuts(step: Any, where: str, stated: Stated, box: Box) -> Proven:
     _refuse_unless(
         outer.issuperset(v for m in objective.monomials for v in m), f"{where}: the objective holds an inner variable"
     )
-    ends = []
-    for name, (lower, upper) in zip(stated.names, box, strict=True):
-        if lower is None or upper is None:
-            raise Refused(f"{where}: {name} has no finite box")
-        ends.append((lower, upper))
     middle, radius = [Fraction(0)] * count, [Fraction(0)] * count
     for v in outer:
-        middle[v], radius[v] = (ends[v][0] + ends[v][1]) / 2, (ends[v][1] - ends[v][0]) / 2
+        low, high = _ends(v, where, stated, box)
+        middle[v], radius[v] = (low + high) / 2, (high - low) / 2
     residual = _substitute(objective, middle, radius)
     for pair in _list(step["weights"], f"{where}, weights"):
         number, value = _list(pair, f"{where}, weights", 2)
         weight = _number(value, where)
         _refuse_unless(weight >= 0, f"{where}: weight >= 0 fails: {_shown(weight)}")
         split = stated.cut(number, outer, where)
+        ends = {v: _ends(v, where, stated, box) for v in split.variables}
         _add(residual.mid, {m: weight * c for m, c in _chords(split, middle, radius, ends).items()}, -1)
         unknown = sum((rad * _size(m, ends) for m, rad in split.rad.items()), Fraction(0))
         _add(residual.rad, {(): weight * unknown})
@@ -723,7 +732,7 @@ def _check_cuts(step: Any, where: str, stated: Stated, box: Box) -> Proven:
 
 
 def _chords(
-    split: _Split, middle: list[Fraction], radius: list[Fraction], ends: list[tuple[Fraction, Fraction]]
+    split: _Split, middle: list[Fraction], radius: list[Fraction], ends: dict[int, tuple[Fraction, Fraction]]
 ) -> dict[Monomial, Fraction]:
     """Return a polynomial in t, where the outer variables are ``middle + radius t``, that is no less than a cut."""
     # Whole numbers over one denominator, as there are many.
@@ -750,7 +759,7 @@ def _chords(
     return {m: Fraction(n, whole) for m, n in zip(monomials, total, strict=True)}
 
 
-def _size(monomial: Monomial, ends: list[tuple[Fraction, Fraction]]) -> Fraction:
+def _size(monomial: Monomial, ends: dict[int, tuple[Fraction, Fraction]]) -> Fraction:
     return prod((max(abs(ends[v][0]), abs(ends[v][1])) for v in monomial), start=Fraction(1))
 
 
