@@ -21,10 +21,12 @@ from relaxations.formats.as_json import listed, statement
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.recognition import equality_multipliers, product_multipliers
-from relaxations.steps import Bound, Branches, Cut, Quotient, Reach, Step
+from relaxations.steps import Bound, Branches, Cut, Hull, Kinks, Part, Quotient, Reach, Sides, Step
 
 
-def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Sequence[Step]) -> None:
+def write_certificate(
+    path: str | Path, problem: PolynomialProblem, steps: Sequence[Step], kinks: Kinks | None = None
+) -> None:
     """Write a proof, once :mod:`relaxations.check` has accepted it.
 
     Parameters
@@ -35,6 +37,8 @@ def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Seque
     steps : sequence of Step
         In the order in which they were proven (:mod:`relaxations.steps`). Their problems may have a smaller box, which
         the steps before must prove, and fewer variables and rows; those they have are recognised by their names.
+    kinks : Kinks, optional
+        What some of the variables are beside the constraints.
 
     Raises
     ------
@@ -73,12 +77,13 @@ def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Seque
     """
     if not steps:
         raise ProblemError("there are no steps: nothing is proven beyond the box")
-    places = _Places(problem)
+    places = _Places(problem, {name: k for k, name in enumerate(problem.names)}, [], kinks)
     written = [_step(step, places) for step in _until_empty(steps)]
     document = {
         "format": check.FORMAT,
         "version": check.VERSION,
         **statement(problem),
+        **({"kinks": _kinks(kinks)} if kinks else {}),
         **({"cuts": places.cuts} if places.cuts else {}),
         "steps": written,
     }
@@ -98,7 +103,7 @@ def write_certificate(path: str | Path, problem: PolynomialProblem, steps: Seque
 def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
     """Leave out what follows a proof that no point is feasible: a box, say, that was then arbitrary."""
     for number, step in enumerate(steps, start=1):
-        if isinstance(step, Reach | Quotient):
+        if isinstance(step, Reach | Quotient | Sides | Hull):
             continue
         if step.bound > 0 and not step.objective.coefficients.magnitude().any():
             return steps[:number]
@@ -124,15 +129,34 @@ class _Place:
 class _Places:
     """Finds the place of each problem by its names and the terms of its rows, once for all that share them."""
 
-    def __init__(self, stated: PolynomialProblem) -> None:
+    def __init__(
+        self,
+        stated: PolynomialProblem,
+        variables: dict[str, int],
+        cuts: list[dict[str, Any]],
+        kinks: Kinks | None,
+    ) -> None:
         self._stated = stated
-        self._variables = {name: k for k, name in enumerate(stated.names)}
-        same = list(range(stated.n_variables))
+        self._variables = variables
+        own = [variables[name] for name in stated.names]
         families = (stated.equalities, stated.inequalities)
-        self._rows = [{key: k for k, key in enumerate(_keys(family, same))} for family in families]
+        self._rows = [{key: k for k, key in enumerate(_keys(family, own))} for family in families]
         self._found: dict[tuple[int, int, tuple[str, ...]], _Place] = {}
-        self.cuts: list[dict[str, Any]] = []
+        self.cuts = cuts
         self._numbers: dict[tuple[int, bytes], int] = {}
+        self._kinks = kinks
+        self._kink_of = {} if kinks is None else {v: n for n, v in enumerate(kinks.variables.tolist())}
+
+    def on(self, problem: PolynomialProblem) -> _Places:
+        """Return the places among the rows of a problem with kinks decided."""
+        return _Places(problem, self._variables, self.cuts, self._kinks)
+
+    def variable(self, name: str) -> int:
+        return self._variables[name]
+
+    def kink(self, variable: int) -> int:
+        """Return the number of a kink in the file."""
+        return self._kink_of[variable]
 
     def of(self, problem: PolynomialProblem) -> _Place:
         families = (problem.equalities, problem.inequalities)
@@ -149,7 +173,7 @@ class _Places:
                     "a step has a variable or constraint that the problem has not: give the problem that the steps "
                     "were proven for"
                 ) from None
-            self._found[known] = _Place(self._stated.n_variables, variables, *rows)
+            self._found[known] = _Place(len(self._variables), variables, *rows)
         return self._found[known]
 
     def number_of_cut(self, place: _Place, multipliers: Array) -> int:
@@ -169,7 +193,7 @@ class _Places:
 
     def add_cone(self, reach: Reach) -> None:
         """Let the rows times s be known, which the check makes in the same order."""
-        place, s = self.of(reach.problem), self._stated.n_variables
+        place, s = self.of(reach.problem), len(self._variables)
         first = self._stated.inequalities.n_rows
         self._found[_known(reach.cone)] = _Place(
             s + 1,
@@ -198,6 +222,11 @@ def _step(step: Step, places: _Places) -> dict[str, Any]:
         return _branches(step, places)
     if isinstance(step, Cut):
         return _cut(step, places)
+    if isinstance(step, Sides):
+        return _sides(step, places)
+    if isinstance(step, Hull):
+        place = places.of(step.problem)
+        return {"hull": place.monomial(step.variables.tolist()), "parts": _parts(step.parts, place, places)}
     return _bound(step, places.of(step.relaxed.problem))
 
 
@@ -206,20 +235,47 @@ def _branches(step: Branches, places: _Places) -> dict[str, Any]:
     document: dict[str, Any] = {
         "objective": place.objective(step.objective),
         "bound": float(step.bound).hex(),
-        "parts": [
-            {
-                "variable": place.variables[part.variable],
-                "box": [part.lower.hex(), part.upper.hex()],
-                "steps": [_step(own, places) for own in part.steps],
-            }
-            for part in step.parts
-        ],
+        "parts": _parts(step.parts, place, places),
     }
     if step.product:
         rows = listed(step.problem.equalities)
         vanishing = [k for k, row in enumerate(rows) if len(row) == 1 and set(row[0][2]) == set(step.product)]
         document["equality"] = place.equalities[vanishing[0]]
     return document
+
+
+def _parts(parts: Sequence[Part], place: _Place, places: _Places) -> list[dict[str, Any]]:
+    written = []
+    for part in parts:
+        variable = place.variables[part.variable]
+        where = (
+            {"kink": places.kink(variable), "side": part.side}
+            if part.side
+            else {"variable": variable, "box": [part.lower.hex(), part.upper.hex()]}
+        )
+        written.append({**where, "steps": [_step(own, places) for own in part.steps]})
+    return written
+
+
+def _kinks(kinks: Kinks) -> list[dict[str, Any]]:
+    members = zip(kinks.variables.tolist(), kinks.signs.tolist(), listed(kinks.arguments), strict=True)
+    return [
+        {"variable": variable, "kind": "sign" if sign else "positive part", "argument": argument}
+        for variable, sign, argument in members
+    ]
+
+
+def _sides(step: Sides, places: _Places) -> dict[str, Any]:
+    def number(name: str) -> int:
+        return places.kink(places.variable(name))
+
+    own = places.on(step.problem)
+    return {
+        "sides": [[number(name), side] for name, side in step.known],
+        "rows": [[row.kind, number(row.kink), *(end.hex() for end in row.ends)] for row in step.rows],
+        "defined": [{"equality": k, "variable": places.variable(name)} for k, name in step.defined],
+        "steps": [_step(each, own) for each in step.steps],
+    }
 
 
 def _cut(step: Cut, places: _Places) -> dict[str, Any]:

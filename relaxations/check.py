@@ -11,7 +11,7 @@ and every monomial of t lies in [-1, 1]. So ``objective >= r_0 - sum_{i > 0} |r_
 not lie above. A coefficient that is given as a ball stands for each number in it.
 
 A step that bounds one variable tightens the box for the steps after it. A positive bound of the objective zero proves
-that no point is feasible. There are four more kinds of steps.
+that no point is feasible. There are six more kinds of steps.
 
 A step with ``parts`` branches: their boxes cover the box, in one variable, or all factors of an ``equality`` that is a
 single monomial, one of which vanishes; and the steps of each part prove the same bound there, or that it is empty.
@@ -28,8 +28,19 @@ for all steps, make ``c_0(p) + sum_i c_i(p) z_i >= 0`` of the constraints, with 
 p, ``|c_i| <= share c_i + max((1 - share) h, (1 + share) l)`` for any share from -1 to 1. What is left is a polynomial
 in p, bounded as above.
 
-A step with ``quotient`` divides: where an equality is ``A + B x_k = 0``, its A is bounded by the box, and a step before
-it proved ``B >= b > 0`` or ``-B >= b > 0``, ``|x_k| <= max |A| / b``.
+A step with ``quotient`` divides: where an equality is ``A + B x_k = 0``, its A is bounded by the box, and B is a number
+or a step before it proved ``B >= b > 0`` or ``-B >= b > 0``, ``|x_k| <= max |A| / b``.
+
+The file may state ``kinks``: a variable s is the positive part max(0, x) of its argument x, a polynomial in variables
+and in the kinks before it, or its sign. A step with ``sides`` holds steps of its own, on rows of their own: where the
+box keeps an argument on one side of zero, the kink's value is put into all rows, and of others ``rows`` adds what holds
+for L <= x <= U, where L <= 0 <= U are ends that the box has:
+
+    positive part:    s >= x  ("above"),    U (x - L) >= (U - L) s  ("chord")
+    sign:    2 x >= L (1 - s)  ("low"),    2 x <= U (1 + s)  ("high")
+
+A step with ``hull`` has parts as well: ranges of one variable, or both sides of a positive part, on which "side" is a
+row, ``side x >= 0``. The variables named lie in the hull of what the steps of the parts leave of their boxes.
 
 Nothing is rounded: every number in the file is a rational one, and so are all results. For that reason this file needs
 no ball arithmetic library, and nothing but Python's own. It imports nothing of the rest of the package, which it has
@@ -41,12 +52,12 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import lcm, prod
+from math import inf, lcm, prod
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +150,30 @@ class Proven:
         return not self.objective.monomials and self.bound > 0
 
 
+Extended = Fraction | float  # a float is infinite
 Box = list[list[Fraction | None]]  # both ends of each variable; None: no bound
+
+
+@dataclass(frozen=True)
+class Kink:
+    """A variable that is the positive part of a polynomial, ``max(0, x)``, or else its sign.
+
+    Parameters
+    ----------
+    variable : int
+    sign : bool
+    argument : Polynomial
+        x, in variables and in kinks that stand before this one.
+
+    Examples
+    --------
+    >>> Kink(1, False, Polynomial({(0,): Fraction(2)}, {})).sign  # x1 = max(0, 2 x0)
+    False
+    """
+
+    variable: int
+    sign: bool
+    argument: Polynomial
 
 
 @dataclass(frozen=True)
@@ -152,11 +186,14 @@ class Stated:
     equalities, inequalities : list of Polynomial or None
     cuts : list
         Multipliers, as they are in the file.
+    kinks : list of Kink
+    chosen : dict of int to int
+        The side of zero on which a part takes the argument of a kink, by the kink's number.
 
     Examples
     --------
     >>> product = Polynomial({(0, 1): Fraction(2)}, {})
-    >>> Stated(["x", "y"], [product], [], []).vanishing  # equality 0: x or y is zero
+    >>> Stated(["x", "y"], [product], [], [], [], {}).vanishing  # equality 0: x or y is zero
     {0: {0, 1}}
     """
 
@@ -164,6 +201,8 @@ class Stated:
     equalities: list[Polynomial | None]
     inequalities: list[Polynomial | None]
     cuts: list[Any]
+    kinks: list[Kink]
+    chosen: dict[int, int]
 
     def constraint(self, kind: str, number: Any, where: str) -> Polynomial:
         """Return a constraint by its number in the file."""
@@ -381,7 +420,10 @@ def check(document: Any) -> tuple[Proven, ...]:
     _refuse_unless(len(steps) > 0, "there are no steps: nothing is claimed")
     try:
         cuts = _list(document.get("cuts", []), "cuts")
-        proven, empty = _check_steps(steps, "", Stated(names, list(equalities), list(inequalities), cuts), box)
+        kinks = _kinks(document.get("kinks", []), count)
+        proven, empty = _check_steps(
+            steps, "", Stated(names, list(equalities), list(inequalities), cuts, kinks, {}), box
+        )
     except RecursionError:
         raise Refused("the branches are nested too deeply") from None
     if empty and not any(theorem.empty for theorem in proven):
@@ -401,6 +443,10 @@ def _check_steps(steps: list[Any], inside: str, stated: Stated, box: Box) -> tup
             found = _check_reach(step["reach"], where, stated, box)
         elif isinstance(step, dict) and "quotient" in step:
             found = _check_quotient(step["quotient"], where, stated, box, proven)
+        elif isinstance(step, dict) and "sides" in step:
+            found = _check_sides(step, where, stated, box)
+        elif isinstance(step, dict) and "hull" in step:
+            found = _check_hull(step, where, stated, box)
         elif isinstance(step, dict) and "parts" in step:
             found = [_check_branches(step, where, stated, box)]
         elif isinstance(step, dict) and "weights" in step:
@@ -416,33 +462,230 @@ def _check_steps(steps: list[Any], inside: str, stated: Stated, box: Box) -> tup
 
 
 def _check_branches(step: Any, where: str, stated: Stated, box: Box) -> Proven:
-    count = len(stated.names)
-    objective = _polynomial(_get(step, "objective", where), count, f"{where}, objective")
+    objective = _polynomial(_get(step, "objective", where), len(stated.names), f"{where}, objective")
     bound = _number(_get(step, "bound", where), f"{where}, bound")
-    parts: list[tuple[int, Fraction, Fraction]] = []
-    for k, part in enumerate(_list(step["parts"], f"{where}, parts"), start=1):
-        inside = f"{where}, part {k}"
-        v = _index(_get(part, "variable", inside), count, inside)
-        low, high = (_number(end, inside) for end in _list(_get(part, "box", inside), inside, 2))
-        parts.append((v, low, high))
-        own = [list(ends) for ends in box]
-        lower, upper = own[v]
-        own[v] = [low if lower is None else max(lower, low), high if upper is None else min(upper, high)]
-        proven, empty = _check_steps(_list(_get(part, "steps", inside), inside), f"{inside}, ", stated, own)
+    for inside, own, proven, empty in _check_parts(step, where, stated, box):
         reached = [p.bound for p in proven if p.objective == objective] + _box_says(objective, own)
         if not empty:
             _refuse_unless(len(reached) > 0, f"{inside}: nothing is proven of the objective")
             _refuse_unless(max(reached) >= bound, f"{inside}: bound >= {_shown(bound)} fails: {_shown(max(reached))}")
-    if "equality" in step:
+    return Proven(where, objective, bound, bound)
+
+
+def _check_parts(step: Any, where: str, stated: Stated, box: Box) -> Iterator[tuple[str, Box, list[Proven], bool]]:
+    """Check the steps of each part, give its box and what they prove, and check in the end that the parts cover."""
+    count = len(stated.names)
+    parts: list[tuple[int, Fraction, Fraction]] = []
+    sides: list[tuple[int, int]] = []
+    for k, part in enumerate(_list(step["parts"], f"{where}, parts"), start=1):
+        inside = f"{where}, part {k}"
+        own, view = [list(ends) for ends in box], stated
+        if isinstance(part, dict) and "kink" in part:
+            number, side = _index(part["kink"], len(stated.kinks), inside), _side(_get(part, "side", inside), inside)
+            _refuse_unless(not stated.kinks[number].sign, f"{inside}: a sign that is zero belongs to neither side")
+            sides.append((number, side))
+            view = replace(stated, chosen={**stated.chosen, number: side})
+        else:
+            v = _index(_get(part, "variable", inside), count, inside)
+            low, high = (_number(end, inside) for end in _list(_get(part, "box", inside), inside, 2))
+            parts.append((v, low, high))
+            _narrow(own, v, low, high)
+        proven, empty = _check_steps(_list(_get(part, "steps", inside), inside), f"{inside}, ", view, own)
+        yield inside, own, proven, empty
+    if sides:
+        covered = not parts and len({n for n, _ in sides}) == 1 and {side for _, side in sides} == {1, -1}
+        _refuse_unless(covered, f"{where}: the parts are not both sides of one kink")
+    elif "equality" in step:
         number = _index(step["equality"], len(stated.equalities), where)
         _refuse_unless(number in stated.vanishing, f"{where}: equality {number} is no single monomial")
         for v in sorted(stated.vanishing[number]):
             if _may_vanish(box[v]):
-                covered = any(v == w and low <= 0 <= high for w, low, high in parts)
-                _refuse_unless(covered, f"{where}: no part covers {stated.names[v]} = 0")
+                found = any(v == w and low <= 0 <= high for w, low, high in parts)
+                _refuse_unless(found, f"{where}: no part covers {stated.names[v]} = 0")
     else:
         _check_cover(parts, where, stated, box)
-    return Proven(where, objective, bound, bound)
+
+
+def _check_hull(step: Any, where: str, stated: Stated, box: Box) -> list[Proven]:
+    variables = _monomial(step["hull"], len(stated.names), f"{where}, hull")
+    left = [own for _, own, _, empty in _check_parts(step, where, stated, box) if not empty]
+    if not left:
+        return [_nothing(where)]
+    found = []
+    for v in variables:
+        for side, end in ((1, 0), (-1, 1)):
+            ends = [own[v][end] for own in left]
+            reached = [side * value for value in ends if value is not None]
+            if len(reached) == len(ends):
+                found.append(Proven(where, Polynomial({(v,): Fraction(side)}, {}), min(reached), min(reached)))
+    return found
+
+
+def _nothing(where: str) -> Proven:
+    """Return the theorem that there is no point."""
+    return Proven(where, Polynomial({}, {}), Fraction(1), Fraction(1))
+
+
+def _narrow(box: Box, v: int, low: Extended, high: Extended) -> None:
+    lower, upper = box[v]
+    if isinstance(low, Fraction):
+        lower = low if lower is None else max(lower, low)
+    if isinstance(high, Fraction):
+        upper = high if upper is None else min(upper, high)
+    box[v] = [lower, upper]
+
+
+# ---------------------------------------------------------------- kinks
+
+
+def _side(value: Any, where: str) -> int:
+    _refuse_unless(value in (1, -1) and not isinstance(value, bool | float), f"{where}: {value!r} is no side, 1 or -1")
+    return int(value)
+
+
+def _kinks(value: Any, count: int) -> list[Kink]:
+    kinks: list[Kink] = []
+    places = {}
+    for n, entry in enumerate(_list(value, "kinks")):
+        where = f"kink {n}"
+        variable, kind = _index(_get(entry, "variable", where), count, where), _get(entry, "kind", where)
+        _refuse_unless(kind in ("positive part", "sign"), f"{where}: {kind!r} is neither 'positive part' nor 'sign'")
+        _refuse_unless(variable not in places, f"{where}: its variable is one of another kink")
+        places[variable] = n
+        argument = _polynomial(_get(entry, "argument", where), count, f"{where}, argument")
+        kinks.append(Kink(variable, kind == "sign", argument))
+    for n, kink in enumerate(kinks):
+        read = {v for m in kink.argument.monomials for v in m}
+        _refuse_unless(all(places.get(v, -1) < n for v in read), f"kink {n}: it reads one that is not before it")
+    return kinks
+
+
+def _check_sides(step: Any, where: str, stated: Stated, box: Box) -> list[Proven]:
+    sides: dict[int, int] = {}
+    for pair in _list(step["sides"], f"{where}, sides"):
+        number, side = _list(pair, f"{where}, sides", 2)
+        sides[_index(number, len(stated.kinks), where)] = _side(side, where)
+    values: dict[int, Polynomial] = {}
+    arguments: list[tuple[Polynomial, Extended, Extended]] = []
+    for n, kink in enumerate(stated.kinks):
+        argument = _with_values(kink.argument, values)
+        low, high = _range(argument, box)
+        arguments.append((argument, low, high))
+        if n not in sides:
+            _narrow(box, kink.variable, *_reached(kink, low, high))
+            continue
+        side = sides[n]
+        if stated.chosen.get(n) != side:
+            least = low if side > 0 else -high
+            name = stated.names[kink.variable]
+            _refuse_unless(
+                least > 0 or (least == 0 and not kink.sign), f"{where}: the box does not decide on {name}, side {side}"
+            )
+        constant = Polynomial({(): Fraction(side)} if kink.sign else {}, {})
+        values[kink.variable] = argument if side > 0 and not kink.sign else constant
+    rows = [
+        _row(_list(row, f"{where}, row {k}"), f"{where}, row {k}", stated, sides, arguments)
+        for k, row in enumerate(_list(_get(step, "rows", where), f"{where}, rows"))
+    ]
+    view = replace(
+        stated,
+        equalities=[None if row is None else _with_values(row, values) for row in stated.equalities],
+        inequalities=[*(None if row is None else _with_values(row, values) for row in stated.inequalities), *rows],
+    )
+    for quotient in _list(_get(step, "defined", where), f"{where}, defined"):
+        for theorem in _check_quotient(quotient, where, view, box, []):
+            _tighten(box, theorem)
+    proven, empty = _check_steps(_list(_get(step, "steps", where), where), f"{where}, ", view, box)
+    return [*proven, _nothing(where)] if empty else proven
+
+
+def _reached(kink: Kink, low: Extended, high: Extended) -> tuple[Extended, Extended]:
+    """Return the range of a kink's value, given that of its argument."""
+    zero, one = Fraction(0), Fraction(1)
+    if kink.sign:
+        return (zero if low >= 0 else -one), (zero if high <= 0 else one)
+    return max(low, zero), max(high, zero)
+
+
+def _row(
+    row: list[Any],
+    where: str,
+    stated: Stated,
+    sides: dict[int, int],
+    arguments: list[tuple[Polynomial, Extended, Extended]],
+) -> Polynomial:
+    """Return an inequality between a kink's value s and its argument x."""
+    _refuse_unless(len(row) >= 2 and isinstance(row[0], str), f"{where} has no kind and kink")
+    kind, n = row[0], _index(row[1], len(stated.kinks), where)
+    ends = [_number(end, where) for end in row[2:]]
+    kink, (x, low, high) = stated.kinks[n], arguments[n]
+    known = {(False, "above"): 0, (False, "chord"): 2, (True, "low"): 1, (True, "high"): 1, (False, "side"): 0}
+    _refuse_unless(
+        known.get((kink.sign, kind)) == len(ends), f"{where}: {kind!r} with {len(ends)} ends is no row of this kink"
+    )
+    if kind == "side":
+        _refuse_unless(n in stated.chosen and stated.chosen[n] == sides.get(n), f"{where}: no part chooses this side")
+        return _combined(x, sides[n], kink.variable, 0, 0)
+    if kind == "above":
+        return _combined(x, -1, kink.variable, 1, 0)
+    least, most = (ends[0], ends[-1]) if kind == "chord" else (ends[0], None) if kind == "low" else (None, ends[0])
+    _refuse_unless(least is None or least <= min(low, 0), f"{where}: the box does not keep the argument from below it")
+    _refuse_unless(most is None or most >= max(high, 0), f"{where}: the box does not keep the argument from above it")
+    if least is not None and most is not None:
+        return _combined(x, most, kink.variable, least - most, -most * least)
+    if least is not None:
+        return _combined(x, 2, kink.variable, least, -least)
+    return _combined(x, -2, kink.variable, ends[0], ends[0])
+
+
+def _combined(x: Polynomial, a: Fraction | int, s: int, b: Fraction | int, c: Fraction | int) -> Polynomial:
+    """Return ``a x + b s + c``."""
+    total = {m: value * a for m, value in x.mid.items()}
+    _add(total, {(s,): Fraction(b), (): Fraction(c)})
+    return Polynomial(total, {m: value * abs(Fraction(a)) for m, value in x.rad.items()})
+
+
+def _with_values(polynomial: Polynomial, values: dict[int, Polynomial]) -> Polynomial:
+    """Put polynomials in the place of variables."""
+    if not any(v in values for m in polynomial.monomials for v in m):
+        return polynomial
+    mid: dict[Monomial, Fraction] = {}
+    rad: dict[Monomial, Fraction] = {}
+    for m in polynomial.monomials:
+        radius = polynomial.rad.get(m, Fraction(0))
+        rest = tuple(v for v in m if v not in values)
+        term = Polynomial({rest: polynomial.mid.get(m, Fraction(0))}, {rest: radius} if radius else {})
+        for v in m:
+            if v in values:
+                term = _multiply(term, values[v])
+        _add(mid, term.mid)
+        _add(rad, term.rad)
+    return Polynomial(mid, rad)
+
+
+def _range(polynomial: Polynomial, box: Box) -> tuple[Extended, Extended]:
+    """Return the ends of a polynomial over a box, monomial by monomial."""
+    low: Extended = Fraction(0)
+    high: Extended = Fraction(0)
+    for m in polynomial.monomials:
+        mid, rad = polynomial.mid.get(m, Fraction(0)), polynomial.rad.get(m, Fraction(0))
+        ends: tuple[Extended, Extended] = (mid - rad, mid + rad)
+        for v in m:
+            lower, upper = box[v]
+            own: tuple[Extended, Extended] = (-inf if lower is None else lower, inf if upper is None else upper)
+            products = [_times(a, b) for a in ends for b in own]
+            ends = min(products), max(products)
+        low = -inf if -inf in (low, ends[0]) else low + ends[0]
+        high = inf if inf in (high, ends[1]) else high + ends[1]
+    return low, high
+
+
+def _times(a: Extended, b: Extended) -> Extended:
+    if not a or not b:
+        return Fraction(0)  # an infinite end is none: all numbers up to there are finite
+    if isinstance(a, Fraction) and isinstance(b, Fraction):
+        return a * b
+    return inf if (a > 0) == (b > 0) else -inf
 
 
 def _alone(objective: Polynomial) -> tuple[int, Fraction] | None:
@@ -499,7 +742,10 @@ def _check_quotient(quotient: Any, where: str, stated: Stated, box: Box, proven:
             size *= max(abs(lower), abs(upper))
         largest += size
     opposite = Polynomial({m: -value for m, value in divisor.mid.items()}, divisor.rad)
-    away = max((p.bound for p in proven if p.objective in (divisor, opposite)), default=Fraction(0))
+    if divisor.monomials <= {()}:
+        away = abs(divisor.mid.get((), Fraction(0))) - divisor.rad.get((), Fraction(0))
+    else:
+        away = max((p.bound for p in proven if p.objective in (divisor, opposite)), default=Fraction(0))
     _refuse_unless(away > 0, f"{where}: no step before it keeps what {name} is multiplied by from zero")
     return [
         Proven(where, Polynomial({(x,): sign}, {}), -largest / away, -largest / away)
@@ -586,6 +832,8 @@ def _homogenised(
         [times_s(row) for row in stated.equalities],
         [*(times_s(row) for row in stated.inequalities), *cone[0], *cone[1]],
         stated.cuts,
+        [],
+        {},
     ), [*ends, [Fraction(0), Fraction(1)]]
 
 

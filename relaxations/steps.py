@@ -106,6 +106,9 @@ class Part:
         Its range in this part.
     steps : tuple of Step
         They prove the bound of the branches, or that the part is empty; none where the box says so.
+    side : {0, 1, -1}
+        Where the variable is a kink (:class:`Kinks`): the side of zero on which the part takes its argument, in place
+        of a range.
 
     Examples
     --------
@@ -118,6 +121,7 @@ class Part:
     lower: float
     upper: float
     steps: tuple[Step, ...]
+    side: int = 0
 
 
 @dataclass(frozen=True)
@@ -226,5 +230,112 @@ class Reach:
     faces: tuple[tuple[int, int, tuple[Step, ...]], ...]
 
 
-Step = Bound | Cut | Branches | Quotient | Reach
+@dataclass(frozen=True)
+class Kinks:
+    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign.
+
+    Parameters
+    ----------
+    variables : ndarray of int, shape (n_kinks,)
+        An argument reads only kinks before its own.
+    signs : ndarray of bool, shape (n_kinks,)
+    arguments : Polynomials
+        One row each.
+
+    Examples
+    --------
+    >>> kinks = Kinks(np.array([1]), np.array([False]), Polynomials.from_terms([{(0,): 2.0}]))  # x1 = max(0, 2 x0)
+    >>> kinks.arguments.n_rows
+    1
+    """
+
+    variables: Index
+    signs: Array
+    arguments: Polynomials
+
+
+@dataclass(frozen=True)
+class Row:
+    """An inequality between an open kink and its argument, as :mod:`relaxations.check` names and proves it.
+
+    Parameters
+    ----------
+    kind : {"above", "chord", "low", "high", "side"}
+    kink : str
+        Its variable.
+    ends : tuple of float
+        Of the argument: both for a chord, one for the hull of a sign.
+
+    Examples
+    --------
+    >>> Row("chord", "s", (-1.0, 2.0)).ends  # 2 (x + 1) >= 3 s
+    (-1.0, 2.0)
+    """
+
+    kind: str
+    kink: str
+    ends: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Steps on rows into which kinks that the box decides are put.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Its equalities and first inequalities are those stated, in their order, with the values of the known kinks; the
+        last inequalities are the rows.
+    known : tuple of (str, int)
+        Kink, by its variable, and side.
+    rows : tuple of Row
+    defined : tuple of (int, str)
+        Equality, and a variable that it gives, with a number as its coefficient: the box of the others bounds it.
+    steps : tuple of Step
+
+    Examples
+    --------
+    s = max(0, x - 1) is x - 1 on the box [2, 3] of x, so that x + s = 4 reads 2 x - 1 = 4:
+
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> decided, _ = problem_of(x, [2 * x - 1 == 4, x >= 2, x <= 3])
+    >>> Sides(decided, (("s", 1),), (), (), ()).known
+    (('s', 1),)
+    """
+
+    problem: PolynomialProblem
+    known: tuple[tuple[str, int], ...]
+    rows: tuple[Row, ...]
+    defined: tuple[tuple[int, str], ...]
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Hull:
+    """Some variables lie in the hull of the boxes that the steps of the parts prove.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As stated.
+    variables : ndarray of int
+    parts : tuple of Part
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
+    >>> parts = Part(0, -1.0, 0.0, ()), Part(0, 0.0, 1.0, ())
+    >>> len(Hull(problem, np.array([1]), parts).parts)
+    2
+    """
+
+    problem: PolynomialProblem
+    variables: Index
+    parts: tuple[Part, ...]
+
+
+Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull
 Record = Callable[[Step], None]

@@ -12,7 +12,7 @@ prove the cell empty: beyond the largest sample of the input any gain would do, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,11 +22,13 @@ from relaxations.boxes import derive_box
 from relaxations.lift import complicating_variables
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
+from relaxations.steps import Bound, Record
 from relaxations.witness import find_witness
 from smid.box import vanishing_factors, with_finite_box
 from smid.feasible import FeasibleSet
 from smid.kinks import Kind
 from smid.models import ModelError
+from smid.piecewise_proof import Trail
 from smid.regimes import Side
 from smid.stamp import CONSTANT, Opening, Sides
 from smid.start import equation_error_fit, magnitudes
@@ -38,11 +40,15 @@ NARROW = 1e-3  # a threshold below this share of its first width is no longer sp
 
 @dataclass(frozen=True)
 class Part:
-    """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off."""
+    """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off.
+
+    Its trail keeps the proof.
+    """
 
     lower: Array
     upper: Array
     choose: Sides
+    trail: Trail = field(default_factory=Trail)
 
 
 @dataclass(frozen=True)
@@ -95,13 +101,14 @@ def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness
     """
     cell = Cell(part, feasible.on_box(part.lower, part.upper, part.choose), {})
     for _ in range(ROUNDS):
-        found = _bounds(cell.feasible, cell.feasible.problem, np.arange(len(part.lower)), solver)
+        with part.trail.on(cell.feasible) as record:
+            found = _bounds(cell.feasible, cell.feasible.problem, solver, record)
         if isinstance(found, Emptiness):
             return found
         width = cell.part.upper - cell.part.lower
         smaller = feasible.on_box(found.lower, found.upper, part.choose)
         cell = Cell(
-            Part(found.lower, found.upper, part.choose),
+            replace(part, lower=found.lower, upper=found.upper),
             smaller,
             {end: _carried(point, cell.feasible, smaller) for end, point in found.points.items()},
             cell.solves + found.solves,
@@ -122,9 +129,13 @@ def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | 
         return part
     for _ in range(ROUNDS):
         stamped = feasible.on_box(lower, upper, part.choose)
-        found = _bounds(stamped, _without(stamped.problem, loose), np.setdiff1d(np.arange(len(lower)), loose), solver)
+        problem, equalities = _without(stamped.problem, loose)
+        with part.trail.on(stamped) as record:
+            found = _bounds(stamped, problem, solver, record)
         if isinstance(found, Emptiness):
-            return found
+            weights = np.zeros(stamped.problem.equalities.n_rows)
+            weights[equalities] = found.weights
+            return Emptiness(found.margin, weights)
         fixed = np.isfinite(upper - lower)
         before = (upper - lower)[fixed]
         lower[fixed], upper[fixed] = found.lower[fixed], found.upper[fixed]
@@ -136,12 +147,13 @@ def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | 
         box = with_finite_box(stamped, solver)
         problem, unbounded = box.feasible.problem, box.unbounded
     else:
-        derived = derive_box(stamped.problem, _guess(stamped), solver)
+        with part.trail.on(stamped) as record:
+            derived = derive_box(stamped.problem, _guess(stamped), solver, record=record)
         problem, unbounded = derived.problem, derived.unbounded
     if unbounded:
         return unbounded
     count = len(lower)
-    return Part(problem.lower[:count], problem.upper[:count], part.choose)
+    return replace(part, lower=problem.lower[:count], upper=problem.upper[:count])
 
 
 def lifted(name: str, problem: PolynomialProblem) -> Index:
@@ -165,22 +177,28 @@ class _Bounds:
     n_moments: int
 
 
-def _bounds(stamped: FeasibleSet, problem: PolynomialProblem, targets: Index, solver: str) -> _Bounds | Emptiness:
-    """Bound some parameters once from both sides."""
+def _bounds(
+    stamped: FeasibleSet, problem: PolynomialProblem, solver: str, record: Record | None
+) -> _Bounds | Emptiness:
+    """Bound the parameters of a problem, or of what is left of it, once from both sides."""
     complicating = lifted(stamped.model.name, problem)
     relaxed = relax(problem, "lift", lowest(problem, "lift", complicating), solver)
     count = len(stamped.model.parameters)
-    lower, upper = problem.lower[:count].copy(), problem.upper[:count].copy()
+    lower, upper = stamped.problem.lower[:count].copy(), stamped.problem.upper[:count].copy()
+    place = {name: k for k, name in enumerate(problem.names)}
     points: dict[tuple[int, int], Array] = {}
     solves = 0
-    for k in targets.tolist():
+    for k, name in enumerate(stamped.problem.names[:count]):
         for sign in (1, -1):
-            if problem.lower[k] == problem.upper[k]:
+            if name not in place or stamped.problem.lower[k] == stamped.problem.upper[k]:
                 continue
-            outcome = relaxed.bound(problem.variable(k, sign))
+            objective = problem.variable(place[name], sign)
+            outcome = relaxed.bound(objective)
             solves += 1
             if outcome.certificate is None:
                 continue
+            if record and outcome.bound > (lower[k] if sign > 0 else -upper[k]):
+                record(Bound.of(relaxed, objective, outcome))
             if sign > 0:
                 lower[k] = max(lower[k], outcome.bound)
             else:
@@ -192,15 +210,19 @@ def _bounds(stamped: FeasibleSet, problem: PolynomialProblem, targets: Index, so
     return _Bounds(lower, upper, points, solves, relaxed.relaxation.largest_block, relaxed.relaxation.n_moments)
 
 
-def _without(problem: PolynomialProblem, loose: Index) -> PolynomialProblem:
-    """Leave out the constraints that read some variables, and fix those: a relaxation in the others."""
-    kept = []
-    for family in (problem.equalities, problem.inequalities):
-        reading = np.unique(family.rows[np.isin(family.factors, loose).any(axis=1)])
-        kept.append(family.take(np.setdiff1d(np.arange(family.n_rows), reading)))
-    lower, upper = problem.lower.copy(), problem.upper.copy()
-    lower[loose] = upper[loose] = 0.0
-    return PolynomialProblem(problem.names, lower, upper, kept[0], kept[1])
+def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
+    """Leave out some variables with the constraints that read them; return the equalities that are left as well."""
+    left = np.setdiff1d(np.arange(problem.n_variables), loose)
+    numbers = np.full(problem.n_variables, -1, dtype=np.int64)
+    numbers[left] = np.arange(len(left))
+    families = (problem.equalities, problem.inequalities)
+    rows = [
+        np.setdiff1d(np.arange(family.n_rows), family.rows[np.isin(family.factors, loose).any(axis=1)])
+        for family in families
+    ]
+    equalities, inequalities = (f.take(kept).renumbered(numbers) for f, kept in zip(families, rows, strict=True))
+    names = tuple(problem.names[k] for k in left)
+    return PolynomialProblem(names, problem.lower[left], problem.upper[left], equalities, inequalities), rows[0]
 
 
 def _guess(stamped: FeasibleSet) -> Array:
@@ -281,7 +303,11 @@ def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
     if share[cut] > NARROW:
         low, high = part.lower.copy(), part.upper.copy()
         low[cut] = high[cut] = _breakpoint(openings, cut, part)
-        return Part(part.lower, high, part.choose), Part(low, part.upper, part.choose)
+        name, where = cell.feasible.problem.names[cut], float(low[cut])
+        return (
+            Part(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
+            Part(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
+        )
     return _by_side(cell)
 
 
@@ -314,12 +340,14 @@ def _by_side(cell: Cell) -> tuple[Part, ...]:
     errors = [o.within.high / (1 - o.within.high / o.within.low) for o in candidates]
     worst = int(np.argmax([e.max() for e in errors]))
     opening = candidates[worst]
-    name, at = opening.hinge.kink.name, int(opening.times[np.argmax(errors[worst])])
-    key = (name, opening.experiment)
+    place = int(np.argmax(errors[worst]))
+    at = opening.times[place]
+    key = (opening.hinge.kink.name, opening.experiment)
     parts = []
     for side in (Side.NEGATIVE, Side.POSITIVE):
         nothing = np.zeros(0, dtype=np.int64)
         table = cell.part.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
         table[at] = side
-        parts.append(Part(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}))
+        trail = cell.part.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
+        parts.append(Part(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
     return tuple(parts)

@@ -18,7 +18,7 @@ from relaxations.reductions.sparsity import cliques
 from smid.binding import bind
 from smid.data import DataError, Dataset, excitation
 from smid.models import Model, ModelError
-from smid.stamp import FREE_BOUND, Opening, Sides, Stamped, Structure, stamp_all
+from smid.stamp import FREE_BOUND, Opening, Placed, Sides, Stamped, Structure, stamp_all
 
 __all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound"]
 
@@ -49,6 +49,8 @@ class FeasibleSet:
     openings : tuple of Opening
         The kinks (of Max, Min, Abs and sign) that are not decided on the box of the parameters. They stand in the
         problem with their hulls, so that it is a relaxation of the set; without any, it is the set itself.
+    placed, definitions
+        What the problem was made of (:class:`smid.stamp.Stamped`).
 
     Raises
     ------
@@ -72,6 +74,8 @@ class FeasibleSet:
     samples: Index = field(init=False)
     structure: Structure = field(init=False, repr=False)
     openings: tuple[Opening, ...] = field(init=False, repr=False)
+    placed: tuple[Placed, ...] = field(init=False, repr=False)
+    definitions: tuple[tuple[Index, Index], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         model = bind(self.model, self.data)
@@ -88,7 +92,7 @@ class FeasibleSet:
         self._take(stamp_all(structure, self.data, bounds, self.free_channel))
 
     def _take(self, stamped: Stamped) -> None:
-        for name in ("problem", "samples", "openings"):
+        for name in ("problem", "samples", "openings", "placed", "definitions"):
             object.__setattr__(self, name, getattr(stamped, name))
 
     def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:

@@ -22,13 +22,14 @@ from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
 from relaxations.steps import Step
 from relaxations.witness import find_witness
-from smid.box import Boxed, with_finite_box
+from smid.box import Boxed, vanishing_factors, with_finite_box
 from smid.data import Dataset
 from smid.error_bound import error_bound
 from smid.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.feasible import FeasibleSet
 from smid.models import Model, ModelError
 from smid.piecewise import piecewise_centre, piecewise_intervals
+from smid.piecewise_proof import stated
 from smid.result import Part, Result, plain
 from smid.start import equation_error_fit, magnitudes
 from smid.table import Table
@@ -104,8 +105,7 @@ def identify(
         the truth is: take a larger one.
     method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and in place of the lift
-        cuts (:mod:`relaxations.benders`) for long records where all parameters complicate, as with errors in
-        variables, and no file of the proof is asked for.
+        cuts (:mod:`relaxations.benders`) for the complicating parameters of long records: all, with errors in variables.
     order : int, optional
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
@@ -154,13 +154,9 @@ def identify(
     cuts = takes_cuts(feasible.problem, method, order)
     resolve(feasible.problem, "auto" if cuts else method, order)
     if feasible.openings:
-        if certificate:
-            raise ModelError("the proof of a model with Max, Min, Abs or sign cannot be written: leave certificate out")
-        return _piecewise(feasible, method, order, solver, tolerance, rounds, nodes, progress)
+        return _piecewise(feasible, method, order, solver, tolerance, rounds, nodes, progress, certificate)
     if certificate:
-        if not Path(certificate).resolve().parent.is_dir():
-            raise ModelError(f"certificate={str(certificate)!r} lies in no folder that exists: make the folder first")
-        Path(certificate).unlink(missing_ok=True)  # an old one would prove something else
+        _make_way(certificate)
     boxed = Boxed(feasible, (), feasible.problem.unbounded, feasible.problem)
     steps: list[Step] = []
     record = steps.append if certificate else None
@@ -231,13 +227,33 @@ def _piecewise(
     rounds: int,
     nodes: int,
     progress: Progress | None,
+    certificate: str | Path | None,
 ) -> Estimate:
     """Identify a model whose Max, Min, Abs or sign are not decided by the priors and the data alone."""
     if method not in ("auto", "lift"):
         raise ModelError(f"a model with Max, Min, Abs or sign is bounded by the lift: method={method!r} does not apply")
+    if certificate:
+        products = vanishing_factors(feasible.model, feasible.problem.unbounded)
+        if products:
+            raise ModelError(
+                f"the proof of a box for {', '.join(products)} beside Max, Min, Abs or sign cannot be written: give "
+                "bounds, or leave certificate out"
+            )
+        _make_way(certificate)
+    steps: list[Step] = []
     enclosure = piecewise_intervals(
-        feasible, order=order, solver=solver, tolerance=tolerance, rounds=rounds, nodes=nodes, progress=progress
+        feasible,
+        order=order,
+        solver=solver,
+        tolerance=tolerance,
+        rounds=rounds,
+        nodes=nodes,
+        progress=progress,
+        record=steps.append if certificate else None,
     )
+    if certificate and steps:
+        problem, kinks = stated(feasible)
+        write_certificate(certificate, problem, steps, kinks)
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     loose = [p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower)]
@@ -248,6 +264,13 @@ def _piecewise(
     with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
         status, nearest = piecewise_centre(feasible, enclosure, solver)
     return _estimate(feasible, enclosure, tuple(loose), status, nearest)
+
+
+def _make_way(certificate: str | Path) -> None:
+    """Remove an old file: it would prove something else."""
+    if not Path(certificate).resolve().parent.is_dir():
+        raise ModelError(f"certificate={str(certificate)!r} lies in no folder that exists: make the folder first")
+    Path(certificate).unlink(missing_ok=True)
 
 
 def _box_only(boxed: Boxed, reason: Reason) -> Estimate:

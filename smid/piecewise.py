@@ -19,9 +19,11 @@ from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.ends import FLOOR
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
 from relaxations.polynomial import Polynomials
+from relaxations.steps import Record
 from smid.cells import Cell, Part, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.estimate import CentreStatus
 from smid.feasible import FeasibleSet
+from smid.piecewise_proof import Trail, stated
 
 SPLITS = 80  # by default at most so many
 BOXING_SPLITS = 12  # of them, at most so many to give every parameter a finite box
@@ -39,6 +41,7 @@ def piecewise_intervals(
     rounds: int = 10,
     nodes: int = 0,
     progress: Progress | None = None,
+    record: Record | None = None,
 ) -> Enclosure:
     """Enclose the parameters of a set with open kinks.
 
@@ -51,6 +54,8 @@ def piecewise_intervals(
         Stop once each gap is below this share (but not below 0.2 %) of its interval's width.
     nodes : int
         At most so many splits, where more than the default of 80.
+    record : callable, optional
+        Called in the end with every step of the proof, of what :func:`smid.piecewise_proof.stated` states.
 
     Returns
     -------
@@ -80,6 +85,7 @@ def piecewise_intervals(
     lifted(feasible.model.name, feasible.problem)  # refuses before any work
     count = len(feasible.model.parameters)
     lower, upper = feasible.problem.lower[:count].copy(), feasible.problem.upper[:count].copy()
+    root = Part(lower, upper, {}, Trail(kept=record is not None))
     search = _Search(
         feasible,
         order,
@@ -88,7 +94,7 @@ def piecewise_intervals(
         rounds,
         max(nodes, SPLITS),
         progress,
-        [Part(lower, upper, {})],
+        [root],
         np.where(np.isfinite(upper - lower), upper - lower, 0.0),
     )
     try:
@@ -97,6 +103,9 @@ def piecewise_intervals(
         reason = Reason.INTERRUPTED
     except MemoryError:
         reason = Reason.MEMORY
+    if record:
+        for step in root.trail.whole(stated(feasible)[0], count):
+            record(step)
     return search.enclosure(reason)
 
 
@@ -197,16 +206,18 @@ class _Search:
             self.cells[place : place + 1] = [] if parts else [replace(cell, settled=True)]
             return
         count = len(cell.part.lower)
-        enclosure = uninterrupted(
-            intervals(
-                cell.feasible.problem,
-                range(count),
-                order=self.order,
-                solver=self.solver,
-                tolerance=self.tolerance,
-                rounds=self.rounds,
+        with cell.part.trail.on(cell.feasible) as record:
+            enclosure = uninterrupted(
+                intervals(
+                    cell.feasible.problem,
+                    range(count),
+                    order=self.order,
+                    solver=self.solver,
+                    tolerance=self.tolerance,
+                    rounds=self.rounds,
+                    record=record,
+                )
             )
-        )
         self.solves += enclosure.solves
         self.pool += [w[:count] for w in enclosure.witnesses]
         if enclosure.empty is not None:
@@ -215,7 +226,7 @@ class _Search:
             return
         lower = np.array([i.lower for i in enclosure.intervals])
         upper = np.array([i.upper for i in enclosure.intervals])
-        self.cells[place] = replace(cell, part=Part(lower, upper, cell.part.choose), settled=True)
+        self.cells[place] = replace(cell, part=replace(cell.part, lower=lower, upper=upper), settled=True)
 
     def _setting(self, k: int, sign: int) -> Cell:
         """Return the cell that sets an end."""

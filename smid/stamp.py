@@ -70,12 +70,51 @@ class Opening:
 
 
 @dataclass(frozen=True)
+class Placed:
+    """Where one kink was taken in one experiment.
+
+    Parameters
+    ----------
+    kind : Kind
+    names : tuple of str
+        Of the variables that stand for its values where it is open.
+    sides : ndarray of int, shape (n,)
+        The :class:`~smid.regimes.Side` at each time.
+    chosen : ndarray of bool, shape (n,)
+        Where the side was not decided by the box.
+    within : Ranges
+        Of the arguments.
+    """
+
+    kind: Kind
+    names: tuple[str, ...]
+    sides: Index
+    chosen: Index
+    within: Ranges
+
+
+@dataclass(frozen=True)
 class Stamped:
-    """The problem, the (experiment, time) of each equality, and the kinks that are open in it."""
+    """The problem, and what it was made of.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    samples : ndarray of int, shape (n_equalities, 2)
+        Experiment and time of each equality.
+    openings : tuple of Opening
+        The kinks that are open in it.
+    placed : tuple of Placed
+        All kinks, in the order of their inequalities: those of the sides chosen, then the hulls.
+    definitions : tuple of (ndarray, ndarray)
+        Equalities, and the latent that each of them gives explicitly.
+    """
 
     problem: PolynomialProblem
     samples: Index
     openings: tuple[Opening, ...]
+    placed: tuple[Placed, ...]
+    definitions: tuple[tuple[Index, Index], ...]
 
 
 def stamp_all(
@@ -85,6 +124,7 @@ def stamp_all(
     free: str | None = None,
     box: tuple[Array, Array] | None = None,
     choose: Sides | None = None,
+    decide: bool = True,
 ) -> Stamped:
     """Stamp a model's equations over all experiments.
 
@@ -100,13 +140,15 @@ def stamp_all(
     choose : mapping, optional
         Sides to take for kinks that are open on the box; the problem is then a part of the feasible set, and without
         it a relaxation of the set.
+    decide : bool
+        Without, every kink is a variable that nothing ties to its argument.
 
     Raises
     ------
     ModelError
         Where a kink's argument has no finite upper end.
     """
-    return _Stamper(structure, data, bounds, free, box, choose or {}).run()
+    return _Stamper(structure, data, bounds, free, box, choose or {}, decide).run()
 
 
 @dataclass
@@ -119,11 +161,13 @@ class _Stamper:
     free: str | None
     box: tuple[Array, Array] | None
     choose: Sides
+    decide: bool
     names: list[str] = field(default_factory=list)
     lower: list[Array] = field(default_factory=list)
     upper: list[Array] = field(default_factory=list)
     place: dict[str, int] = field(default_factory=dict)
     openings: list[Opening] = field(default_factory=list)
+    placed: list[Placed] = field(default_factory=list)
     inequalities: list[Polynomials] = field(default_factory=list)
 
     def run(self) -> Stamped:
@@ -140,7 +184,7 @@ class _Stamper:
         equalities: list[Polynomials] = []
         samples = []
         free_latents: list[Index] = []
-        definitions: list[tuple[Polynomials, Index]] = []
+        definitions: list[tuple[Polynomials, Index, Index]] = []
         stamped: list[tuple[list[_Piece], Index]] = []
 
         @cache
@@ -178,20 +222,27 @@ class _Stamper:
                 stamped.append((pieces, _order(pieces)))
                 equalities.append(_rows(*stamped[-1]))
                 if part.defines:
-                    definitions.append((equalities[-1], slots[part.signal][times]))
+                    first = sum(family.n_rows for family in equalities[:-1])
+                    definitions.append((equalities[-1], first + np.arange(len(times)), slots[part.signal][times]))
                 samples.append(np.stack([np.full(len(times), number), times], axis=1))
 
         if self.free is not None:
             last = int(self._variables([FREE_BOUND], np.zeros(1), np.full(1, np.inf))[0])
             self.inequalities += [_within(latents, last) for latents in free_latents]
         low, high = np.concatenate(self.lower), np.concatenate(self.upper)
-        for defining, variables in definitions:
+        for defining, _, variables in definitions:
             reach = _reach(defining, variables, low, high)
             low[variables], high[variables] = -reach, reach
         problem = PolynomialProblem(
             tuple(self.names), low, high, Polynomials.join(equalities), Polynomials.join(self.inequalities), exact
         )
-        return Stamped(problem, np.concatenate(samples).astype(np.int64), tuple(self.openings))
+        return Stamped(
+            problem,
+            np.concatenate(samples).astype(np.int64),
+            tuple(self.openings),
+            tuple(self.placed),
+            tuple((rows, variables) for _, rows, variables in definitions),
+        )
 
     def _variables(self, names: list[str], lower: Array, upper: Array) -> Index:
         first = len(self.names)
@@ -216,8 +267,13 @@ class _Stamper:
     ) -> tuple[Index, Index]:
         """Decide one kink over an experiment; return side and variable at each of ``times``."""
         kind, name = hinge.kink.kind, hinge.kink.name
-        within = ranges(arguments, np.concatenate(self.lower), np.concatenate(self.upper))
-        sides = within.sides(kind)
+        within = (
+            ranges(arguments, np.concatenate(self.lower), np.concatenate(self.upper))
+            if self.decide
+            else Ranges(np.full(len(times), -np.inf), np.full(len(times), np.inf))
+        )
+        decided = within.sides(kind)
+        sides = decided.copy()
         slots = np.full(len(times), -1, dtype=np.int64)
         wanted = self.choose.get((name, experiment))
         if wanted is not None:
@@ -225,16 +281,17 @@ class _Stamper:
             sides[here] = wanted[times][here]
             part = Ranges(within.low[here], within.high[here])
             self.inequalities.append(hull.chosen(kind, arguments.take(here), sides[here], part))
+        labels = (name,) if experiment == CONSTANT else tuple(f"{name}[{k}{suffix}]" for k in times)
+        self.placed.append(Placed(kind, labels, sides, sides != decided, within))
         at = np.flatnonzero(sides == Side.OPEN)
         if not len(at):
             return sides, slots
-        part = Ranges(within.low[at], within.high[at])
-        if kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
+        part, rows = Ranges(within.low[at], within.high[at]), arguments.take(at)
+        if self.decide and kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
             raise _unbounded(self.structure, hinge)
-        labels = [name] if experiment == CONSTANT else [f"{name}[{k}{suffix}]" for k in times[at]]
-        slots[at] = self._variables(labels, *hull.box(kind, part))
-        rows = arguments.take(at)
-        self.inequalities.append(hull.hull(kind, rows, slots[at], part))
+        slots[at] = self._variables([labels[k] for k in at], *hull.box(kind, part))
+        if self.decide:
+            self.inequalities.append(hull.hull(kind, rows, slots[at], part))
         self.openings.append(Opening(hinge, experiment, times[at], slots[at], rows, part))
         return sides, slots
 

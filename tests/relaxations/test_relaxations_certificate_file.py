@@ -24,8 +24,8 @@ from relaxations.conic import Multipliers
 from relaxations.errors import ProblemError
 from relaxations.hierarchy import Reason, intervals
 from relaxations.lift import lift
-from relaxations.problem import from_sympy
-from relaxations.steps import Bound, Branches, Quotient, Reach
+from relaxations.problem import from_sympy, polynomials_from_sympy
+from relaxations.steps import Bound, Branches, Hull, Kinks, Part, Quotient, Reach, Row, Sides
 
 x, y = sympy.symbols("x y")
 METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]
@@ -203,14 +203,76 @@ def cut():
     return problem, steps
 
 
+def kinked():
+    """Return x + y <= 3/2 with y = max(0, 2 x - 1), and the largest x: open, on each side, and where it is decided."""
+    argument, limit = 2 * x - 1, [sympy.Rational(3, 2) - x - y]
+    problem, _ = from_sympy(None, limit, [], [x, y], {x: (-1, 2), y: (0, None)})
+    hull = (Row("above", "y"), Row("chord", "y", (-3.0, 3.0)))
+    chord = 3 * (argument + 3) - 6 * y
+    steps = [
+        Sides(*largest_x([*limit, y - argument, chord], {x: (-1, 2), y: (0, 3)}, hull)),
+        Hull(
+            problem,
+            np.array([0]),
+            (
+                Part(1, 0.0, 0.0, (Sides(*largest_x([limit[0].subs(y, 0), -argument], {x: (-1, 2)}, side, -1)),), -1),
+                Part(
+                    1, 0.0, 0.0, (Sides(*largest_x([limit[0].subs(y, argument), argument], {x: (-1, 2)}, side, 1)),), 1
+                ),
+            ),
+        ),
+        Hull(
+            problem,
+            np.array([0]),
+            (
+                Part(0, -1.0, 0.5, (Sides(*largest_x([limit[0].subs(y, 0)], {x: (-1, 0.5)}, (), -1)),)),
+                Part(0, 0.5, 2.0, (Sides(*largest_x([limit[0].subs(y, argument)], {x: (0.5, 2)}, (), 1)),)),
+            ),
+        ),
+    ]
+    return problem, steps, Kinks(np.array([1]), np.array([False]), polynomials_from_sympy([argument], [x, y]))
+
+
+side = (Row("side", "y"),)
+
+
+def largest_x(inequalities, box, rows, known=0):
+    """Return problem, known sides, rows, definitions and steps: the upper end of x."""
+    problem, objective = from_sympy(-x, inequalities, [], list(box), box)
+    relaxed = relax(problem, "sparse", 1)
+    proven = Bound.of(relaxed, objective, relaxed.bound(objective))
+    return problem, (("y", known),) if known else (), rows, (), (proven,)
+
+
+def signed():
+    """Return x + y / 2 <= 1 with y = sign(x - 1/3), so that x <= 1/2."""
+    third, limit = sympy.Rational(1, 3), [1 - x - y / 2]
+    problem, _ = from_sympy(None, limit, [], [x, y], {x: (-1, 2), y: (-1, 1)})
+    low, high = 2 * (x - third) + 2 * (1 - y), 2 * (y + 1) - 2 * (x - third)
+    rows = (Row("low", "y", (-2.0,)), Row("high", "y", (2.0,)))
+    steps = [
+        Sides(*largest_x([*limit, low, high], {x: (-1, 2), y: (-1, 1)}, rows)),
+        Hull(
+            problem,
+            np.array([0]),
+            (
+                Part(0, -1.0, 0.375, ()),
+                Part(0, 0.375, 2.0, (Sides(*largest_x([limit[0].subs(y, 1)], {x: (0.375, 2)}, (), 1)),)),
+            ),
+        ),
+    ]
+    return problem, steps, Kinks(np.array([1]), np.array([True]), polynomials_from_sympy([x - third], [x, y]))
+
+
 PROOFS = {"branched": branched, "cases": cases, "unbounded": unbounded, "divided": divided, "cut": cut}
+PROOFS |= {"kinked": kinked, "signed": signed}
 KEYS = {"branched": "parts", "cases": "equality", "unbounded": "reach", "divided": "quotient", "cut": "weights"}
+KEYS |= {"kinked": "hull", "signed": "sides"}
 
 
 @pytest.mark.parametrize("name", PROOFS)
 def test_every_kind_of_step_is_accepted_and_true(tmp_path, name):
-    problem, steps = PROOFS[name]()
-    write_certificate(tmp_path / "c.json", problem, steps)
+    write_certificate(tmp_path / "c.json", *PROOFS[name]())
     document = check.read(tmp_path / "c.json")
     assert KEYS[name] in {path[-1] for path in keys_of(document["steps"])}
     assert sum(is_feasible(document, point) for point in POINTS) > 2
@@ -350,7 +412,16 @@ def is_feasible(document, point):
         inside
         and all(value_of(g, point)[1] >= 0 for g in document["inequalities"])
         and all(low <= 0 <= high for low, high in (value_of(h, point) for h in document["equalities"]))
+        and all(is_kink(kink, point) for kink in document.get("kinks", []))
     )
+
+
+def is_kink(kink, point):
+    """Say whether a kink has the value of its argument, for some choice of coefficients."""
+    (low, high), value = value_of(kink["argument"], point), point[kink["variable"]]
+    if kink["kind"] == "positive part":
+        return max(low, 0) <= value <= max(high, 0)
+    return (value == 1 and high > 0) or (value == -1 and low < 0) or (value == 0 and low <= 0 <= high)
 
 
 GRID = [Fraction(k, 6) for k in range(-18, 19)]
@@ -396,7 +467,7 @@ def test_what_is_accepted_after_tampering_is_true_of_the_problem_in_the_file(doc
         elif data.draw(st.booleans()) and isinstance(node, list):
             del node[path[-1]]
         else:
-            node[path[-1]] = data.draw(st.sampled_from(["inside", "above", "below", "inequality", "", None]))
+            node[path[-1]] = data.draw(st.sampled_from(["inside", "above", "below", "side", "sign", "", None]))
     try:
         theorems = check.check(changed)
     except check.Refused:
@@ -469,6 +540,35 @@ TAMPERED = {
     "a negative weight of a cut": (5, put("-0x1.0p-2", *FIRST_CUT, "weights", 0, 1), r"weight >= 0 fails: -0.25"),
     "a cut without a box": (5, put([None, 1], "box", 1), r"y has no finite box"),
     "a cut that is curved": (5, put([["1", 0, [1, 1]]], "inequalities", 0), r"is not affine in the inner variables"),
+    "a side not decided": (6, put([[0, 1]], "steps", 0, "sides"), r"step 1: the box does not decide on y, side 1"),
+    "the other side": (
+        6,
+        put(-1, "steps", 2, "parts", 1, "steps", 0, "sides", 0, 1),
+        r"part 2, step 1: the box does not decide on y, side -1",
+    ),
+    "a side that no part chose": (6, put(["side", 0], "steps", 0, "rows", 0), r"row 0: no part chooses this side"),
+    "one side only": (6, lose("steps", 1, "parts", 0), r"step 2: the parts are not both sides of one kink"),
+    "a hull that does not cover": (6, lose("steps", 2, "parts", 0), r"the parts cover the box: lower end <= upper end"),
+    "a chord too short": (
+        6,
+        put("-0x1.0p+1", "steps", 0, "rows", 1, 2),
+        r"row 1: the box does not keep the argument from below it",
+    ),
+    "a chord too low": (
+        6,
+        put("0x1.0p+1", "steps", 0, "rows", 1, 3),
+        r"row 1: the box does not keep the argument from above it",
+    ),
+    "a row of a sign": (6, put(["low", 0, -3], "steps", 0, "rows", 1), r"'low' with 1 ends is no row of this kink"),
+    "a kink of itself": (6, put([[1, 0, [1]]], "kinks", 0, "argument"), r"kink 0: it reads one that is not before it"),
+    "another argument": (6, put([[2, 0, [0]]], "kinks", 0, "argument"), r"step 1, row 1: the box does not keep"),
+    "no kinks": (6, lose("kinks"), r"\d is no number from 0 to -1"),
+    "sides of a sign": (
+        7,
+        put([{"kink": 0, "side": 1, "steps": []}], "steps", 1, "parts"),
+        r"a sign that is zero belongs to neither side",
+    ),
+    "a hull of a sign too short": (7, put(-1, "steps", 0, "rows", 0, 2), r"row 0: the box does not keep"),
     "another quotient": (4, put([["1", 0, [0, 0]]], "equalities", 0), r"the equality is not affine in x"),
 }
 
