@@ -104,8 +104,8 @@ def identify(
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
     method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-        ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and in place of the lift
-        cuts (:mod:`relaxations.benders`) for the complicating parameters of long records: all, with errors in variables.
+        ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and for the
+        complicating parameters of long records (all, with errors in variables) cuts, :mod:`relaxations.benders`.
     order : int, optional
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
