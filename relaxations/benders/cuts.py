@@ -103,18 +103,23 @@ class Cuts:
 
     def _chords(self, some: slice, affine: Array, missed: Array) -> tuple[Array, Array]:
         at = np.tensordot(affine.T, self.coefficients[:, some], 1)
-        middle, reach = at[0, :, 1:], np.abs(at[1:, :, 1:]).sum(axis=0)
+        middle, reach = at[0, :, 1:], np.zeros(at[0, :, 1:].shape)
+        for plane in at[1:]:
+            reach += np.abs(plane[:, 1:])
         constant, beyond = at[0, :, 0], np.zeros(())
         if missed.any():
             every = np.tensordot(missed, np.abs(self.coefficients[:, some]), 1)
             constant, beyond = constant + every[:, 0], every[:, 1:]
-            reach = reach + beyond
+            reach += beyond
         # |c| <= share c + rest wherever |c - middle| <= reach: the chord where c changes its sign, c or -c elsewhere.
-        share = np.where(reach > 0, np.clip(middle, -reach, reach) / np.where(reach > 0, reach, 1.0), np.sign(middle))
-        above, below = np.maximum(middle + reach, 0.0), np.maximum(reach - middle, 0.0)
-        rest = np.maximum((1 - share) * above, (1 + share) * below) + np.abs(share) * beyond
+        share = np.sign(middle)
+        cut, _ = changing = np.nonzero(np.abs(middle) < reach)
+        m, r = middle[changing], reach[changing]
+        s = share[changing] = m / r
+        rest = (np.abs(share) * beyond).sum(axis=1)
+        rest = rest + np.bincount(cut, np.maximum((1 - s) * (r + m), (1 + s) * (r - m)), len(constant))
         sums = np.einsum("it,jit->ji", share, at[:, :, 1:])
-        return constant + sums[0] + rest.sum(axis=1), (at[1:, :, 0] + sums[1:]).T
+        return constant + sums[0] + rest, (at[1:, :, 0] + sums[1:]).T
 
     def losses(self, which: int, lower: Array, upper: Array) -> Array:
         """Return how much each outer variable has part in what one cut loses on a box, shape (n_outer,)."""
