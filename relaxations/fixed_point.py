@@ -81,10 +81,16 @@ def multiply(x: Interval, y: Interval, bits: int) -> Interval:
     >>> multiply((-8, 4), (12, 13), 4)  # [-1/2, 1/4] times [3/4, 13/16] is [-13/32, 13/64]
     (-7, 4)
     """
+    if y[0] == y[1]:
+        x, y = y, x
     (a, b), (c, d) = x, y
-    if a == b and c == d:
-        product = a * c
-        return product >> bits, -(-product >> bits)
+    if a == b:
+        # A float is few digits and many zeros, which need not be multiplied.
+        digits, zeros = _digits(a)
+        low, high = (digits * c, digits * d) if a >= 0 else (digits * d, digits * c)
+        if zeros > bits:
+            return low << zeros - bits, high << zeros - bits
+        return low >> bits - zeros, -(-high >> bits - zeros)
     corners = (a * c, a * d, b * c, b * d)
     return min(corners) >> bits, -(-max(corners) >> bits)
 
@@ -114,8 +120,18 @@ def divide(x: Interval, y: Interval, bits: int) -> Interval | None:
         return None
     if c < 0:
         a, b, c, d = -b, -a, -d, -c
-    low, high = a << bits, b << bits
-    return min(low // c, low // d), max(-(-high // c), -(-high // d))
+    lows, highs = [], []
+    for end in {c, d}:
+        digits, zeros = _digits(end)
+        lows.append((a << bits >> zeros) // digits)
+        highs.append(-((-b << bits >> zeros) // digits))
+    return min(lows), max(highs)
+
+
+def _digits(value: int) -> tuple[int, int]:
+    """Return an odd number and the power of two that it was multiplied by."""
+    zeros = max((value & -value).bit_length() - 1, 0)
+    return value >> zeros, zeros
 
 
 def to_floats(value: Interval, bits: int) -> tuple[float, float]:
