@@ -1,23 +1,16 @@
-"""Run the benchmarks and write docs/benchmarks.md: ``make bench``."""
+"""Run some or all of them and write docs/benchmarks.md: ``make bench``, or ``python -m benchmarks [name ...]``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks import diagnosis, hammerstein, recursive, stamping
-from benchmarks.machine import described
+from benchmarks.pages import write
 
+NAMES = ("stamping", "beside_scip", "order_two", "diagnosis", "recursive")
+HEAD = """# Benchmarks
 
-def main() -> None:
-    """Print each result as it comes, then write them all."""
-    parts = ["# Benchmarks", f"Written by `make bench`. {described()}"]
-    print("\n\n".join(parts), flush=True)
-    for module in (stamping, hammerstein, diagnosis, recursive):
-        part = module.run()
-        print(f"\n{part}", flush=True)
-        parts.append(part)
-    (Path(__file__).parent.parent / "docs" / "benchmarks.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-
+Written by `make bench`: each beside a rival in the same run. Bounds of ours are certified.
+"""
 
 if __name__ == "__main__":
-    main()
+    write("python -m benchmarks", __doc__, "benchmarks", NAMES, Path("docs/benchmarks.md"), HEAD)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from benchmarks.frontier.records import Known, errors_in_variables, hammerstein, output_error
+from benchmarks.records import Known, errors_in_variables, hammerstein, output_error
 from relaxations.lift import complicating_variables
 from relaxations.problem import PolynomialProblem
 from smid import FeasibleSet, identify

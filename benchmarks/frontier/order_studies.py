@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from benchmarks.frontier.records import errors_in_variables, hammerstein, output_error
+from benchmarks.records import errors_in_variables, hammerstein, output_error
 from relaxations.bounding import relax
 from relaxations.library import load
 from relaxations.polynomial import Polynomials

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.frontier.records import Known, errors_in_variables, hammerstein, output_error
+from benchmarks.records import Known, errors_in_variables, hammerstein, output_error
 from relaxations.bounding import relax
 from relaxations.problem import PolynomialProblem
 from smid import FeasibleSet

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
-from benchmarks.frontier.records import errors_in_variables, hammerstein, output_error
+from benchmarks.records import errors_in_variables, hammerstein, output_error
 from benchmarks.soundness.piecewise_problems import piecewise_problem
 from relaxations import check
 from smid import (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 
-from benchmarks.frontier.records import errors_in_variables
+from benchmarks.records import errors_in_variables
 from relaxations.bounding import relax
 from smid import FeasibleSet
 from smid.box import with_finite_box
