@@ -74,13 +74,14 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
     >>> complicating_variables(problem)
     array([0])
     """
-    squared, rest = _pairs(problem)
-    if len(squared) > most:
-        return None
-    for size in range(most - len(squared) + 1):
-        cover = _vertex_cover({v: n for v, n in rest.items() if n}, size)
+    needed, rest = _pairs(problem)
+    # A vertex with so many neighbours that these cannot all be in the cover is.
+    needed |= {v for v, n in rest.items() if len(n) > most}
+    rest = {v: left for v, n in rest.items() if v not in needed and (left := n - needed)}
+    for size in range(most - len(needed) + 1):
+        cover = _vertex_cover(rest, size)
         if cover is not None:
-            return np.array(sorted(squared | cover), dtype=np.int64)
+            return np.array(sorted(needed | cover), dtype=np.int64)
     return None
 
 
