@@ -155,8 +155,8 @@ class _Search:
                 return Reason.STALLED
             k, cell = work
             self._refine(cell)
-            low, high = self._ends(k)
-            if self.progress:
+            if self.progress and (self.cells or self.waiting):
+                low, high = self._ends(k)
                 name = self.feasible.model.parameters[k].name
                 self.progress(f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells")
 

@@ -5,6 +5,7 @@ import pytest
 import sympy
 from scipy.optimize import linprog, minimize_scalar
 
+from benchmarks.soundness.cases import empty_case
 from benchmarks.soundness.piecewise_problems import KINDS, piecewise_problem
 from relaxations.polynomial import Polynomials
 from smid import (
@@ -175,6 +176,12 @@ def test_an_empty_set_is_proven() -> None:
         identify(model, data, 0.02)
     assert caught.value.least_bound is None
     assert caught.value.samples
+
+
+def test_a_last_cell_that_is_proven_empty_when_it_is_finished_ends_the_search() -> None:
+    case = empty_case(95003)
+    with pytest.raises(EmptyFeasibleSetError):
+        identify(case.model, case.data, case.noise_bound, order=1, rounds=2, tolerance=0.5)
 
 
 def test_two_experiments_share_a_threshold() -> None:
