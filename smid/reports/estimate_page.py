@@ -229,10 +229,14 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
         # An unstable central model is a finding: the page must still be written.
         yield f"The central model cannot be simulated: {error}."
         return
+    noisy = [m.channel for m in estimate.model.measurements if m.noise and m.channel in estimate.model.input_channels]
+    also = f" and is driven by {' and '.join(noisy)} as measured" if noisy else ""
+    many = "many" if noisy else "a few"
     yield _scores(
         [run],
-        "The central model over the data it was identified on. The run starts from the first measured outputs, noise "
-        "included. So a few errors may exceed the noise bound although the model is consistent with the data.",
+        "The central model over the data it was identified on. The run starts from the first measured outputs"
+        f"{also}, noise included. So {many} errors may exceed the noise bound although the model is consistent with "
+        "the data.",
     )
     for number in range(len(run.scores)):
         yield _simulation(run, number)

@@ -3,7 +3,9 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+import smid
 from relaxations.hierarchy import Proof, Reason
 from smid.data.resample import Resampling
 from smid.estimate import CentreStatus
@@ -99,6 +101,15 @@ def test_simulated_data_are_labelled(estimate, tmp_path):
     page = read(report(labelled, tmp_path / "r.html", truth={"a1": -0.7, "b0": 0.5}))
     assert "simulated data, not measured" in page.text
     assert "-0.7 inside" in page.text
+
+
+def test_a_free_run_with_a_noisy_input_says_that_many_errors_exceed(tmp_path):
+    u = np.tile([1.0, -1.0, 1.0, 1.0, -1.0], 4)
+    y = lfilter([0.5], [1.0, -0.7], u)
+    data = smid.Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    estimate = smid.identify(smid.ErrorsInVariables(1, 0), data, {"u": 0.05, "y": 0.05}, tolerance=0.5)
+    report(estimate, tmp_path / "r.html")
+    assert "is driven by u as measured, noise included. So many errors may exceed" in read(tmp_path / "r.html").text
 
 
 def test_resampling_is_told(estimate, tmp_path):
