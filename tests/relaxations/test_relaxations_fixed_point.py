@@ -1,6 +1,7 @@
 """Fixed-point intervals enclose the exact rational result."""
 
 from fractions import Fraction
+from math import ceil, floor
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -51,3 +52,17 @@ def test_floats_come_back_outwards(x: float, radius: float, bits: int) -> None:
         <= Fraction(fp.middle(value, bits)) + Fraction(1, 1 << bits) + abs(Fraction(x)) / 2**50
     )
     assert exact_high <= Fraction(high)
+
+
+small = st.integers(-(2**40), 2**40)
+
+
+@given(small, st.integers(0, 700), small, st.integers(0, 2**30), precisions)
+def test_products_and_quotients_lose_less_than_one_unit(a: int, zeros: int, c: int, width: int, bits: int) -> None:
+    few, wide = (a << zeros, a << zeros), (c, c + width)
+    products = [Fraction(a << zeros) * end / 2**bits for end in wide]
+    for found in (fp.multiply(few, wide, bits), fp.multiply(wide, few, bits)):
+        assert found == (floor(min(products)), ceil(max(products)))
+    if a:
+        quotients = [Fraction(end * 2**bits, a << zeros) for end in wide]
+        assert fp.divide(wide, few, bits) == (floor(min(quotients)), ceil(max(quotients)))
