@@ -427,7 +427,7 @@ def check(document: Any) -> tuple[Proven, ...]:
     except RecursionError:
         raise Refused("the branches are nested too deeply") from None
     if empty and not any(theorem.empty for theorem in proven):
-        proven.append(Proven("all steps", Polynomial({}, {}), Fraction(1), Fraction(1)))
+        proven.append(_nothing("all steps"))
     return tuple(proven)
 
 
@@ -628,14 +628,15 @@ def _row(
         return _combined(x, sides[n], kink.variable, 0, 0)
     if kind == "above":
         return _combined(x, -1, kink.variable, 1, 0)
-    least, most = (ends[0], ends[-1]) if kind == "chord" else (ends[0], None) if kind == "low" else (None, ends[0])
-    _refuse_unless(least is None or least <= min(low, 0), f"{where}: the box does not keep the argument from below it")
-    _refuse_unless(most is None or most >= max(high, 0), f"{where}: the box does not keep the argument from above it")
-    if least is not None and most is not None:
+    if kind in ("chord", "low"):
+        _refuse_unless(ends[0] <= min(low, 0), f"{where}: the box does not keep the argument from below it")
+    if kind in ("chord", "high"):
+        _refuse_unless(ends[-1] >= max(high, 0), f"{where}: the box does not keep the argument from above it")
+    if kind == "chord":
+        least, most = ends
         return _combined(x, most, kink.variable, least - most, -most * least)
-    if least is not None:
-        return _combined(x, 2, kink.variable, least, -least)
-    return _combined(x, -2, kink.variable, ends[0], ends[0])
+    (end,) = ends
+    return _combined(x, 2, kink.variable, end, -end) if kind == "low" else _combined(x, -2, kink.variable, end, end)
 
 
 def _combined(x: Polynomial, a: Fraction | int, s: int, b: Fraction | int, c: Fraction | int) -> Polynomial:
@@ -734,13 +735,7 @@ def _check_quotient(quotient: Any, where: str, stated: Stated, box: Box, proven:
             _add(divisor.mid, {rest: mid})
             _add(divisor.rad, {rest: rad} if rad else {})
             continue
-        size = abs(mid) + rad
-        for v in m:
-            lower, upper = box[v]
-            if lower is None or upper is None:
-                raise Refused(f"{where}: {stated.names[v]} has no finite box")
-            size *= max(abs(lower), abs(upper))
-        largest += size
+        largest += (abs(mid) + rad) * _size(m, {v: _ends(v, where, stated, box) for v in m})
     opposite = Polynomial({m: -value for m, value in divisor.mid.items()}, divisor.rad)
     if divisor.monomials <= {()}:
         away = abs(divisor.mid.get((), Fraction(0))) - divisor.rad.get((), Fraction(0))
@@ -1060,11 +1055,7 @@ def _tighten(box: Box, proven: Proven) -> None:
         return
     k, slope = single
     value = proven.bound / slope
-    lower, upper = box[k]
-    if slope > 0:
-        box[k] = [value if lower is None else max(lower, value), upper]
-    else:
-        box[k] = [lower, value if upper is None else min(upper, value)]
+    _narrow(box, k, *((value, inf) if slope > 0 else (-inf, value)))
 
 
 # ---------------------------------------------------------------- the program

@@ -29,7 +29,7 @@ from smid.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.feasible import FeasibleSet
 from smid.models import Model, ModelError
 from smid.piecewise import piecewise_centre, piecewise_intervals
-from smid.piecewise_proof import stated
+from smid.piecewise_proof import Trail, stated
 from smid.result import Part, Result, plain
 from smid.start import equation_error_fit, magnitudes
 from smid.table import Table
@@ -240,7 +240,7 @@ def _piecewise(
                 "bounds, or leave certificate out"
             )
         _make_way(certificate)
-    steps: list[Step] = []
+    trail = Trail(kept=certificate is not None)
     enclosure = piecewise_intervals(
         feasible,
         order=order,
@@ -249,11 +249,11 @@ def _piecewise(
         rounds=rounds,
         nodes=nodes,
         progress=progress,
-        record=steps.append if certificate else None,
+        trail=trail,
     )
-    if certificate and steps:
+    if certificate and (trail.steps or trail.parts):
         problem, kinks = stated(feasible)
-        write_certificate(certificate, problem, steps, kinks)
+        write_certificate(certificate, problem, trail.whole(problem, len(feasible.model.parameters)), kinks)
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     loose = [p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower)]

@@ -19,11 +19,10 @@ from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.ends import FLOOR
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
 from relaxations.polynomial import Polynomials
-from relaxations.steps import Record
 from smid.cells import Cell, Part, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.estimate import CentreStatus
 from smid.feasible import FeasibleSet
-from smid.piecewise_proof import Trail, stated
+from smid.piecewise_proof import Trail
 
 SPLITS = 80  # by default at most so many
 BOXING_SPLITS = 12  # of them, at most so many to give every parameter a finite box
@@ -41,7 +40,7 @@ def piecewise_intervals(
     rounds: int = 10,
     nodes: int = 0,
     progress: Progress | None = None,
-    record: Record | None = None,
+    trail: Trail | None = None,
 ) -> Enclosure:
     """Enclose the parameters of a set with open kinks.
 
@@ -54,8 +53,8 @@ def piecewise_intervals(
         Stop once each gap is below this share (but not below 0.2 %) of its interval's width.
     nodes : int
         At most so many splits, where more than the default of 80.
-    record : callable, optional
-        Called in the end with every step of the proof, of what :func:`smid.piecewise_proof.stated` states.
+    trail : Trail, optional
+        Keeps the proof.
 
     Returns
     -------
@@ -85,7 +84,6 @@ def piecewise_intervals(
     lifted(feasible.model.name, feasible.problem)  # refuses before any work
     count = len(feasible.model.parameters)
     lower, upper = feasible.problem.lower[:count].copy(), feasible.problem.upper[:count].copy()
-    root = Part(lower, upper, {}, Trail(kept=record is not None))
     search = _Search(
         feasible,
         order,
@@ -94,7 +92,7 @@ def piecewise_intervals(
         rounds,
         max(nodes, SPLITS),
         progress,
-        [root],
+        [Part(lower, upper, {}, trail or Trail())],
         np.where(np.isfinite(upper - lower), upper - lower, 0.0),
     )
     try:
@@ -103,9 +101,6 @@ def piecewise_intervals(
         reason = Reason.INTERRUPTED
     except MemoryError:
         reason = Reason.MEMORY
-    if record:
-        for step in root.trail.whole(stated(feasible)[0], count):
-            record(step)
     return search.enclosure(reason)
 
 

@@ -93,7 +93,7 @@ def stated(feasible: FeasibleSet) -> tuple[PolynomialProblem, Kinks]:
 def _on_sides(feasible: FeasibleSet, steps: tuple[Step, ...]) -> Sides:
     problem = feasible.problem
     known = [
-        (placed.names[k], int(placed.sides[k]))
+        (placed.variable(k), int(placed.sides[k]))
         for placed in feasible.placed
         for k in np.flatnonzero(placed.sides != Side.OPEN).tolist()
     ]
@@ -110,12 +110,12 @@ def _on_sides(feasible: FeasibleSet, steps: tuple[Step, ...]) -> Sides:
 def _rows(placed: Placed) -> list[Row]:
     """Name the inequalities of a kink in the order of :mod:`smid.stamp` and :mod:`smid.hull`."""
     low, high = placed.within.low.tolist(), placed.within.high.tolist()
-    rows = [Row("side", placed.names[k]) for k in np.flatnonzero(placed.chosen)]
+    rows = [Row("side", placed.variable(k)) for k in np.flatnonzero(placed.chosen).tolist()]
     at = np.flatnonzero(placed.sides == Side.OPEN).tolist()
-    if placed.kind is Kind.SIGN:
-        rows += [Row("low", placed.names[k], (low[k],)) for k in at if -np.inf < low[k] < 0]
-        rows += [Row("high", placed.names[k], (high[k],)) for k in at if 0 < high[k] < np.inf]
+    if placed.hinge.kink.kind is Kind.SIGN:
+        rows += [Row("low", placed.variable(k), (low[k],)) for k in at if -np.inf < low[k] < 0]
+        rows += [Row("high", placed.variable(k), (high[k],)) for k in at if 0 < high[k] < np.inf]
     else:
-        rows += [Row("above", placed.names[k]) for k in at]
-        rows += [Row("chord", placed.names[k], (low[k], high[k])) for k in at if low[k] > -np.inf]
+        rows += [Row("above", placed.variable(k)) for k in at]
+        rows += [Row("chord", placed.variable(k), (low[k], high[k])) for k in at if low[k] > -np.inf]
     return rows

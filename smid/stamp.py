@@ -75,9 +75,10 @@ class Placed:
 
     Parameters
     ----------
-    kind : Kind
-    names : tuple of str
-        Of the variables that stand for its values where it is open.
+    hinge : Hinge
+    times : ndarray of int, shape (n,)
+    suffix : str or None
+        Of the names of its variables, behind the time; None for a kink that is the same at all times.
     sides : ndarray of int, shape (n,)
         The :class:`~smid.regimes.Side` at each time.
     chosen : ndarray of bool, shape (n,)
@@ -86,11 +87,17 @@ class Placed:
         Of the arguments.
     """
 
-    kind: Kind
-    names: tuple[str, ...]
+    hinge: Hinge
+    times: Index
+    suffix: str | None
     sides: Index
     chosen: Index
     within: Ranges
+
+    def variable(self, k: int) -> str:
+        """Return the name of the variable that stands for its value at one of the times, where it is open."""
+        name = self.hinge.kink.name
+        return name if self.suffix is None else f"{name}[{self.times[k]}{self.suffix}]"
 
 
 @dataclass(frozen=True)
@@ -281,15 +288,15 @@ class _Stamper:
             sides[here] = wanted[times][here]
             part = Ranges(within.low[here], within.high[here])
             self.inequalities.append(hull.chosen(kind, arguments.take(here), sides[here], part))
-        labels = (name,) if experiment == CONSTANT else tuple(f"{name}[{k}{suffix}]" for k in times)
-        self.placed.append(Placed(kind, labels, sides, sides != decided, within))
+        placed = Placed(hinge, times, None if experiment == CONSTANT else suffix, sides, sides != decided, within)
+        self.placed.append(placed)
         at = np.flatnonzero(sides == Side.OPEN)
         if not len(at):
             return sides, slots
         part, rows = Ranges(within.low[at], within.high[at]), arguments.take(at)
         if self.decide and kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
             raise _unbounded(self.structure, hinge)
-        slots[at] = self._variables([labels[k] for k in at], *hull.box(kind, part))
+        slots[at] = self._variables([placed.variable(k) for k in at.tolist()], *hull.box(kind, part))
         if self.decide:
             self.inequalities.append(hull.hull(kind, rows, slots[at], part))
         self.openings.append(Opening(hinge, experiment, times[at], slots[at], rows, part))
