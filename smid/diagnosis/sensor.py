@@ -131,8 +131,9 @@ def outlier_mask(values: ArrayLike) -> NDArray[np.bool_]:
             continue  # at the ends nobody sees whether the record comes back
         sign = np.sign(difference[first])
         there, back = sign * (y[first] - y[first - 1]), sign * (y[last] - y[last + 1])
-        # The corner of a triangle jumps no further than the record moves anyway.
-        usual = max(abs(y[first - 1] - y[first - 2]), abs(y[last + 2] - y[last + 1]))
+        # The corner of a triangle jumps no further than the record moves anyway, other glitches nearby left out.
+        beyond = ((first - 1, first - 2), (last + 1, last + 2))
+        usual = max((abs(y[near] - y[next_]) for near, next_ in beyond if not far[next_]), default=0.0)
         if there > max(0.6 * size[first], 2 * usual) and back > max(0.6 * size[last], 2 * usual):
             none[run] = True
     return none

@@ -156,6 +156,13 @@ def test_glitches_are_found_where_they_are():
     assert wrong <= 2
 
 
+def test_glitches_beside_each_other_are_found():
+    values = 0.1 * np.random.default_rng(0).uniform(-1, 1, 300)
+    where = [100, 102, 200, 202, 204]
+    values[where] += [-2.0, -3.0, 1.0, -4.0, 2.0]
+    assert np.flatnonzero(outlier_mask(values)).tolist() == where
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_heavy_tail_is_no_glitch(seed):
     random = np.random.default_rng(seed)
