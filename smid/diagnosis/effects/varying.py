@@ -61,7 +61,7 @@ def extensions(
     found = []
     for parameter in base_parameters(model) if parameters else ():
         size = magnitude(model, parameter)
-        reach = _REACH * abs(size)
+        reach = _REACH * _largest_beside(model, parameter)
         amount = fresh(model, f"{parameter.name}_{suffix}", (-reach, reach), parameter.unit, 0.0)
         extended = let_vary(
             model,
@@ -117,12 +117,25 @@ def _together(
     extended, starts = model, dict[str, float]()
     for parameter in held:
         size = magnitude(model, parameter)
-        amount = fresh(extended, f"{parameter.name}_{suffix}", (-abs(size), abs(size)), parameter.unit, 0.0)
+        reach = _largest_beside(model, parameter)
+        amount = fresh(extended, f"{parameter.name}_{suffix}", (-reach, reach), parameter.unit, 0.0)
         moved = let_vary(extended, parameter, _moved(amount, vary), [amount], states_only=True)
         if moved is None:
             return []
         extended, starts = moved, {**starts, amount.name: 1e-3 * size}
     return [Extension(extended, (starts,), f"all of {state.own} {label}".rstrip())] if len(held) > 1 else []
+
+
+def _largest_beside(model: Model, parameter: Parameter) -> float:
+    """Give the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
+    same = [q for q in base_parameters(model) if _factors(model, q) == _factors(model, parameter)]
+    return max(abs(magnitude(model, q)) for q in same)
+
+
+def _factors(model: Model, parameter: Parameter) -> frozenset[str]:
+    """Name the signals that a parameter is multiplied by."""
+    slopes = (sympy.diff(line.expression, parameter.symbol) for line in model.lines)
+    return frozenset(name for slope in slopes for name, _ in references(slope))
 
 
 def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:
