@@ -62,8 +62,9 @@ from smid.diagnosis.standing import (
 from smid.diagnosis.trial import QUICK, THOROUGH, Base, Effort, Trial, refit, try_effect
 
 _WHITE = 0.05
-_PROMISING = 8
+_PROMISING, _CARRYING = 8, 3
 _FILTERED = 0.6
+_NEARLY = 1.05  # the least bound is sought nearby, and may be missed by a little
 _FOLLOWED = 2
 _RECONSIDERED = 5
 MOST_CAUSES = 4
@@ -131,7 +132,7 @@ def search(
         merit = refused = np.inf
         nearest = sorted(first.runners_up, key=lambda r: r.rmse)[:_FOLLOWED]
         for choice in (first.leader, *first.tied[:_FOLLOWED], *nearest):
-            if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) == 1.0:
+            if choice in first.runners_up and _is_white(record, path.base) and record.excess(path.base.fit) < _NEARLY:
                 break
             begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])
@@ -280,12 +281,15 @@ def _stage(
     quick = _try_all(effects, base, QUICK, executor, progress)
     # Where only noise is left, the promising are few, most often none.
     least = own if _is_white(record, base) else np.inf
-    promising = {r.trial.effect for r in rank(record, base.fit, quick)[:_PROMISING] if r.score < least}
-    trials = {t.effect: t for t in quick}
-    for trial in _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor):
-        trials[trial.effect] = trial
-    ranked = rank(record, base.fit, [*trials.values()])
-    judged = judge(Stage(base, own, rmse, tuple(ranked)), effects)
+    ranked = rank(record, base.fit, quick)
+    # A fit that is not at its end yet may leave what is slow, and with it the likelihood, for last.
+    carrying = sorted(ranked, key=lambda r: r.rmse)[:_CARRYING]
+    promising = {r.trial.effect for r in (*ranked[:_PROMISING], *carrying) if r.score < least}
+    thorough = _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor)
+    # A trial is the best of its variants by least squares; of two the likelier counts.
+    likelier = {r.trial.effect: r for r in reversed(rank(record, base.fit, [*thorough, *quick]))}
+    best = sorted(likelier.values(), key=lambda r: r.score)
+    judged = judge(Stage(base, own, rmse, tuple(best)), effects)
     leader = judged.leader
     tied = tuple(r for r in judged.tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
     return replace(judged, tied=tied)
@@ -304,7 +308,7 @@ def _reconsider(
     k = 0
     while k < len(path.stages):
         trials = path.trials
-        replayed = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name)
+        replayed = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name, path)
         if replayed is None:  # without it the others cannot be simulated
             indispensable.add(trials[k].effect)
             k += 1
@@ -351,7 +355,7 @@ def _with_fewer(
     for rival in (r for r in rivals if record.score(r.fit) < full + MARGIN):
         for j in range(len(trials)):
             rest = [trials[i] for i in range(len(trials)) if i not in (j, k)]
-            reduced = _replay(start, rest, by_name) if j != k else None
+            reduced = _replay(start, rest, by_name, path) if j != k else None
             extended = refit(by_name[rival.effect], rival, reduced[0]) if reduced is not None else None
             if reduced is not None and extended is not None and record.score(extended.fit) < full:
                 remaining = _renewed((s for i, s in enumerate(path.stages) if i not in (j, k)), reduced[1])
@@ -377,15 +381,17 @@ def _name(found: Stage) -> str:
 def _error_without(record: Record, start: Base, path: _Path, name: str, by_name: dict[str, Effect]) -> float:
     """Return the held-out RMSE with all other effects, this one left out everywhere it was put."""
     own = [s for s in path.stages if _name(s) == name]
-    replayed = _replay(start, [t for t in path.trials if t.effect != name], by_name) if len(own) > 1 else None
+    replayed = _replay(start, [t for t in path.trials if t.effect != name], by_name, path) if len(own) > 1 else None
     return rms(record.held_part(record.residual(replayed[0].fit))) if replayed else max(s.rmse for s in own)
 
 
-def _replay(start: Base, trials: Sequence[Trial], by_name: dict[str, Effect]) -> tuple[Base, tuple[Trial, ...]] | None:
-    """Put effects on the base model again, one after another, from the values they had."""
+def _replay(
+    start: Base, trials: Sequence[Trial], by_name: dict[str, Effect], path: _Path
+) -> tuple[Base, tuple[Trial, ...]] | None:
+    """Put effects of a path on the base model again, one after another, from the values that they and the path had."""
     base, done = start, []
     for trial in trials:
-        again = refit(by_name[trial.effect], trial, base)
+        again = refit(by_name[trial.effect], trial, base, path.base.fit.model.values)
         if again is None:
             return None
         base = base.extended(again)

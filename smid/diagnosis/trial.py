@@ -7,6 +7,7 @@ fitted.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from smid.fit import Fit, Fitting, one_step_ahead
 from smid.models import Model
 
 _ADAPTING = 5
-_LONG = 60  # evaluations of a fit to the end
+_LONG = 200  # evaluations of a fit to the end: poles near one and initial states make narrow valleys
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +101,7 @@ class Effort:
     adapted : int
         To how many of its starts the rest of the model is adapted, those with the best signatures.
     starts : int
-        From how many of these everything is fitted.
+        From how many of these everything is fitted: the one with the best signature, then those that fit best.
     short : int
         Evaluations of each such fit.
     finished : int
@@ -117,8 +118,8 @@ class Effort:
     afresh: int
 
 
-QUICK = Effort(3, 3, 1, 8, 0, 1)
-THOROUGH = Effort(5, 12, 2, 12, 2, 5)
+QUICK = Effort(3, 3, 2, 8, 0, 1)
+THOROUGH = Effort(5, 12, 3, 12, 2, 5)
 
 
 def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
@@ -145,11 +146,12 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
         for place, (extension, problem, scored) in enumerate(ranked[: effort.extensions]):
-            # First only the rest of the model adapts to what a start says: the starts can be compared then.
+            # First only the rest of the model adapts to what a start says: the starts can be compared then. Small
+            # ones say too little for that, and only their signature tells which.
             new = _added(extension.model, base.fit.model)
-            adapted = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
-            adapted.sort(key=lambda pair: pair[1])
-            begun = [vector for vector, _ in adapted[: effort.starts]]
+            first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
+            others.sort(key=lambda pair: pair[1])
+            begun = [vector for vector, _ in (first, *others[: effort.starts - 1])]
             if place < effort.afresh:
                 # The base may have bent itself out of shape for want of the effect: begin without it, too.
                 ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
@@ -174,15 +176,27 @@ def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
     return all(low < values[name] < high for name, (low, high) in extension.inside.items())
 
 
-def refit(effect: Effect, trial: Trial, base: Base) -> Trial | None:
-    """Put an effect on another base in the same way, from the values it had; None where it does not go or runs away."""
+def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] | None = None) -> Trial | None:
+    """Put an effect on another base in the same way; None where it does not go or runs away.
+
+    Parameters
+    ----------
+    effect : Effect
+    trial : Trial
+        How it was put on; the fit begins from the values that it had.
+    base : Base
+    values : mapping name -> float, optional
+        Values of a larger model that held it, from which the fit begins, too: the base alone may sit in another valley.
+    """
     with np.errstate(all="ignore"):
         for extension in effect.extend(base.fit.model, base.site()):
             added = _added(extension.model, base.fit.model)
             if extension.label == trial.label and len(added) == len(trial.parameters):
-                problem = _fitting(extension.model, base)
-                start = {**_known(extension, base), **dict(zip(added, trial.values.values(), strict=True))}
-                vector, cost = problem.solve(problem.start(start), _LONG)
+                problem, known = _fitting(extension.model, base), _known(extension, base)
+                own = dict(zip(added, trial.values.values(), strict=True))
+                starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
+                fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
+                vector, cost = min(fitted, key=lambda pair: pair[1])
                 fit = problem.result(vector, cost) if np.isfinite(cost) else None
                 if fit is not None and fit.is_finite:
                     return _trial(effect, extension, base, fit, trial.signature)
