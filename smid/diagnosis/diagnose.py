@@ -28,7 +28,7 @@ from smid.diagnosis.search import Found, search
 from smid.diagnosis.standing import Record
 from smid.diagnosis.trial import Base
 from smid.feasible import check_data, check_noise_bound
-from smid.fit import Fit, fit
+from smid.fit import fit
 from smid.models import Model, ModelError
 
 Progress = Callable[[str], None]
@@ -108,28 +108,23 @@ def diagnose(
     for fault in faults:
         say(fault.sentence)
 
-    say("fitting the base model")
-    fitted = fit(model, data, record.used)
-    detections: list[tuple[Effect, Detection]] = []
-    everything = record
-    record, fitted = _without_glitches(record, fitted, chosen, detections)
-    base = Base(fitted, data, record.used, record.input, record.output)
-    shown = misfit(
-        data,
-        record.output,
-        tuple(s[record.output] for s in fitted.simulated),
-        noise_bound=bound,
-        skip=data.n_init,
-        input=record.input,
-    )
-    say(shown.sentence)
-    say(f"trying {len(chosen)} effects")
     with _pool(executor, workers, chosen) as pool:
-        found = search(record, base, chosen, pool, progress)
-    if detections and not _glitches_remain(detections, record, found):
-        record, detections = everything, []
-    detections += _noise_effects(record, found, chosen)
-    return _assemble(model, record, base, found, detections, shown, faults, chosen, certify, began)
+        say("fitting the base model")
+        base = _base(model, record)
+        glitches = _glitches(record, base, chosen)
+        seen = _without(record, glitches)
+        base, shown, found = _look(model, seen, base, chosen, pool, progress)
+        left = _glitches(record, found.base, chosen)
+        if left is None:
+            # A limit hit for a moment looks like a glitch until it is named.
+            glitches, seen = None, record
+        elif not found.interrupted and not _same(left, glitches):
+            say("what was lacking hid glitches: once more, without them")
+            glitches, seen = left, _without(record, left)
+            base, shown, found = _look(model, seen, base, chosen, pool, progress)
+    detections = [glitches] if glitches else []
+    detections += _noise_effects(seen, found, chosen)
+    return _assemble(model, seen, base, found, detections, shown, faults, chosen, certify, began)
 
 
 def _assemble(
@@ -151,7 +146,8 @@ def _assemble(
     named = causes(record, found, {e.name: e for e in chosen}, site)
     rmse = rms(record.held_part(after))
     noise = {e.name: detected(e, d, record.site(final), rmse) for e, d in detections}
-    first = [noise.pop("outliers")] if "outliers" in noise else []
+    # Glitches that only the extended model shows are smaller than what it explains.
+    first = [noise.pop("outliers")] if "outliers" in noise and _glitches(record, base, chosen) else []
     listed = (*first, *named, *noise.values())
     tied = next((stage for stage in found.stages if stage.tied), None)
     verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
@@ -261,30 +257,56 @@ def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Reco
     return Record(data, tuple(used), tuple(held), model.input_channels[0], model.output_channels[0])
 
 
-def _without_glitches(
-    record: Record, fitted: Fit, chosen: Sequence[Effect], detections: list[tuple[Effect, Detection]]
-) -> tuple[Record, Fit]:
-    """Take glitches out of all that is fitted and judged, and fit again."""
+def _base(model: Model, record: Record) -> Base:
+    """Fit the base model."""
+    return Base(fit(model, record.data, record.used), record.data, record.used, record.input, record.output)
+
+
+def _look(
+    model: Model,
+    record: Record,
+    base: Base,
+    chosen: Sequence[Effect],
+    pool: Executor | None,
+    progress: Progress | None,
+) -> tuple[Base, Misfit, Found]:
+    """Show what the base model gets wrong on the samples that count, and search for causes."""
+    say = progress or _silent
+    if any((u != b).any() for u, b in zip(record.used, base.used, strict=True)):
+        base = _base(model, record)
+    data, output = record.data, record.output
+    simulated = tuple(s[output] for s in base.fit.simulated)
+    shown = misfit(data, output, simulated, noise_bound=record.noise_bound, skip=data.n_init, input=record.input)
+    say(shown.sentence)
+    say(f"trying {len(chosen)} effects")
+    return base, shown, search(record, base, chosen, pool, progress)
+
+
+def _glitches(record: Record, base: Base, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
+    """Find glitches in what a model leaves of the whole record; None where there are none, or nobody asked."""
     effect = next((e for e in chosen if e.name == "outliers"), None)
     if effect is None or effect.detect is None:
-        return record, fitted
-    detection = effect.detect(fitted.model, record.site(fitted))
-    if detection is None or detection.glitches is None:
-        return record, fitted
-    detections.append((effect, detection))
-    clean = replace(
+        return None
+    detection = effect.detect(base.fit.model, record.site(base.fit))
+    return None if detection is None or detection.glitches is None else (effect, detection)
+
+
+def _without(record: Record, glitches: tuple[Effect, Detection] | None) -> Record:
+    """Take glitches out of all that is fitted and judged."""
+    masks = glitches[1].glitches if glitches else None
+    if masks is None:
+        return record
+    return replace(
         record,
-        used=tuple(u & ~g for u, g in zip(record.used, detection.glitches, strict=True)),
-        held=tuple(h & ~g for h, g in zip(record.held, detection.glitches, strict=True)),
+        used=tuple(u & ~g for u, g in zip(record.used, masks, strict=True)),
+        held=tuple(h & ~g for h, g in zip(record.held, masks, strict=True)),
     )
-    return clean, fit(fitted.model, record.data, clean.used)
 
 
-def _glitches_remain(detections: Sequence[tuple[Effect, Detection]], record: Record, found: Found) -> bool:
-    """Tell whether glitches are glitches to the extended model too: a limit hit for a moment looks like one."""
-    effect, _ = detections[0]
-    assert effect.detect is not None
-    return effect.detect(found.base.fit.model, record.site(found.base.fit)) is not None
+def _same(found: tuple[Effect, Detection], before: tuple[Effect, Detection] | None) -> bool:
+    """Tell whether no glitch is new."""
+    new, old = found[1].glitches, before[1].glitches if before else None
+    return new is None or (old is not None and not any((n & ~o).any() for n, o in zip(new, old, strict=True)))
 
 
 def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
