@@ -120,8 +120,12 @@ def diagnose(
             glitches, seen = None, record
         elif not found.interrupted and not _same(left, glitches):
             say("what was lacking hid glitches: once more, without them")
-            glitches, seen = left, _without(record, left)
-            base, shown, found = _look(model, seen, base, chosen, pool, progress)
+            again = _look(model, _without(record, left), base, chosen, pool, progress)
+            if again[2].interrupted:
+                found = replace(found, interrupted=True)
+            else:
+                glitches, seen = left, _without(record, left)
+                base, shown, found = again
     detections = [glitches] if glitches else []
     detections += _noise_effects(seen, found, chosen)
     return _assemble(model, seen, base, found, detections, shown, faults, chosen, certify, began)

@@ -6,6 +6,8 @@ may see them, or it would bend to them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
@@ -33,15 +35,18 @@ def _detect(model: Model, site: Site) -> Detection | None:
     )
 
 
+def _sentence(values: Mapping[str, float], site: Site) -> str:
+    size = f"{values['size']:.3g} {site.unit(site.output)}".rstrip()
+    if values["count"] == 1:
+        return f"One sample of {site.output} is a glitch of {size}."
+    return f"{values['count']:.0f} samples of {site.output} ({values['share']:.1%}) are glitches of about {size}."
+
+
 EFFECT = Effect(
     "outliers",
     "a few recorded samples are glitches",
     on_the_noise,
-    lambda values, site: (
-        f"{values['count']:.0f} samples of {site.output} ({values['share']:.1%}) are glitches of about "
-        f"{values['size']:.3g} {site.unit(site.output)}".rstrip()
-        + "."
-    ),
+    _sentence,
     rivals=("quantisation",),
     detect=_detect,
 )

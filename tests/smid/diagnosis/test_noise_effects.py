@@ -99,6 +99,21 @@ def test_glitches_are_named_and_no_fit_bends_to_them(size, order):
     assert not found.unexplained
 
 
+def test_interrupted_in_its_second_look_it_tells_what_the_first_has_found():
+    _, data, _ = glitched(0, 0.15)
+    lines = []
+
+    def progress(line):
+        lines.append(line)
+        if line.startswith("input_dead_zone") and "hid glitches" in " ".join(lines):
+            raise KeyboardInterrupt
+
+    effects = ["outliers", "input_dead_zone"]
+    found = diagnose(LAG, data, BOUND, effects, certify=False, workers=1, progress=progress)
+    assert found.interrupted
+    assert [c.effect for c in found.causes] == ["input_dead_zone"]
+
+
 def test_glitches_that_nobody_asked_about_stay_in():
     _, data, _ = glitched(0)
     found = diagnose(LAG, data, None, ["input_dead_zone"], certify=False, workers=1)
