@@ -17,13 +17,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.signal import lfilter, lfiltic
+from sympy.core.function import Application
 from sympy.printing.pycode import PythonCodePrinter
 
 from smid.models.parts import Line
@@ -245,7 +246,10 @@ def _linear(
     expression = defined[0][1]
     name, depth = own[0][0], max(lag for _, lag in own)
     past = [symbols.get((name, lag), sympy.Symbol(f"{name}__{lag}", real=True)) for lag in range(1, depth + 1)]
-    # Not expanded, which takes minutes for what a friction does: terms that cancel cost a slower loop, no more.
+    # Neither expanded nor differentiated within a curve, which takes minutes for what a friction does: terms that
+    # cancel cost a slower loop, no more.
+    if any(bent.has(*past) for bent in expression.atoms(Application, sympy.Pow)):
+        return None
     slopes = [sympy.diff(expression, symbol) for symbol in past]
     if any(slope.free_symbols - set(constants) for slope in slopes):
         return None
@@ -266,17 +270,12 @@ _PRINTER = PythonCodePrinter(
 
 def _binary(expression: sympy.Expr) -> sympy.Expr:
     """Write Max and Min of many arguments as nested functions of two."""
-
-    def fold(function: Any) -> Callable[..., sympy.Expr]:
-        def apply(*arguments: sympy.Expr) -> sympy.Expr:
-            result = arguments[0]
-            for argument in arguments[1:]:
-                result = function(result, argument)
-            return result
-
-        return apply
-
-    return expression.replace(sympy.Max, fold(_MAXIMUM)).replace(sympy.Min, fold(_MINIMUM))
+    arguments = [_binary(argument) for argument in expression.args]
+    if isinstance(expression, sympy.Max | sympy.Min):
+        return reduce(_MAXIMUM if isinstance(expression, sympy.Max) else _MINIMUM, arguments)
+    if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
+        return expression
+    return expression.func(*arguments)
 
 
 class _Later:

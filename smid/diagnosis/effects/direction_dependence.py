@@ -34,6 +34,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         lambda lag: sympy.sign(w[t - lag] - w[t - lag - 1]),
         label=f"with the direction of {site.output}",
         states_only=True,
+        kinds=("gain",),  # the pace is bent above
     )
     name = free_name(model, f"{site.input}_direction")
     u, d = signal(signal_of(model, site.input)), signal(name)

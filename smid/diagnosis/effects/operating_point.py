@@ -1,6 +1,7 @@
 """Operating point: a parameter of the dynamics depends on the level, ``p -> p + p1 s``, or its pace or gain does.
 
-s is the output over its scale, its square, or, for the pace, the input over its scale.
+s is the output over its scale, its square, or, for the pace, the input over its scale; or it grows from 0 to 1 between
+two levels of the output, and beyond them all stays as it is there.
 Reference: Toth, Modeling and Identification of Linear Parameter-Varying Systems (2010), chapter 1 (quasi-LPV).
 """
 
@@ -8,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
@@ -19,6 +21,9 @@ from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
+_NARROW = 0.02  # the least width, a share of the range
+_PLACES = ((0.0, 1.0), (0.0, 0.5), (0.25, 0.5), (0.5, 0.5))  # where it starts and how wide, shares of the range
+
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Let each parameter of the states' lines, their pace and their gain follow the level."""
@@ -29,16 +34,19 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ("with_square", "with the output squared", lambda lag: (w[t - lag] / high) ** 2),
     ):
         yield from extensions(model, suffix, vary, label=label, states_only=True)
-    # What depends on the level often levels off: a spring or slack that is taken up.
-    half = fresh(model, "half_level", (0.01 * site.scale(site.output), site.scale(site.output)), site.unit(site.output))
+    # What depends on the level often does so in a part of the range: a slack that is taken up, a pipe that is full.
+    low, high = np.quantile(site.values(site.output), (0.01, 0.99)).tolist()
+    unit, span = site.unit(site.output), (high - low) or 1.0
+    start = fresh(model, "level_from", (low, low + span), unit)
+    width = fresh(model, "level_width", (_NARROW * span, span), unit)
     yield from extensions(
         model,
         "with_level",
-        lambda lag: w[t - lag] / (sympy.Abs(w[t - lag]) + half.symbol),
-        (half, (0.1 * half.upper, 0.4 * half.upper)),
-        label="with the output, levelling off",
+        lambda lag: sympy.Max(0, sympy.Min(1, (w[t - lag] - start.symbol) / width.symbol)),
+        label="between two levels",
+        shape=(start, width),
+        places=tuple({start.name: low + a * span, width.name: b * span} for a, b in _PLACES),
         parameters=False,
-        kinds=("pace",),
     )
     # A gain that depends on the input is a curve of the input, another effect: only the pace is left.
     yield from extensions(
@@ -54,12 +62,18 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how much the parameter moves over the range."""
-    name, amount = next((n, v) for n, v in values.items() if not n.startswith("half_level"))
+    name, amount = next((n, v) for n, v in values.items() if "_with_" in n)
     parameter, what = name.rsplit("_with_", 1)
+    named, much = told(parameter, amount)
+    if what.startswith("level"):
+        start, width = (
+            next(v for n, v in values.items() if n.startswith(stem)) for stem in ("level_from", "level_width")
+        )
+        levels = f"from {start:.3g} to {quantity(start + width, site.unit(site.output))}"
+        return f"{sentence(named)} depends on the level: with {site.output} {levels} it changes {much}, and no further."
     channel = site.input if what.startswith("input") else site.output
     full = quantity(site.scale(channel), site.unit(channel))
     way = "with the square of" if what.startswith("square") else "with"
-    named, much = told(parameter, amount)
     return f"{sentence(named)} depends on the level: {way} {channel} it changes {much} from zero to {full}."
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import sympy
+from sympy.core.function import Application
 
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.naming import is_brought, is_helper, signal_of
@@ -23,6 +24,7 @@ __all__ = [
     "base_parameters",
     "let_vary",
     "magnitude",
+    "multiplied_out",
     "output_signal",
     "scaled",
     "state_lines",
@@ -77,7 +79,7 @@ class StateLine:
         """Give the factor of a signal at a lag, from the terms that are linear in it."""
         own = str(reference.base.label)
         total = sympy.Integer(0)
-        for term in sympy.Add.make_args(sympy.expand(self.line.expression.xreplace(dict(self.numbers)))):
+        for term in sympy.Add.make_args(multiplied_out(swapped(self.line.expression, self.numbers))):
             factor = term / reference
             if term.has(reference) and not any(name == own for name, _ in references(factor)):
                 total += factor
@@ -96,7 +98,7 @@ class StateLine:
             for name, lag in references(self.line.expression)
             if name == self.own
         }
-        return self.line.expression.xreplace(own)
+        return swapped(self.line.expression, own)
 
     @property
     def leak(self) -> sympy.Expr:
@@ -105,6 +107,14 @@ class StateLine:
             return sympy.expand(-self.own_coefficient(0))
         total = sum((self.own_coefficient(lag) for lag in range(1, self.order + 1)), sympy.Integer(0))
         return sympy.expand(1 - total)
+
+
+def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
+    """Expand products and leave curves as they are: within them nothing is linear, and a nested one takes minutes."""
+    powers = {power for power in expression.atoms(sympy.Pow) if not power.exp.is_Integer}
+    curves = {curve: sympy.Dummy(real=True) for curve in expression.atoms(Application) | powers}
+    closed = sympy.expand(swapped(expression, curves))
+    return swapped(closed, {dummy: curve for curve, dummy in curves.items()})
 
 
 def output_signal(model: Model, site: Site) -> str:

@@ -2,8 +2,10 @@
 
 The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
 varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
-``(1 - p^exp(c s)) / (1 - p)``: its pole is ``exp(-T / tau)``.  The *gain* multiplies what drives the state and not its
-own past.  Both are positive factors, hence the exponential; dp and c have the null value 0.
+``(1 - p^exp(c s)) / (1 - p)``: its pole is ``exp(-T / tau)``, and where s depends on the state, it is the state halfway
+through the step (the exponential midpoint rule; Hochbruck and Ostermann, Acta Numerica 19, 2010).  The *gain*
+multiplies what drives the state and not its own past.  Both are positive factors, hence the
+exponential; dp and c have the null value 0.
 """
 
 from __future__ import annotations
@@ -15,9 +17,17 @@ import sympy
 
 from smid.diagnosis.effects.effect import Extension
 from smid.diagnosis.effects.naming import fresh
-from smid.diagnosis.effects.plant import StateLine, base_parameters, let_vary, magnitude, state_lines, with_increment
+from smid.diagnosis.effects.plant import (
+    StateLine,
+    base_parameters,
+    let_vary,
+    magnitude,
+    multiplied_out,
+    state_lines,
+    with_increment,
+)
 from smid.models import Model, Parameter
-from smid.models.symbols import plain_symbols, references
+from smid.models.symbols import plain_symbols, references, swapped
 
 __all__ = ["extensions", "sentence", "told"]
 
@@ -30,9 +40,10 @@ def extensions(
     model: Model,
     suffix: str,
     vary: Callable[[int], sympy.Expr],
-    shape: tuple[Parameter, tuple[float, ...]] | None = None,
     label: str = "",
     *,
+    shape: tuple[Parameter, ...] = (),
+    places: tuple[Mapping[str, float], ...] = ({},),
     states_only: bool = False,
     parameters: bool = True,
     kinds: tuple[str, ...] = ("pace", "gain"),
@@ -47,10 +58,12 @@ def extensions(
         Behind the parameter's name, to name its amount.
     vary : callable (lag) -> expression
         What the parameter varies with, of order one, in a line that sees the world `lag` samples back.
-    shape : (Parameter, values), optional
-        A further parameter, of `vary`, and where to start it.
     label : str
         Behind the parameter's name in the label.
+    shape : tuple of Parameter
+        Further parameters, those of `vary`.
+    places : tuple of mappings name -> float
+        Where these start.
     states_only : bool
         Whether static lines keep the constant.
     parameters : bool
@@ -67,18 +80,14 @@ def extensions(
             model,
             parameter,
             _moved(amount, vary),
-            [amount, *([shape[0]] if shape else [])],
+            [amount, *shape],
             states_only=states_only,
         )
         if extended is None:
             continue
         # The smaller parameter first: a smaller pole is the stabler one.
-        starts: list[Mapping[str, float]] = []
-        if shape is None:
-            starts = [{amount.name: sign * _START * size} for sign in (-1, 1)]
-        else:
-            starts = [{amount.name: -_START * size, shape[0].name: value} for value in shape[1]]
-        found.append(Extension(extended, tuple(starts), f"{parameter.name} {label}".rstrip()))
+        starts = tuple({amount.name: sign * _START * size, **place} for place in places for sign in (-1, 1))
+        found.append(Extension(extended, starts, f"{parameter.name} {label}".rstrip()))
     for state in state_lines(model):
         for kind in kinds:
             amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_MOST, _MOST), "", 0.0)
@@ -87,14 +96,10 @@ def extensions(
             grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
             if kind == "gain" and drive == 0:
                 continue
-            extended = with_increment(model, state, grown, [amount, *([shape[0]] if shape else [])])
-            starts = [
-                {amount.name: sign * 0.1, **({shape[0].name: value} if shape else {})}
-                for value in (shape[1] if shape else (0.0,))
-                for sign in ((-1, 1) if shape is None else (1,))
-            ]
-            found.append(Extension(extended, tuple(starts), f"{kind} of {state.own} {label}".rstrip()))
-        if parameters and state.order > 1 and shape is None:
+            extended = with_increment(model, state, grown, [amount, *shape])
+            starts = tuple({amount.name: sign * 0.1, **place} for place in places for sign in (-1, 1))
+            found.append(Extension(extended, starts, f"{kind} of {state.own} {label}".rstrip()))
+        if parameters and state.order > 1 and not shape:
             found += _together(model, state, suffix, vary, label)
     return tuple(found)
 
@@ -103,9 +108,20 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
     """Return the increment, or rate, of a state whose pace is multiplied by a factor."""
     pole = 1 - state.leak
     rest = state.line.expression - pole * state.level
-    is_lag = not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(sympy.expand(rest))}
+    is_lag = (
+        not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(multiplied_out(rest))}
+    )
     if is_lag and plain_symbols(pole):
-        factor = (1 - sympy.Max(_LEAST_POLE, pole) ** factor) / (1 - pole)
+        pole = sympy.Max(_LEAST_POLE, pole)
+
+        def seen(passed: sympy.Expr) -> sympy.Expr:
+            """Give the factor after a lag of pace one has gone on for a time, in samples."""
+            return swapped(factor, {state.level: state.level + (1 - pole**passed) / (1 - pole) * state.increment})
+
+        early = seen(factor / 2)
+        late = seen(early / 2)
+        mean = (factor + 2 * early + 2 * late + seen(late)) / 6
+        return (1 - pole**mean) / (1 - pole) * state.increment
     return factor * state.increment
 
 

@@ -38,21 +38,22 @@ def test_a_mismatch_of_table_2_is_told_from_its_rivals(mismatch: str, effect: st
     assert diagnosis.gain.noise_bound_after < 1.2 * bound
 
 
-def test_a_pole_that_moves_fifteenfold_is_one_cause() -> None:
-    """The clutch's does tenfold: a limit that is met is told as further causes."""
-    generator, n = np.random.default_rng(3), 500
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (0.2, 0.8)])
+def test_a_pole_that_moves_fifteenfold_is_one_cause(low: float, high: float) -> None:
+    """The clutch's does tenfold, also while a sample passes: what is not followed is told as further causes."""
+    generator, n, parts = np.random.default_rng(3), 500, 50
     u = np.repeat(generator.uniform(0, 1, n // 10), 10)
-    w = np.zeros(n)
-    for k in range(1, n):
-        pole = 0.95 ** (15.0 ** w[k - 1])
-        w[k] = pole * w[k - 1] + (1 - pole) * u[k - 1]
-    y = w + generator.uniform(-0.01, 0.01, n)
+    w = np.zeros(n * parts)
+    for k in range(1, len(w)):
+        pole = 0.95 ** (15.0 ** np.clip((w[k - 1] - low) / (high - low), 0, 1) / parts)
+        w[k] = pole * w[k - 1] + (1 - pole) * u[(k - 1) // parts]
+    y = w[::parts] + generator.uniform(-0.01, 0.01, n)
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     diagnosis = diagnose(
         OutputError(delay=1, stable=True), data, 0.01, effects=("operating_point",), certify=False, workers=1
     )
     assert [cause.effect for cause in diagnosis.causes] == ["operating_point"]
-    assert diagnosis.gain.noise_bound_after < 1.1 * 0.01
+    assert diagnosis.gain.noise_bound_after < 1.2 * 0.01
 
 
 def test_two_causes_are_not_told_as_three() -> None:
