@@ -76,8 +76,9 @@ def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> fl
 
 
 def rms(residuals: Sequence[Array]) -> float:
-    """Return the root mean square over all experiments."""
-    return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
+    """Return the root mean square over all experiments; infinite where a model runs away."""
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
 
 
 def structure(residuals: Sequence[Array], lags: int = 25) -> float:

@@ -304,19 +304,19 @@ def _reconsider(
     is noted as tied.
     """
     by_name = {e.name: e for e in effects}
-    indispensable: set[str] = set()
+    # What came near at any stage: while others stood in its place, a cause may have done so at another than its own.
+    near = dict.fromkeys(
+        r.trial.effect for s in path.stages for r in s.ranked[:_RECONSIDERED] if r.trial.effect in by_name
+    )
     k = 0
     while k < len(path.stages):
         trials = path.trials
         replayed = _replay(start, [t for i, t in enumerate(trials) if i != k], by_name, path)
         if replayed is None:  # without it the others cannot be simulated
-            indispensable.add(trials[k].effect)
             k += 1
             continue
-        indispensable.discard(trials[k].effect)
         reduced, again = replayed
-        names = dict.fromkeys(r.trial.effect for r in path.stages[k].ranked[:_RECONSIDERED])
-        others = [by_name[n] for n in names if n in by_name and n not in {t.effect for t in trials}]
+        others = [by_name[n] for n in near if n not in {t.effect for t in trials}]
         alternatives = _try_all(others, reduced, THOROUGH, executor)
         full, without = record.score(path.base.fit), record.score(reduced.fit)
         best = min(
@@ -340,10 +340,7 @@ def _reconsider(
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
     # Each stage now says what its cause gains beside all others: the largest first, in the held-out error it reports.
-    errors = {
-        name: np.inf if name in indispensable else _error_without(record, start, path, name, by_name)
-        for name in {t.effect for t in path.trials}
-    }
+    errors = {name: _error_without(record, start, path, name, by_name) for name in {t.effect for t in path.trials}}
     return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-errors[_name(s)], -drop(s)))))
 
 
