@@ -286,10 +286,9 @@ def _stage(
     carrying = sorted(ranked, key=lambda r: r.rmse)[:_CARRYING]
     promising = {r.trial.effect for r in (*ranked[:_PROMISING], *carrying) if r.score < least}
     thorough = _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor)
-    # A trial is the best of its variants by least squares; of two the likelier counts.
-    likelier = {r.trial.effect: r for r in reversed(rank(record, base.fit, [*thorough, *quick]))}
-    best = sorted(likelier.values(), key=lambda r: r.score)
-    judged = judge(Stage(base, own, rmse, tuple(best)), effects)
+    # A thorough trial is at its end, and counts instead of the quick one.
+    trials = {t.effect: t for t in [*quick, *thorough]}
+    judged = judge(Stage(base, own, rmse, tuple(rank(record, base.fit, [*trials.values()]))), effects)
     leader = judged.leader
     tied = tuple(r for r in judged.tied if leader is not None and differs(record, leader.trial.fit, r.trial.fit))
     return replace(judged, tied=tied)
