@@ -2,7 +2,7 @@
 
 The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
 varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
-``(1 - p^m) / (1 - p)``, with m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.  Where s
+``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.  Where s
 depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one step of
 the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).  The
 *gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp and
