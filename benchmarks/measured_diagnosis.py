@@ -140,7 +140,7 @@ def cycles(data: Dataset) -> Dataset:
         replace(run, name=f"cycle{k + 1}", values={n: x[6224 * k : 6224 * k + 6160] for n, x in run.values.items()})
         for k in range(4)
     )
-    return without(data, "reference_position").with_experiments(parts).decimate(40)
+    return without(data, "reference_position").with_experiments(parts).decimate(40, held=["controller_voltage"])
 
 
 SECOND = OutputError(2, 1, offset=True)
@@ -192,7 +192,7 @@ CASES = (
     ),
     Case(
         "quarter_drone",
-        lambda data: without(data, "reference_angle").decimate(10),
+        lambda data: without(data, "reference_angle").decimate(10, held=["thrust"]),
         "every 10th sample, without the reference",
         SECOND,
         "linear, order 2",
@@ -228,7 +228,7 @@ CASES = (
     ),
     Case(
         "daisy_cstr",
-        lambda data: without(data, "temperature").crop(0, 4500).decimate(3),
+        lambda data: without(data, "temperature").crop(0, 4500).decimate(3, held=["coolant_flow"]),
         "the concentration only, the first 4500 samples, every third",
         SECOND,
         "linear, order 2",

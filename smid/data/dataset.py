@@ -377,7 +377,7 @@ class Dataset(Result):
         """
         return edit.split(self, fraction)
 
-    def decimate(self, factor: int, antialias: bool = True) -> "Dataset":
+    def decimate(self, factor: int, antialias: bool = True, held: str | Sequence[str] = ()) -> "Dataset":
         """Lower the sampling rate by a whole factor.
 
         Parameters
@@ -389,19 +389,30 @@ class Dataset(Result):
             output). The noise bounds of the raw samples hold no more then: the filter h turns ``|noise| <= D``
             into ``D sum|h|``, and the ends of the record are extrapolated. False keeps the raw samples, and with
             them their noise bounds.
+        held : str or sequence of str
+            Channels that act until the next sample, as what a digital controller puts out and models hold does:
+            each kept sample is the mean of all that it stands for, the next ``factor - 1`` with it. Picked or
+            filtered, they would act half a long sample late. A noise bound holds for the mean.
 
         Returns
         -------
         Dataset
             With the longer sampling time, `n_init` shortened accordingly, and a note in `source`.
 
+        Raises
+        ------
+        DataError
+            If the factor is no whole number from 1 on, or a held channel is not there.
+
         Examples
         --------
         >>> data = Dataset.from_arrays(input=[0, 1, 2, 3], output=[0, 0, 1, 2], sampling_time=1)
         >>> data.decimate(2, antialias=False).values("input")
         array([0., 2.])
+        >>> data.decimate(2, antialias=False, held=["input"]).values("input")
+        array([0.5, 2.5])
         """
-        return edit.decimate(self, factor, antialias)
+        return edit.decimate(self, factor, antialias, held)
 
     def normalise(self, method: NormalisationMethod | Normalisation = "unit") -> "Dataset":
         """Bring the channels to comparable ranges and record how.

@@ -108,28 +108,36 @@ def split(dataset: "Dataset", fraction: float) -> "tuple[Dataset, Dataset]":
     return replace(dataset, experiments=tuple(heads)), replace(dataset, experiments=tuple(tails))
 
 
-def decimate(dataset: "Dataset", factor: int, antialias: bool) -> "Dataset":
+def decimate(dataset: "Dataset", factor: int, antialias: bool, held: str | Sequence[str]) -> "Dataset":
     """See `Dataset.decimate`."""
     if not isinstance(factor, (int, np.integer)) or factor < 1:
         raise DataError(f"the decimation factor is {factor!r}; give a whole number from 1 on")
+    held = (held,) if isinstance(held, str) else held
+    for name in held:
+        dataset.channel(name)
     if factor == 1:
         return dataset
     thin = _filtered if antialias else _every
-    filtered = "zero-phase FIR filter" if antialias else "no filter"
+    how = ["zero-phase FIR filter" if antialias else "no filter", *(f"means of {name}" for name in held)]
     return replace(
         dataset,
         experiments=tuple(
-            replace(run, values={name: thin(array, factor) for name, array in run.values.items()})
+            replace(run, values={n: (_mean if n in held else thin)(x, factor) for n, x in run.values.items()})
             for run in dataset.experiments
         ),
         sampling_time=dataset.sampling_time * factor,
         n_init=-(-dataset.n_init // factor),
-        source=f"{dataset.source}; decimated by {factor} ({filtered})".removeprefix("; "),
+        source=f"{dataset.source}; decimated by {factor} ({', '.join(how)})".removeprefix("; "),
     )
 
 
 def _every(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
     return array[::factor]
+
+
+def _mean(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
+    starts = np.arange(0, array.size, factor)
+    return np.add.reduceat(array, starts) / np.diff(np.append(starts, array.size))
 
 
 def _filtered(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:

@@ -249,6 +249,22 @@ def test_antialias_filter_removes_what_would_fold():
     np.testing.assert_allclose(thin.values("output")[inner], slow[::5][inner], atol=1e-2)
 
 
+def test_a_held_channel_acts_by_as_much_when_thinned():
+    rng = np.random.default_rng(4)
+    force = rng.standard_normal(47)
+    speed = np.concatenate([[0.0], np.cumsum(force)[:-1]])
+    thin = Dataset.from_arrays(input=force, output=speed, sampling_time=0.5).decimate(5, antialias=False, held="input")
+    # A thinned force, held five times as long, takes the speed from one kept sample to the next.
+    np.testing.assert_allclose(np.diff(thin.values("output")), 5 * thin.values("input")[:-1], atol=1e-12)
+    assert thin.values("input")[-1] == pytest.approx(force[45:].mean())
+    assert thin.source == "decimated by 5 (no filter, means of input)"
+
+
+def test_decimate_refuses_a_held_channel_that_is_not_there():
+    with pytest.raises(DataError, match="steer"):
+        two_runs().decimate(2, held=["steer"])
+
+
 @pytest.mark.parametrize("factor", [0, -2, 1.5])
 def test_decimate_refuses_bad_factors(factor):
     with pytest.raises(DataError, match="whole number"):
