@@ -256,23 +256,37 @@ def _linear(
     forcing = swapped(expression, dict.fromkeys(past, sympy.Integer(0)))
     return (
         _Later(lambda: sympy.lambdify(constants, slopes, _NUMPY)),
-        _Later(lambda: sympy.lambdify([*constants, *outside], _binary(forcing), _NUMPY, cse=True)),
+        _Later(lambda: sympy.lambdify([*constants, *outside], _opaque(forcing), _NUMPY, cse=True)),
     )
 
 
-# Sympy's NumPy printer stacks the arguments of Max, which fails where a scalar meets an array.
-_MAXIMUM, _MINIMUM = sympy.Function("maximum_"), sympy.Function("minimum_")
-_NUMPY: list[Any] = [{"maximum_": np.maximum, "minimum_": np.minimum}, "numpy"]
+# Functions that sympy knows nothing of. Its NumPy printer stacks the arguments of Max, which fails where a scalar meets
+# an array; and it would look again for what is known of the arguments of all four, at length and not always in vain.
+_OPAQUE = {
+    sympy.Max: sympy.Function("maximum_"),
+    sympy.Min: sympy.Function("minimum_"),
+    sympy.Abs: sympy.Function("magnitude_"),
+    sympy.sign: sympy.Function("sign_"),
+}
+_NUMPY: list[Any] = [
+    {"maximum_": np.maximum, "minimum_": np.minimum, "magnitude_": np.abs, "sign_": np.sign},
+    "numpy",
+]
+_SIGN = [(lambda _: True, lambda x: f"(0.0 if {x} == 0 else copysign(1, {x}))")]
 _PRINTER = PythonCodePrinter(
-    {"fully_qualified_modules": False, "user_functions": {"maximum_": "max", "minimum_": "min"}}
+    {
+        "fully_qualified_modules": False,
+        "user_functions": {"maximum_": "max", "minimum_": "min", "magnitude_": "abs", "sign_": _SIGN},
+    }
 )
 
 
-def _binary(expression: sympy.Expr) -> sympy.Expr:
-    """Write Max and Min of many arguments as nested functions of two."""
-    arguments = [_binary(argument) for argument in expression.args]
-    if isinstance(expression, sympy.Max | sympy.Min):
-        return reduce(_MAXIMUM if isinstance(expression, sympy.Max) else _MINIMUM, arguments)
+def _opaque(expression: sympy.Expr) -> sympy.Expr:
+    """Write Max, Min (as nested functions of two), Abs and sign as functions that sympy leaves alone."""
+    arguments = [_opaque(argument) for argument in expression.args]
+    if expression.func in _OPAQUE:
+        function = _OPAQUE[expression.func]
+        return reduce(function, arguments) if len(arguments) > 1 else function(*arguments)
     if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
         return expression
     return expression.func(*arguments)
@@ -310,7 +324,7 @@ def _loop(
     every = [*constants, *outside, *(symbols[read] for read in own), *(symbol for symbol, _ in defined)]
     names = {symbol: sympy.Symbol(f"v{k}") for k, symbol in enumerate(dict.fromkeys(every))}
     rows = {name: f"r{k}" for k, name in enumerate(members)}
-    common, expressions = [], [swapped(_binary(expression), names) for _, expression in defined]
+    common, expressions = [], [swapped(_opaque(expression), names) for _, expression in defined]
     if len(defined) == 1:
         common, expressions = sympy.cse(expressions[0], sympy.numbered_symbols("c"))
 
@@ -336,7 +350,7 @@ def _loop(
 
 
 def _compiled(arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]]) -> Function:
-    folded = [(symbol, _binary(expression)) for symbol, expression in defined]
+    folded = [(symbol, _opaque(expression)) for symbol, expression in defined]
     if len(folded) == 1:
         function: Function = sympy.lambdify(arguments, [folded[0][1]], _NUMPY, cse=True)
         return function

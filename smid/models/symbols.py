@@ -170,9 +170,9 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
 
 
 def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sympy.Expr:
-    """Put other expressions in place of some, as ``xreplace``, but leave Max and Min as they are written.
+    """Put other expressions in place of some, as ``xreplace``, but leave Max, Min, Abs and sign as they are written.
 
-    Sympy would compare all their arguments again, which takes longer than a simulation.
+    Sympy would look again for what is known of their arguments, which takes longer than a simulation.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sy
     arguments = [swapped(argument, swap) for argument in expression.args]
     if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
         return expression
-    if isinstance(expression, sympy.Max | sympy.Min):
+    if isinstance(expression, sympy.Max | sympy.Min | sympy.Abs | sympy.sign):
         return expression.func(*arguments, evaluate=False)
     return expression.func(*arguments)
 

@@ -24,8 +24,8 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Bend the increment of each state, then let each parameter follow the input's direction."""
     for state in state_lines(model):
         bend = fresh(model, f"{state.own}_directional", (-0.95, 0.95), "", 0.0)
-        increment = state.increment
-        extended = with_increment(model, state, increment + bend.symbol * sympy.Abs(increment), [bend])
+        size = sympy.Abs(state.increment, evaluate=False)  # see `swapped`
+        extended = with_increment(model, state, state.increment + bend.symbol * size, [bend])
         yield Extension(extended, ({bend.name: 0.3}, {bend.name: -0.3}), f"{state.own} rising and falling")
     w = signal(output_signal(model, site))
     yield from extensions(

@@ -8,7 +8,16 @@ import pytest
 import sympy
 
 from smid import Dataset, OutputError
-from smid.diagnosis.effects import EFFECTS, Effect, Extension, Site, check_effect, coulomb_friction
+from smid.diagnosis.effects import (
+    EFFECTS,
+    Effect,
+    Extension,
+    Site,
+    check_effect,
+    coulomb_friction,
+    direction_dependence,
+    operating_point,
+)
 from smid.diagnosis.effects.check import Case, cases, check_on
 from smid.models import Model, Parameter, simulate
 
@@ -128,3 +137,18 @@ def test_dry_friction_is_exact_along_a_step() -> None:
     values = {"a1": -np.exp(-0.2), "b0": held, "speed_step_friction": friction * held}
     simulated = simulate(extension.model, data.experiments[0].values, values)["y"]
     assert np.abs(simulated - speed).max() < 2e-3 * np.abs(speed).max()
+
+
+def test_a_direction_bends_what_a_pace_between_two_levels_makes_of_a_step() -> None:
+    rng = np.random.default_rng(0)
+    data = Dataset.from_arrays(input={"u": rng.uniform(0, 5, 60)}, output={"y": np.zeros(60)}, sampling_time=1.0)
+    inputs, site = data.experiments[0].values, Site(data, "u", "y", (np.zeros(60),))
+    offered = operating_point.EFFECT.extend(OutputError(offset=True, stable=True), site)
+    varying = next(x.model for x in offered if x.label == "pace of w between two levels")
+    bent = next(x.model for x in direction_dependence.EFFECT.extend(varying, site) if x.label == "w rising and falling")
+    values = {p.name: 0.3 for p in varying.parameters} | {"a1": -0.5}
+    seen = simulate(bent, inputs, values | {"w_directional": 0.4}, {"w": [0.1]})["y"]
+    for k in range(1, 60):
+        step = {name: x[k - 1 : k + 1] for name, x in inputs.items()}
+        plain = simulate(varying, step, values, {"w": [seen[k - 1]]})["y"][1] - seen[k - 1]
+        assert seen[k] - seen[k - 1] == pytest.approx(plain + 0.4 * abs(plain), abs=1e-12)

@@ -119,6 +119,20 @@ def test_coupled_nonlinear_lines_equal_loop_by_hand(rng):
     np.testing.assert_allclose(batch[0], q_, rtol=1e-12)
 
 
+def test_magnitude_and_sign_of_what_holds_a_maximum(rng):
+    a, (w, u) = Parameter("a", 0.1, 0.9), (signal("w"), signal("u"))
+    move = sympy.Max(0, u[t]) ** a.symbol - w[t - 1]
+    expression = w[t - 1] + a.symbol * sympy.Abs(move, evaluate=False) * sympy.sign(move - 1)
+    model = Model("both", (a,), (Line(w[t], expression),), (Measurement("y", "w", "eta"),))
+    u_, w_ = rng.normal(size=60), np.zeros(60)
+    for k in range(1, 60):
+        step = max(0.0, u_[k]) ** 0.4 - w_[k - 1]
+        w_[k] = w_[k - 1] + 0.4 * abs(step) * np.sign(step - 1)
+    for values in (0.4, np.array([0.4, 0.5])):
+        run = simulate(model, {"u": u_}, {"a": values}, {"w": w_[:1]})["y"]
+        np.testing.assert_allclose(np.atleast_2d(run)[0], w_, rtol=1e-12)
+
+
 def test_errors_in_variables_runs_on_the_measured_input():
     model = ErrorsInVariables(1, 0)
     u = np.array([1.0, 2.0, 3.0])
