@@ -29,7 +29,7 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
-from smid.models.symbols import plain_symbols, references, signal, swapped, t
+from smid.models.symbols import plain_symbols, references, rewritten, signal, swapped, t
 
 __all__ = ["Array", "Group", "compile_lines"]
 
@@ -283,13 +283,15 @@ _PRINTER = PythonCodePrinter(
 
 def _opaque(expression: sympy.Expr) -> sympy.Expr:
     """Write Max, Min (as nested functions of two), Abs and sign as functions that sympy leaves alone."""
-    arguments = [_opaque(argument) for argument in expression.args]
-    if expression.func in _OPAQUE:
-        function = _OPAQUE[expression.func]
+    return rewritten(expression, {}, _closed)
+
+
+def _closed(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+    if node.func in _OPAQUE:
+        function = _OPAQUE[node.func]
         return reduce(function, arguments) if len(arguments) > 1 else function(*arguments)
-    if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
-        return expression
-    return expression.func(*arguments)
+    same = all(new is old for new, old in zip(arguments, node.args, strict=True))
+    return node if same else node.func(*arguments)
 
 
 class _Later:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import sympy
 
 from smid.models.errors import ModelError
 from smid.models.expressions import to_text
-from smid.models.symbols import VALUE, canonical, references, t
+from smid.models.symbols import VALUE, canonical, packed, references, t, unpacked
 
 __all__ = ["Line", "Measurement", "Parameter"]
 
@@ -107,6 +108,14 @@ class Line:
                 raise ModelError(
                     f"the line of {self.signal!r} reads {name}[t + {-lag}], the future: shift the line by {-lag}"
                 )
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.target, packed(self.expression), self.rate
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        target, parts, rate = state
+        for name, value in (("target", target), ("expression", unpacked(parts)), ("rate", rate)):
+            object.__setattr__(self, name, value)
 
     @property
     def signal(self) -> str:

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import sympy
+from sympy.core.function import Application
 
 from smid.models.errors import ModelError
 
-__all__ = ["VALUE", "canonical", "number", "plain_symbols", "references", "rename_signals", "signal", "swapped", "t"]
+__all__ = [
+    "VALUE",
+    "canonical",
+    "number",
+    "plain_symbols",
+    "references",
+    "rename_signals",
+    "rewritten",
+    "signal",
+    "swapped",
+    "t",
+]
 
 t = sympy.Symbol("t", integer=True)
 """Discrete time, the only index of a signal."""
@@ -164,13 +177,13 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is no sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
         raise ModelError(f"{expression!r} is no expression: give the right-hand side only, without a relation")
-    signals = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
-    symbols = {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
-    return swapped(expression, {**symbols, **signals})
+    ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
+    ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
+    return swapped(expression, {theirs: own for theirs, own in ours.items() if theirs != own})
 
 
 def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sympy.Expr:
-    """Put other expressions in place of some, as ``xreplace``, but leave Max, Min, Abs and sign as they are written.
+    """Put other expressions in place of some, as ``xreplace``, leave curves, extremes and powers, as they are written.
 
     Sympy would look again for what is known of their arguments, which takes longer than a simulation.
 
@@ -192,16 +205,75 @@ def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sy
     >>> swapped(sympy.Max(0, a + 1), {a: b})
     Max(0, b + 1)
     """
-    if expression in swap:
-        return swap[expression]
-    if not expression.args or isinstance(expression, sympy.Indexed):
-        return expression
-    arguments = [swapped(argument, swap) for argument in expression.args]
-    if all(new is old for new, old in zip(arguments, expression.args, strict=True)):
-        return expression
-    if isinstance(expression, sympy.Max | sympy.Min | sympy.Abs | sympy.sign):
-        return expression.func(*arguments, evaluate=False)
-    return expression.func(*arguments)
+    return rewritten(expression, dict(swap), _as_written)
+
+
+def rewritten(
+    expression: sympy.Expr,
+    done: dict[sympy.Expr, sympy.Expr],
+    build: Callable[[sympy.Expr, list[sympy.Expr]], sympy.Expr],
+) -> sympy.Expr:
+    """Rewrite an expression from its leaves, and once what occurs many times, as where effects are put on one another.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Any expression.
+    done : dict of sympy.Expr to sympy.Expr
+        What is known already; grows.
+    build : callable (node, arguments) -> sympy.Expr
+        What becomes of a node whose arguments have become these.
+
+    Returns
+    -------
+    sympy.Expr
+        The rewritten expression.
+    """
+    if expression not in done:
+        is_leaf = not expression.args or isinstance(expression, sympy.Indexed)
+        below = [] if is_leaf else [rewritten(argument, done, build) for argument in expression.args]
+        done[expression] = expression if is_leaf else build(expression, below)
+    return done[expression]
+
+
+def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+    if all(new is old for new, old in zip(arguments, node.args, strict=True)):
+        return node
+    is_curve = isinstance(node, Application) or (isinstance(node, sympy.Pow) and not arguments[1].is_number)
+    if is_curve and not all(argument.is_number for argument in arguments):
+        return node.func(*arguments, evaluate=False)
+    return node.func(*arguments)
+
+
+def packed(expression: sympy.Expr) -> tuple[Any, ...]:
+    """Write an expression for pickle: its distinct parts, each a leaf or a function of parts before it.
+
+    Sympy's own pickle evaluates what it reads, see `swapped`.
+    """
+    places: dict[sympy.Expr, int] = {}
+    parts = list[Any]()
+
+    def place(node: sympy.Expr) -> int:
+        if node not in places:
+            is_leaf = not node.args or isinstance(node, sympy.Indexed)
+            part = node if is_leaf else (node.func, *map(place, node.args))
+            places[node] = len(parts)
+            parts.append(part)
+        return places[node]
+
+    place(expression)
+    return tuple(parts)
+
+
+def unpacked(parts: tuple[Any, ...]) -> sympy.Expr:
+    """Read what `packed` wrote, as it was."""
+    done = list[sympy.Expr]()
+    for part in parts:
+        if isinstance(part, tuple):
+            function, *places = part
+            part = function(*(done[k] for k in places), evaluate=False)
+        done.append(part)
+    return done[-1]
 
 
 def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:

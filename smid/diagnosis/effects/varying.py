@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import cache
 
 import sympy
 
@@ -151,8 +152,21 @@ def _largest_beside(model: Model, parameter: Parameter) -> float:
 
 def _factors(model: Model, parameter: Parameter) -> frozenset[str]:
     """Name the signals that a parameter is multiplied by."""
-    slopes = (sympy.diff(line.expression, parameter.symbol) for line in model.lines)
-    return frozenset(name for slope in slopes for name, _ in references(slope))
+    return frozenset().union(*(_beside(parameter.symbol, line.expression) for line in model.lines))
+
+
+@cache
+def _beside(symbol: sympy.Symbol, node: sympy.Expr) -> frozenset[str]:
+    """Name the signals in the slope of an expression: sympy takes minutes to write the slope of a nested one out."""
+    if node == symbol or symbol not in node.free_symbols:
+        return frozenset()
+    holding = [argument for argument in node.args if symbol in argument.free_symbols]
+    if node.is_Add:
+        return frozenset().union(*(_beside(symbol, argument) for argument in holding))
+    if node.is_Mul and len(holding) == 1:
+        others = (name for argument in node.args if argument is not holding[0] for name, _ in references(argument))
+        return _beside(symbol, holding[0]).union(others)
+    return frozenset(name for name, _ in references(node))
 
 
 def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:
