@@ -326,22 +326,27 @@ def _loop(
     every = [*constants, *outside, *(symbols[read] for read in own), *(symbol for symbol, _ in defined)]
     names = {symbol: sympy.Symbol(f"v{k}") for k, symbol in enumerate(dict.fromkeys(every))}
     rows = {name: f"r{k}" for k, name in enumerate(members)}
-    common, expressions = [], [swapped(_opaque(expression), names) for _, expression in defined]
-    if len(defined) == 1:
-        common, expressions = sympy.cse(expressions[0], sympy.numbered_symbols("c"))
+    counter = sympy.numbered_symbols("c")
+    fixed = {names[constant] for constant in constants}
+    once, body = list[str](), [f"{names[symbols[read]]} = {rows[read[0]]}[-{read[1]}]" for read in own]
+    for symbol, expression in defined:
+        common, (rest,) = sympy.cse(swapped(_opaque(expression), names), counter)
+        for name, part in common:
+            # What parameters alone decide is computed before the loop.
+            is_fixed = part.free_symbols <= fixed
+            fixed |= {name} if is_fixed else set()
+            (once if is_fixed else body).append(f"{name} = {_PRINTER.doprint(part)}")
+        body.append(f"{names[symbol]} = {_PRINTER.doprint(rest)}")
+    body += [f"{rows[name]}.append({names[symbol]})" for name, (symbol, _) in zip(members, defined, strict=True)]
 
     def listed(items: Sequence[Any]) -> str:
         return "".join(f"{item}, " for item in items)
 
-    body = [f"{names[symbols[read]]} = {rows[read[0]]}[-{read[1]}]" for read in own]
-    body += [f"{name} = {_PRINTER.doprint(expression)}" for name, expression in common]
-    results = [names[symbol] for symbol, _ in defined]
-    body += [f"{name} = {_PRINTER.doprint(e)}" for name, e in zip(results, expressions, strict=True)]
-    body += [f"{rows[name]}.append({result})" for name, result in zip(members, results, strict=True)]
     source = [
         "def loop(constants, outside, rows):",
         *([f"    {listed([names[c] for c in constants])}= constants"] if constants else []),
         f"    {listed([*rows.values()])}= rows",
+        *(f"    {line}" for line in once),
         f"    for {listed([names[o] for o in outside]) if outside else '_ '}in outside:",
         *(f"        {line}" for line in body),
     ]
