@@ -15,6 +15,7 @@ __all__ = [
     "VALUE",
     "canonical",
     "number",
+    "packed",
     "plain_symbols",
     "references",
     "rename_signals",
@@ -22,6 +23,7 @@ __all__ = [
     "signal",
     "swapped",
     "t",
+    "unpacked",
 ]
 
 t = sympy.Symbol("t", integer=True)
