@@ -61,8 +61,8 @@ def _confidence(stage: Stage) -> float:
     """Return the leader's share of the odds among all effects tried, less the chance that the gain is chance."""
     leader = stage.leader
     assert leader is not None
-    weights = [float(np.exp(-min(r.score - leader.score, 1400.0) / 2)) for r in stage.ranked if r is not leader]
-    return (1 - leader.chance) / (1 + sum(weights))
+    behind = np.array([r.score - leader.score for r in stage.ranked if r is not leader])
+    return float((1 - leader.chance) / (1 + np.exp(-np.clip(behind, -1400, 1400) / 2).sum()))
 
 
 def _rivals(stage: Stage) -> tuple[Rival, ...]:

@@ -24,7 +24,8 @@ customary sizes for Schwarz's criterion and not fitted to any record.
 While several causes are missing, the best of them may gain less than test 1 asks.  Then a leader that takes a
 fifth off the held-out error is followed *provisionally*; it has to pass test 1 at the end, when all is found.  Or it
 may pass test 1 and not lower the held-out error until the others are there: then what is found in the end has to halve
-it, or the path is cut before that leader.
+it, or the path is cut before that leader.  Where that leaves nothing, a way that begins with a less likely effect is
+taken if it halves the held-out error itself, or ends likelier than the first way began.
 
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
 the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. A path that
@@ -141,7 +142,9 @@ def search(
             more = max(len(followed.stages) - len(path.stages), 0)
             ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
             reached = record.merit(followed.base.fit)
-            if not paths or reached < min(merit, refused) - ahead:
+            # What halves the held-out error stands, also beside a likelier leader that did not carry over.
+            is_way_out = not path.stages and carries_over(record, base, followed.base)
+            if not paths or is_way_out or reached < min(merit, refused) - ahead:
                 path, merit = followed, reached
             if not paths and not path.stages:
                 # The leader did not carry over: what is less likely than it is not named in its place.

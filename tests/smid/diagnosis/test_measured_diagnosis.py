@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.measured_diagnosis import SERVO_RUNS
+from benchmarks.measured_diagnosis import SERVO_RUNS, without
 from smid import Dataset, OutputError
 from smid.data import load_record
 from smid.diagnosis import Verdict, diagnose
@@ -42,6 +42,15 @@ def test_nothing_less_likely_stands_in_for_a_leader_that_does_not_carry_over() -
     data = record("daisy_heating_system")
     found = diagnose(OutputError(2, 1, offset=True), data, effects=["extra_lag", "rate_limit"], workers=1)
     assert (found.verdict, found.causes) == (Verdict.NONE, ())
+
+
+def test_what_halves_the_held_out_error_stands_beside_a_likelier_leader_that_does_not_carry_over() -> None:
+    """Friction tells the arm's next sample best, and nothing of the free run; the thrust's dead zone is a curve."""
+    data = without(record("quarter_drone"), "reference_angle").decimate(10, held="thrust")
+    effects = ["input_curve", "stribeck_friction"]
+    found = diagnose(OutputError(2, 1, offset=True), data, effects=effects, workers=1)
+    assert [cause.effect for cause in found.causes] == ["input_curve"]
+    assert found.gain.rmse_after < 0.5 * found.gain.rmse_before
 
 
 def test_smooth_input_is_not_called_noisy() -> None:
