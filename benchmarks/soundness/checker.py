@@ -82,9 +82,8 @@ def _batches(given: argparse.Namespace, fingerprint: str) -> Iterator[Batch]:
 def _endless(seed: int, number: int, folder: Path) -> Batch:
     """Return a batch of the one mutant that ended its process; the others of its batch are not run."""
     one = mutant(seed, number, library(folder))
-    verdicts = {
-        kind: {verdict: int(kind == one.kind and verdict == "failure") for verdict in VERDICTS} for kind in KINDS
-    }
+    verdicts = {kind: dict.fromkeys(VERDICTS, 0) for kind in KINDS}
+    verdicts[one.kind]["failure"] = 1
     reason = f"nothing stops the check within {KILL_SECONDS} s"
     failure = {"number": number, "reason": reason, "changes": list(one.changes), "text": one.text}
     return Batch(seed, number, 1, verdicts, {}, slowest=float(KILL_SECONDS), failures=[failure])

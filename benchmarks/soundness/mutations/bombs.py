@@ -88,7 +88,7 @@ def many_parts(rng: random.Random) -> Document:
 def deep_parts(rng: random.Random) -> Document:
     """Return parts in parts: deep, or each shared step in twice as many as the one before."""
     inner: list[Any] = [step_of(1, [[1, 0, [0]]])]
-    for _ in range(rng.choice([5, 8, 11, 150, 400])):
+    for _ in range(rng.choice([5, 8, 11, 150, 220])):
         inner = [{"hull": [0], "parts": [{"variable": 0, "box": [0, 1], "steps": inner}]}]
     return file_of(1, inner)
 

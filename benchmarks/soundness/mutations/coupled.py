@@ -25,14 +25,25 @@ def scale_to_zero(document: Document, rng: random.Random) -> None:
     factor = rng.choice([0, 0, Fraction(-1), Fraction(1, 2), Fraction(99, 100), Fraction(-2)])
     shift = Fraction(rng.randint(-4, 4), 4)
     chosen = list(range(count)) if rng.random() < 0.3 else [rng.randrange(count)]
-    if rng.random() < 0.5:  # a box that is not made use of is not looked at either
-        step["products"] = [
-            p for p in step["products"] if not any(kind != "inequality" and v in chosen for kind, v in p["of"])
-        ]
+    if rng.random() < 0.6:  # a box that is not made use of might not be looked at either
+        _without(step, set(chosen))
     for k in chosen:
         old = number(step["scale"][k])
         step["centre"][k] = shown(number(step["centre"][k]) + shift * old)
         step["scale"][k] = shown(old * factor)
+
+
+def _without(step: Any, variables: set[int]) -> None:
+    """Leave out of a step's multipliers what holds some of its variables t."""
+    for pair in step["equalities"]:
+        pair[1] = [term for term in pair[1] if not variables & set(term[1])]
+    step["products"] = [
+        p for p in step["products"] if not any(kind != "inequality" and v in variables for kind, v in p["of"])
+    ]
+    for product in step["products"]:
+        pairs = zip(product["basis"], product["factor"], strict=True)
+        left = [(m, factor) for m, factor in pairs if not variables & set(m)]
+        product["basis"], product["factor"] = [m for m, _ in left], [factor for _, factor in left]
 
 
 def moved_centre(document: Document, rng: random.Random) -> None:
@@ -163,7 +174,7 @@ def raised(document: Document, rng: random.Random) -> None:
     claim["bound"] = shown(rng.choice([old + more, old + abs(old) * more, -old, old + 1]))
 
 
-def repaired_only(document: Document, rng: random.Random) -> None:  # noqa: ARG001
+def repaired_only(document: Document, rng: random.Random) -> None:
     """Claim exactly what the arithmetic allows, of whatever was changed before."""
 
 

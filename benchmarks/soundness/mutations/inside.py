@@ -177,21 +177,18 @@ def move_level(document: Document, rng: random.Random) -> None:
 # ---------------------------------------------------------------- files joined
 
 
-def joined(left: Document, right: Document, rng: random.Random) -> Document:
+def joined(left: Document, right: Document) -> Document:
     """Return both files as one, of all variables: as true as they were, before anything else is changed."""
     a, b = len(left["variables"]), len(right["variables"])
     n = a + b
     none = dict.fromkeys(("equalities", "inequalities", "kinks", "cuts"), 0)
     one = _moved(left, list(range(a)), n, none, len(right["inequalities"]))
     two = _moved(right, list(range(a, n)), n, {kind: len(left.get(kind, [])) for kind in none}, 0)
-    own = [*one["steps"], *two["steps"]]
-    if rng.random() < 0.3:
-        rng.shuffle(own)
     return {
         **left,
         "variables": [*left["variables"], *(f"{name}'" for name in right["variables"])],
         **{kind: [*one[kind], *two[kind]] for kind in ("box", "equalities", "inequalities", "kinks", "cuts")},
-        "steps": own,
+        "steps": [*one["steps"], *two["steps"]],
     }
 
 

@@ -127,16 +127,18 @@ def points_of(
         if not inner:  # no objective: only the constraints count
             start = rng.choice(list(known)) if known and number % 2 else sampled(own, rng)
             if len(start) == len(own.box):
-                least = minimised(own, plan, [], _floats(start))
+                least = minimised(own, plan, [], _floats(start), margin=1e-7)
                 inner += mixed(own, plan, least, []) if least else []
                 found += inner[:1]
             continue
         for goal in goals:
             if len(found) >= MOST_POINTS:
                 break
-            least = minimised(own, plan, goal, _floats(rng.choice(inner) if number % 2 else sampled(own, rng)))
+            least = minimised(
+                own, plan, goal, _floats(sampled(own, rng) if number % 3 == 1 else rng.choice([*inner, *found]))
+            )
             if least:
-                nearest = mixed(own, plan, least, [inner[0], rng.choice(inner)])
+                nearest = mixed(own, plan, least, [rng.choice(inner), rng.choice([*inner, *found])])
                 found += [point for point in nearest if point not in found]
     return found
 

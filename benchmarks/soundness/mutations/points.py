@@ -7,6 +7,7 @@ the box, and minimisers that a local search in floating point finds over the var
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,10 +18,13 @@ from scipy.optimize import minimize
 
 from benchmarks.soundness.mutations.exact import Kink, Point, Stated, Terms, is_feasible, range_at
 
-__all__ = ["Plan", "mixed", "minimised", "repaired", "sampled"]
+__all__ = ["Plan", "minimised", "mixed", "repaired", "sampled"]
 
 LARGE = 1e9  # of a float that stands for a missing end
-MIXTURES = (0.0, 1e-13, 1e-10, 1e-7, 1e-4, 1e-2, 0.1)
+MIXTURES = (0.0, 1e-13, 1e-10, 1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6)
+
+
+Waiting = tuple[Terms | Kink, frozenset[int], list[int]]  # an equality or kink, what it reads, what it may give
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Plan:
     def of(stated: Stated, rng: random.Random | None = None) -> Plan:
         """Peel the equalities and kinks; where that ends early the rest is left to the guess."""
         kinks = {kink.variable for kink in stated.kinks}
-        left: list[tuple[Terms | Kink, frozenset[int], list[int]]] = [
+        left: list[Waiting] = [
             (kink, frozenset(_variables(kink.argument)) | {kink.variable}, [kink.variable]) for kink in stated.kinks
         ]
         left += [
@@ -49,7 +53,11 @@ class Plan:
                     readers[v] = readers.get(v, 0) + 1
             able = [(k, v) for k, (_, _, pivots) in enumerate(left) for v in pivots if readers[v] == 1]
             if not able:
-                break
+                spare = _spare(left)
+                if spare is None:
+                    break
+                del left[spare]
+                continue
             k, v = rng.choice(able) if rng and rng.random() < 0.5 else able[-1]
             item = left.pop(k)[0]
             found.append(item if isinstance(item, Kink) else (item, v))
@@ -101,7 +109,7 @@ def sampled(stated: Stated, rng: random.Random) -> list[Fraction]:
 
 
 def minimised(
-    stated: Stated, plan: Plan, objective: Terms, start: Sequence[float], iterations: int = 40
+    stated: Stated, plan: Plan, objective: Terms, start: Sequence[float], margin: float = 0.0
 ) -> list[float] | None:
     """Return a local minimiser by floats over the free variables; it need not be feasible exactly."""
     if not plan.free or len(plan.free) > 30:
@@ -130,7 +138,7 @@ def minimised(
                 continue
             terms, v = step
             constant, slope = _value_split(terms, v, values)
-            values[v] = -constant / slope if abs(slope) > 1e-12 else values[v]
+            values[v] = -constant / (slope if abs(slope) > 1e-9 else math.copysign(1e-9, slope))
         return values
 
     def inequalities(z: np.ndarray) -> np.ndarray:
@@ -146,13 +154,27 @@ def minimised(
             np.zeros(len(free)),
             method="SLSQP",
             bounds=box,
-            constraints={"type": "ineq", "fun": inequalities},
-            options={"maxiter": iterations},
+            constraints={"type": "ineq", "fun": lambda z: inequalities(z) - margin},
+            options={"maxiter": 40},
         )
     except (ValueError, OverflowError, ZeroDivisionError):
         return None
     found = complete(np.asarray(result.x))
     return found if np.isfinite(found).all() else None
+
+
+def _spare(left: list[Waiting]) -> int | None:
+    """Return an equality that may follow from the others, as of rows and their products: without it another peels."""
+    reading: dict[int, list[int]] = {}
+    for k, (_, read, _) in enumerate(left):
+        for v in read:
+            reading.setdefault(v, []).append(k)
+    for k, (_, _, pivots) in enumerate(left):
+        for v in pivots:
+            others = [j for j in reading[v] if j != k]
+            if len(others) == 1 and not isinstance(left[others[0]][0], Kink):
+                return others[0]
+    return None
 
 
 def _variables(terms: Terms) -> set[int]:

@@ -1,5 +1,6 @@
-"""The largest bound that the arithmetic of a step allows, whatever the step rests on: the mutant that claims it is
-refused by nothing but the conditions beside the arithmetic.
+"""The largest bound that the arithmetic of a step allows, whatever the step rests on.
+
+Only the conditions beside the arithmetic refuse a mutant that claims it.
 
 ``r = objective - sum p h - sum weight sigma g`` is computed in fractions in the step's variables t, and r_0 - sum |r_i|
 is the bound. No condition is looked at: no sign of a weight or a scale, no box, no side of a kink.
@@ -15,7 +16,7 @@ from typing import Any
 
 from benchmarks.soundness.mutations.exact import number, terms_of
 
-__all__ = ["claimed", "claim_all"]
+__all__ = ["claim_all", "claimed"]
 
 Ball = tuple[Fraction, Fraction]  # middle and radius
 Polynomial = dict[tuple[int, ...], Ball]

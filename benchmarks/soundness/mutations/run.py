@@ -17,14 +17,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from benchmarks.soundness.mutations.library import Genuine, library
-from benchmarks.soundness.mutations.mutate import KINDS, Mutant, mutant
+from benchmarks.soundness.mutations.mutate import KINDS, NOT_APPLICABLE, Mutant, mutant
 from benchmarks.soundness.mutations.oracle import judge
 from relaxations import check
 
@@ -104,7 +104,7 @@ def _library(folder: str) -> list[Genuine]:
 
 
 def run_mutants(
-    genuine: Sequence[Genuine], seed: int, first: int, count: int, announce: Any = lambda number: None
+    genuine: Sequence[Genuine], seed: int, first: int, count: int, announce: Callable[[int], None] = lambda _: None
 ) -> Batch:
     """Run some mutants in this process.
 
@@ -133,7 +133,10 @@ def run_mutants(
                 slowest, slowest_number = spent, number
             largest = max(largest, used)
             if verdict == "accepted":
-                reason = _stated_badly(one, theorems) or _judged(one, theorems, number, totals)
+                try:
+                    reason = _stated_badly(one, theorems) or _judged(one, theorems, number, totals)
+                except NOT_APPLICABLE as error:
+                    reason = f"accepted, and not a certificate for another reader: {type(error).__name__}: {error}"
             if not reason and _takes_the_program(one, seed, number):
                 totals["programs"] += 1
                 reason = _program(path, verdict)
@@ -228,7 +231,7 @@ def _judged(one: Mutant, theorems: Sequence[Any], number: int, totals: dict[str,
     try:
         with _alarm(ORACLE_SECONDS):
             found = judge(json.loads(one.text), theorems, one.sources, random.Random(number))
-    except (_TimeLimit, OverflowError, MemoryError):
+    except (_TimeLimit, MemoryError, OverflowError):  # huge numbers
         totals["given_up"] += 1
         return ""
     totals["judged" if found.points else "without_points"] += 1
