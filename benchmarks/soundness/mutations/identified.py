@@ -40,8 +40,8 @@ def piecewise(kind: str, path: Path, n: int, share: float = 0.3) -> tuple[float,
     return _ordered(known.model, known.truth)
 
 
-def mixed(kind: str, path: Path, n: int, share: float = 0.3) -> tuple[float, ...]:
-    known = mixed_problem(kind, 4, n, share=share)
+def mixed(kind: str, path: Path, n: int) -> tuple[float, ...]:
+    known = mixed_problem(kind, 4, n, share=0.3)
     bounds = {"y": known.noise_bound} | ({"u": INPUT_SHARE} if kind.startswith("errors") else {})
     _identified(known.model, known.data, bounds, path, tolerance=0.5, order=1, rounds=1)
     return _ordered(known.model, known.truth)
@@ -110,7 +110,7 @@ RECIPES: dict[str, Callable[[Path], tuple[float, ...]]] = {
     "saturation": partial(piecewise, "saturation", n=5),
     "coulomb": partial(piecewise, "coulomb", n=6),
     "relay": partial(mixed, "relay", n=6),
-    "errors in variables, dead zone": partial(mixed, "errors in variables, dead zone", n=5, share=0.6),
+    "errors in variables, dead zone": partial(mixed, "errors in variables, dead zone", n=5),
     "rectified gain": rectified,
     "rectified gain, empty": partial(rectified, outlier=1.0),
 }

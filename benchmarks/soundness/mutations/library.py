@@ -85,7 +85,11 @@ def _guesses(document: Any, truth: Sequence[float]) -> list[list[Fraction]]:
     theorems, own = check.check(document), stated(document)
     objectives = [_objective(theorem) for theorem in theorems]
     rng = random.Random(0)
-    known = [[Fraction(value) for value in truth] + [Fraction(0)] * (len(own.box) - len(truth))] if truth else []
+    known = []
+    if truth:  # of the parameters; noise is first none, then any
+        first = [Fraction(value) for value in truth]
+        rest = [[Fraction(0)] * len(own.box), *(sampled(own, rng) for _ in range(300))]
+        known = [[*first, *point[len(first) :]] for point in rest]
     found = points_of(own, objectives, known, rng, starts=6)
     if any(theorem.empty for theorem in theorems):
         assert not found, "a set that is proven empty has a point"

@@ -10,6 +10,7 @@ from typing import Any
 
 from benchmarks.soundness.mutations.bombs import BOMBS, TEXTS
 from benchmarks.soundness.mutations.coupled import COUPLED, raised, with_claims
+from benchmarks.soundness.mutations.fresh import FRESH
 from benchmarks.soundness.mutations.inside import INSIDE, joined
 from benchmarks.soundness.mutations.library import Genuine
 from benchmarks.soundness.mutations.simple import SIMPLE, foreign_row
@@ -19,7 +20,8 @@ __all__ = ["KINDS", "NOT_APPLICABLE", "Mutant", "mutant"]
 SHARES = {
     "one thing": 0.25,
     "steps inside": 0.2,
-    "claim and condition": 0.4,
+    "claim and condition": 0.3,
+    "new step": 0.1,
     "joined": 0.07,
     "text": 0.06,
     "bomb": 0.02,
@@ -89,11 +91,11 @@ def _weight(text: str) -> float:
 
 
 def _changed(kind: str, document: Any, rng: random.Random, genuine: Sequence[Genuine]) -> list[str]:
-    tables = {"one thing": SIMPLE, "steps inside": INSIDE, "claim and condition": COUPLED}
+    tables = {"one thing": SIMPLE, "steps inside": INSIDE, "claim and condition": COUPLED, "new step": FRESH}
     for _ in range(8):  # many mutations find nothing to change in most files
         table = tables.get(kind) or rng.choice(list(tables.values()))
-        if kind == "claim and condition" and rng.random() < 0.3:
-            table = rng.choice([SIMPLE, INSIDE])
+        if kind in ("claim and condition", "new step") and rng.random() < 0.3:
+            table = rng.choice([SIMPLE, INSIDE, COUPLED])
         name = rng.choice(list(table))
         if table is SIMPLE and rng.random() < 0.05:
             other = rng.choice(genuine).document()

@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.soundness.mutations.exact import number, terms_of
 
-__all__ = ["claim_all", "claimed"]
+__all__ = ["Polynomial", "View", "claim_all", "claimed", "stated_view", "views"]
 
 Ball = tuple[Fraction, Fraction]  # middle and radius
 Polynomial = dict[tuple[int, ...], Ball]
@@ -46,20 +46,24 @@ def polynomial(listed: Any) -> Polynomial:
     return total
 
 
-def claim_all(document: Any) -> int:
-    """Let every step claim the most that its arithmetic allows, from the inside out, and return how many changed."""
-    changed = 0
+def stated_view(document: Any) -> View:
+    """Return the rows of the statement."""
 
     def end(value: Any) -> Fraction | None:
         return None if value is None else number(value)
 
-    own = View(
+    return View(
         [polynomial(row) for row in document["equalities"]],
         [polynomial(row) for row in document["inequalities"]],
         [(k["variable"], k["kind"] == "sign", polynomial(k["argument"])) for k in document.get("kinks", [])],
         [(end(low), end(high)) for low, high in document["box"]],
     )
-    for step, view in views(document["steps"], own):
+
+
+def claim_all(document: Any) -> int:
+    """Let every step claim the most that its arithmetic allows, from the inside out, and return how many changed."""
+    changed = 0
+    for _, step, view in views(document["steps"], stated_view(document)):
         best = claimed(step, view)
         if best is not None and best != step["bound"]:
             step["bound"] = best
@@ -67,9 +71,9 @@ def claim_all(document: Any) -> int:
     return changed
 
 
-def views(steps: list[Any], view: View) -> Iterator[tuple[Any, View]]:
-    """Yield the steps that claim a bound, with their rows, those inside first."""
-    for step in steps:
+def views(steps: list[Any], view: View) -> Iterator[tuple[list[Any], Any, View]]:
+    """Yield the steps that claim a bound, with their list and their rows, those inside first."""
+    for step in list(steps):
         if "reach" in step:
             cone = _cone(step["reach"], view)
             for face in step["reach"]["faces"]:
@@ -79,7 +83,7 @@ def views(steps: list[Any], view: View) -> Iterator[tuple[Any, View]]:
         if "sides" in step:
             yield from views(step["steps"], _decided(step, view))
         if "bound" in step:
-            yield step, view
+            yield steps, step, view
 
 
 def claimed(step: Any, view: View) -> str | None:
