@@ -29,7 +29,7 @@ from relaxations.check.read import FORMAT, VERSION, Document, document, read
 from relaxations.check.report import report
 from relaxations.check.statement import Context, Theorem
 
-__all__ = ["FORMAT", "VERSION", "Polynomial", "Refused", "Theorem", "Unreadable", "check", "main", "read"]
+__all__ = ["FORMAT", "VERSION", "Polynomial", "Refused", "Theorem", "Unreadable", "check", "main", "read", "theorems"]
 
 EXIT_ACCEPTED, EXIT_REFUSED, EXIT_UNREADABLE = 0, 1, 2
 
@@ -51,7 +51,8 @@ def check(content: Any) -> tuple[Theorem, ...]:
     Unreadable
         Where the content is not a certificate, or exceeds a limit.
     Refused
-        Where a step does not prove what it claims, with the inequality that fails.
+        Where a step does not prove what it claims, with the inequality that fails; or where nothing is proven beyond
+        the stated box.
 
     Examples
     --------
@@ -68,12 +69,49 @@ def check(content: Any) -> tuple[Theorem, ...]:
     Traceback (most recent call last):
     relaxations.check.arithmetic.Refused: step 1: bound <= r_0 - sum |r_i| fails: -0.2 > -0.25
     """
-    return _theorems(document(content))
+    return _beyond_the_box(document(content))
 
 
-def _theorems(found: Document) -> tuple[Theorem, ...]:
+def theorems(content: Any) -> tuple[Theorem, ...]:
+    """Return what :func:`check` returns, also where the stated box says as much.
+
+    Parameters
+    ----------
+    content : object
+
+    Returns
+    -------
+    tuple of Theorem
+
+    Raises
+    ------
+    Unreadable, Refused
+        As :func:`check`.
+
+    Examples
+    --------
+    >>> step = {"objective": [[1, 0, [0]]], "bound": 0, "centre": [1], "scale": [1], "equalities": [], "products": []}
+    >>> content = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...            "equalities": [], "inequalities": [], "steps": [step]}
+    >>> len(theorems(content))
+    1
+    >>> check(content)
+    Traceback (most recent call last):
+    relaxations.check.arithmetic.Refused: the file proves nothing beyond the stated box
+    """
+    return _proven(document(content))
+
+
+def _proven(found: Document) -> tuple[Theorem, ...]:
     context = Context("", found.stated, list(found.box), [], found.work)
     return tuple(conclusion(found.steps, context))
+
+
+def _beyond_the_box(found: Document) -> tuple[Theorem, ...]:
+    proven = _proven(found)
+    if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in proven):
+        raise Refused("the file proves nothing beyond the stated box")
+    return proven
 
 
 def main(arguments: list[str]) -> int:
@@ -113,10 +151,7 @@ def main(arguments: list[str]) -> int:
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
         found = document(read(arguments[0]))
-        theorems = _theorems(found)
-        if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in theorems):
-            raise Refused("the file proves nothing beyond the stated box")
-        lines = list(report(found, theorems))
+        lines = list(report(found, _beyond_the_box(found)))
     except Refused as refusal:
         readable = not isinstance(refusal, Unreadable)
         print(f"{'refused' if readable else 'not a certificate'}: {refusal}", file=sys.stderr)

@@ -119,7 +119,8 @@ def constant(value: Fraction | int) -> Polynomial:
 
 def product(left: Terms, right: Terms, work: Work) -> Terms:
     """Return the product of two lists of terms."""
-    work.spend(len(left) * len(right) * _cost(_digits(left) + _digits(right)))
+    degree = max(map(len, left), default=0) + max(map(len, right), default=0)
+    work.spend(len(left) * len(right) * (_cost(_digits(left) + _digits(right)) + degree // 8))
     total: Terms = {}
     for m, a in left.items():
         for n, b in right.items():

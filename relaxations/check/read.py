@@ -24,7 +24,7 @@ VERSION = 1
 
 MOST_BYTES = 1 << 28
 MOST_VARIABLES = 1 << 20
-WORK = 100_000  # products of short numbers that any file may ask for
+WORK = 50_000  # products of short numbers that any file may ask for
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def assert_no_more_is_proven(document, margin):
     claimed = Fraction(float.fromhex(document["steps"][0]["bound"]))
     document["steps"][0]["bound"] = (float(claimed) + margin).hex()
     with pytest.raises(check.Refused, match="bound <= r_0"):
-        check.check(document)
+        check.theorems(document)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -89,7 +89,7 @@ def test_the_lift_of_identification_problems_is_accepted(tmp_path, output_error,
         for k, sign in ((0, 1.0), (1, -1.0)):
             objective = model.problem.variable(k, sign)
             outcome = written(tmp_path / "c.json", model.problem, objective, "lift", order)
-            (theorem,) = check.check(check.read(tmp_path / "c.json"))
+            (theorem,) = check.theorems(check.read(tmp_path / "c.json"))
             assert theorem.bound == Fraction(outcome.bound)
             assert theorem.bound <= sign * model.truth[k]
 
@@ -299,7 +299,7 @@ def test_the_check_agrees_with_the_package_on_any_multipliers(tmp_path):
         )
         certificate = certify(relaxed.relaxation, scaled, dual)
         write_certificate(tmp_path / "c.json", problem, [Bound(relaxed, objective, certificate)])
-        (theorem,) = check.check(check.read(tmp_path / "c.json"))
+        (theorem,) = check.theorems(check.read(tmp_path / "c.json"))
         assert theorem.bound == Fraction(certificate.bound)
         assert_no_more_is_proven(check.read(tmp_path / "c.json"), 1e-12 * abs(certificate.bound))
 
@@ -533,7 +533,11 @@ TAMPERED = {
         r"face x = 1: s > 0 is not proven: 0",
     ),
     "a size of zero": (3, put(0, "steps", 0, "reach", "variables", 0, 1), r"step 1: size > 0 fails for x: 0"),
-    "no box to ride with": (3, put([0], "steps", 0, "reach", "riding"), r"step 1: x has a size, so it cannot ride along"),
+    "no box to ride with": (
+        3,
+        put([0], "steps", 0, "reach", "riding"),
+        r"step 1: x has a size, so it cannot ride along",
+    ),
     "a divisor not bounded": (4, lose("steps", 0), r"no step before it keeps what x is multiplied by from zero"),
     "a cut with a negative multiplier": (
         5,
@@ -597,7 +601,7 @@ def test_the_tampering_test_sees_feasible_points_and_both_outcomes(document):
     # A looser bound and a further square stay true; a lost square does not.
     looser = copy.deepcopy(document)
     looser["steps"][0]["bound"] = "-5"
-    assert check.check(looser)[0].bound == -5
+    assert check.theorems(looser)[0].bound == -5
     lost = copy.deepcopy(document)
     lost["steps"][0]["products"].pop()
     lost["steps"][0]["products"].pop(0)
