@@ -7,7 +7,7 @@ problem as it is stated in the file. A row that is none is refused: what it rest
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,11 @@ from relaxations.steps import Bound, Branches, Cut, Hull, Kinks, Part, Quotient,
 
 
 def write_certificate(
-    path: str | Path, problem: PolynomialProblem, steps: Sequence[Step], kinks: Kinks | None = None
+    path: str | Path,
+    problem: PolynomialProblem,
+    steps: Sequence[Step],
+    kinks: Kinks | None = None,
+    origin: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a proof, once :mod:`relaxations.check` has accepted it.
 
@@ -39,6 +43,9 @@ def write_certificate(
         the steps before must prove, and fewer variables and rows; those they have are recognised by their names.
     kinks : Kinks, optional
         What some of the variables are beside the constraints.
+    origin : mapping, optional
+        Where the problem comes from, for readers and for programs that compare it with a model and data. JSON without
+        decimals.
 
     Raises
     ------
@@ -82,6 +89,7 @@ def write_certificate(
     document = {
         "format": check.FORMAT,
         "version": check.VERSION,
+        **({"origin": origin} if origin else {}),
         **statement(problem),
         **({"kinks": _kinks(kinks)} if kinks else {}),
         **({"cuts": places.cuts} if places.cuts else {}),

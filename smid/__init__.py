@@ -23,6 +23,7 @@ from smid.models import (
 from smid.reports import report
 from smid.study import order_study
 from smid.validate import Validation, validate
+from smid.verification import NotProvenError, Verification, verify
 
 __version__ = "0.1.0"
 
@@ -40,12 +41,14 @@ __all__ = [
     "LowestOrder",
     "Model",
     "ModelError",
+    "NotProvenError",
     "OutputError",
     "Parameter",
     "ParameterInterval",
     "Reactor",
     "RotatingArm",
     "Validation",
+    "Verification",
     "Wiener",
     "bind",
     "diagnose",
@@ -56,4 +59,5 @@ __all__ = [
     "order_study",
     "report",
     "validate",
+    "verify",
 ]

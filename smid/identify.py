@@ -33,6 +33,7 @@ from smid.piecewise_proof import Trail, stated
 from smid.result import Part, Result, plain
 from smid.start import equation_error_fit, magnitudes
 from smid.table import Table
+from smid.verification.origin import origin_of
 
 Progress = Callable[[str], None]
 
@@ -187,7 +188,7 @@ def identify(
         record=record,
     )
     if certificate and steps:
-        write_certificate(certificate, boxed.stated, steps)
+        write_certificate(certificate, boxed.stated, steps, origin=origin_of(model, data, feasible.bounds))
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     status, nearest = CentreStatus.UNDECIDED, None
@@ -253,7 +254,9 @@ def _piecewise(
     )
     if certificate and (trail.steps or trail.parts):
         problem, kinks = stated(feasible)
-        write_certificate(certificate, problem, trail.whole(problem, len(feasible.model.parameters)), kinks)
+        proof = trail.whole(problem, len(feasible.model.parameters))
+        origin = origin_of(feasible.model, feasible.data, feasible.bounds)
+        write_certificate(certificate, problem, proof, kinks, origin)
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     loose = [p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower)]

@@ -69,7 +69,7 @@ def check(content: Any) -> tuple[Theorem, ...]:
     Traceback (most recent call last):
     relaxations.check.arithmetic.Refused: step 1: bound <= r_0 - sum |r_i| fails: -0.2 > -0.25
     """
-    return _beyond_the_box(document(content))
+    return proven(document(content))
 
 
 def theorems(content: Any) -> tuple[Theorem, ...]:
@@ -107,11 +107,12 @@ def _proven(found: Document) -> tuple[Theorem, ...]:
     return tuple(conclusion(found.steps, context))
 
 
-def _beyond_the_box(found: Document) -> tuple[Theorem, ...]:
-    proven = _proven(found)
-    if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in proven):
+def proven(found: Document) -> tuple[Theorem, ...]:
+    """Return the theorems of a file that was read; refuse one that proves nothing beyond the stated box."""
+    every = _proven(found)
+    if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in every):
         raise Refused("the file proves nothing beyond the stated box")
-    return proven
+    return every
 
 
 def main(arguments: list[str]) -> int:
@@ -151,7 +152,7 @@ def main(arguments: list[str]) -> int:
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
         found = document(read(arguments[0]))
-        lines = list(report(found, _beyond_the_box(found)))
+        lines = list(report(found, proven(found)))
     except Refused as refusal:
         readable = not isinstance(refusal, Unreadable)
         print(f"{'refused' if readable else 'not a certificate'}: {refusal}", file=sys.stderr)

@@ -14,6 +14,7 @@ from smid.cli.hybrid import hybrid
 from smid.cli.identify import identify
 from smid.cli.study import study
 from smid.cli.validate import validate
+from smid.cli.verify import verify
 
 
 @click.group(cls=Face, invoke_without_command=True, context_settings={"max_content_width": 110})
@@ -28,5 +29,5 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (demo, identify, error_bound, validate, diagnose, clutch, hybrid, study, doctor):
+for command in (demo, identify, error_bound, validate, verify, diagnose, clutch, hybrid, study, doctor):
     main.add_command(command)

@@ -1,0 +1,198 @@
+"""Check that every constraint of a certificate follows from the model, the noise bounds and the samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from relaxations.check.arithmetic import Interval, Polynomial, Terms, Work, product, value_range
+from relaxations.check.forms import shown_name
+from relaxations.check.read import Document
+from smid.verification.expressions import NotPolynomialError, divided
+from smid.verification.rows import Equations, Row, contains
+
+_WORK = Work(1 << 62)
+Definitions = dict[int, tuple[int, Terms]]  # auxiliary variable: the parameter and the factor that it is a product of
+
+
+class NotProvenError(ValueError):
+    """The proof does not hold, or what it states does not follow from the model and the data.
+
+    Examples
+    --------
+    >>> raise NotProvenError("step 3: weight >= 0 fails: -1")
+    Traceback (most recent call last):
+    smid.verification.implied.NotProvenError: step 3: weight >= 0 fails: -1
+    """
+
+
+def check_implied(
+    document: Document, model: Mapping[str, Any], samples: Mapping[str, Mapping[str, list[Fraction]]], bounds: Any
+) -> int:
+    """Return how many equations the certificate states; all follow from the model and the samples.
+
+    Parameters
+    ----------
+    document : Document
+    model : mapping
+        As :func:`smid.verification.origin.model_statement` returns it.
+    samples : mapping experiment -> mapping channel -> list of Fraction
+    bounds : mapping channel -> str
+        Noise bounds, floats in hexadecimal.
+
+    Raises
+    ------
+    NotProvenError
+        With the variable, equation or constraint that does not follow.
+    """
+    equations = Equations(model, samples, document.stated, document.box)
+    auxiliary = _check_boxes(document, equations, bounds)
+    try:
+        expected = list(equations.rows())
+        constraints = equations.constraints()
+    except NotPolynomialError as error:
+        raise NotProvenError(f"the proof does not fit the model: {error}") from None
+    rows = [row or Polynomial() for row in document.stated.equalities]
+    definitions = _definitions(rows, auxiliary, len(model["parameters"]))
+    last = len(rows) - len(definitions)
+    _check_equalities(rows[:last], expected, definitions)
+    for k, row in enumerate(document.stated.inequalities):
+        if not any(contains(row or Polynomial(), c) for c in _with_products(constraints, definitions)):
+            raise NotProvenError(f"inequality {k} of the proof is not a constraint of the model")
+    _check_latents(document, equations, expected)
+    _check_kinks(document, equations)
+    return last
+
+
+def _check_boxes(document: Document, equations: Equations, bounds: Mapping[str, str]) -> set[int]:
+    """Check the boxes of parameters and noises; return the variables that the model does not have."""
+    stated, box, parameters = document.stated, document.box, equations.model["parameters"]
+    missing = [name for name in parameters if name not in equations.place]
+    if missing:
+        raise NotProvenError(f"the proof has no parameter {missing[0]!r}, the model has one")
+    kinks = {kink.variable for kink in stated.kinks}
+    noises = {m["noise"]: m["channel"] for m in equations.model["measurements"] if m["noise"] is not None}
+    signals = {*equations.model["lines"], *(m["signal"] for m in equations.model["measurements"])}
+    auxiliary = set()
+    for v, name in enumerate(stated.names):
+        base = name.split("[")[0]
+        is_instance = "[" in name
+        if name in parameters:
+            wanted = tuple(_end(end, side) for end, side in zip(parameters[name], (-inf, inf), strict=True))
+        elif is_instance and base in noises:
+            size = Fraction(float.fromhex(bounds[noises[base]]))
+            wanted = (-size, size)
+        elif v in kinks:
+            continue
+        else:
+            if not (is_instance and base in signals):
+                auxiliary.add(v)
+            continue
+        if v in kinks:
+            raise NotProvenError(f"the proof makes {shown_name(name)} a kink, which the model does not")
+        if box[v] != wanted:
+            raise NotProvenError(
+                f"the box of {shown_name(name)} in the proof is not the one of the model or noise bound"
+            )
+    return auxiliary
+
+
+def _end(end: str | None, infinite: float) -> Fraction | float:
+    return infinite if end is None else Fraction(float.fromhex(end))
+
+
+def _definitions(rows: list[Polynomial], auxiliary: set[int], n_parameters: int) -> Definitions:
+    """Read the definitions ``delta = q gamma`` of auxiliary variables from the last rows."""
+    found: Definitions = {}
+    for row in reversed(rows):
+        own = [v for v in row.variables if v in auxiliary]
+        if len(found) == len(auxiliary) or row.rad or len(own) != 1 or row.mid.get((own[0],)) != 1:
+            break
+        product_of = {m: -c for m, c in row.mid.items() if m != (own[0],)}
+        shared = [v for v in range(n_parameters) if product_of and all(m.count(v) == 1 for m in product_of)]
+        if own[0] in found or len(shared) != 1 or any(own[0] in m for m in product_of):
+            break
+        factor = {tuple(v for v in m if v != shared[0]): c for m, c in product_of.items()}
+        found[own[0]] = (shared[0], factor)
+    if len(found) < len(auxiliary):
+        raise NotProvenError("the proof has a variable that the model does not have, and no equality defines it")
+    return found
+
+
+def _check_equalities(rows: list[Polynomial], expected: list[Row], definitions: Definitions) -> None:
+    """Match the rows with the model's equations, in their order; equations may be left out, which enlarges the set."""
+    place, products = 0, False
+    for k, row in enumerate(rows):
+        if not products and definitions.keys() & row.variables:
+            place, products = 0, True
+        first = place
+        while place < len(expected):
+            exact = expected[place].polynomial
+            if products:
+                exact = _in_products(exact, definitions) or {}
+            place += 1
+            if contains(row, exact):
+                break
+        else:
+            what = str(expected[first]) if first < len(expected) else "any equation of the model"
+            raise NotProvenError(f"equality {k} of the proof is not {what}")
+
+
+def _in_products(exact: Terms, definitions: Definitions) -> Terms | None:
+    """Return a polynomial with delta in the place of q gamma; None where gamma occurs without its factor q."""
+    for delta, (gamma, factor) in definitions.items():
+        with_gamma = {tuple(v for v in m if v != gamma): c for m, c in exact.items() if m.count(gamma) == 1}
+        if any(m.count(gamma) > 1 for m in exact):
+            return None
+        quotient = divided(with_gamma, factor) if with_gamma else {}
+        if quotient is None:
+            return None
+        rest = {m: c for m, c in exact.items() if gamma not in m}
+        exact = rest | product(quotient, {(delta,): Fraction(1)}, _WORK)
+    return exact
+
+
+def _with_products(constraints: list[Terms], definitions: Definitions) -> Iterator[Terms]:
+    for exact in constraints:
+        yield exact
+        own = _in_products(exact, definitions)
+        if own is not None:
+            yield own
+
+
+def _check_latents(document: Document, equations: Equations, expected: list[Row]) -> None:
+    """Check that a finite box of a latent signal follows from the equation that gives the signal explicitly."""
+    by_name: dict[str, list[Row]] = {}
+    for row in expected:
+        by_name.setdefault(equations.instance(row.signal, row.time, row.experiment), []).append(row)
+    parameters, noises = equations.model["parameters"], {m["noise"] for m in equations.model["measurements"]}
+    kinks = {kink.variable for kink in document.stated.kinks}
+
+    def bounded(v: int) -> bool:
+        name = document.stated.names[v]
+        return name in parameters or name.split("[")[0] in noises or v in kinks
+
+    for v, name in enumerate(document.stated.names):
+        if bounded(v) or document.box[v] == (-inf, inf):
+            continue
+        ranges: list[Interval] = []
+        for row in by_name.get(name, []):
+            rest = {m: -c for m, c in row.polynomial.items() if m != (v,)}
+            if row.polynomial.get((v,)) == 1 and all(bounded(w) for m in rest for w in m):
+                ranges.append(value_range(Polynomial(rest), document.box, _WORK))
+        low, high = document.box[v]
+        if not any(low <= a and b <= high for a, b in ranges):
+            raise NotProvenError(f"the box of {shown_name(name)} in the proof does not follow from the model")
+
+
+def _check_kinks(document: Document, equations: Equations) -> None:
+    """Check that every kink is one of the model, and that its box holds all values that it can have."""
+    for n, kink in enumerate(document.stated.kinks):
+        name = shown_name(document.stated.names[kink.variable])
+        if n not in equations.used_kinks:
+            raise NotProvenError(f"the proof has a kink {name} that the model does not have")
+        low, high = document.box[kink.variable]
+        if not (low <= -1 and high >= 1 if kink.sign else low <= 0 and high == inf):
+            raise NotProvenError(f"the box of the kink {name} in the proof does not hold all of its values")

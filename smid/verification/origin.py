@@ -1,0 +1,110 @@
+"""The origin that a certificate states: the model's lines as text, priors, noise bounds and a digest of the data."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from relaxations.balls import Array
+from smid.data import Dataset
+from smid.models import Model
+from smid.models.expressions import to_text
+
+DIGITS = 6  # hexadecimal digits kept of each sample's own digest, to find the first sample that differs
+
+
+def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[str, Any]:
+    """Return the origin of a proof about a model, data and noise bounds, ready for JSON.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data's channels.
+    data : Dataset
+    bounds : mapping channel -> float
+        In the channel's unit.
+
+    Returns
+    -------
+    dict
+
+    Examples
+    --------
+    >>> from smid.binding import bind
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1]}, output={"y": [0.0, 1, 0.5]}, sampling_time=1.0)
+    >>> origin = origin_of(bind(OutputError(), data), data, {"y": 0.1})
+    >>> origin["model"]["lines"], origin["noise_bounds"]
+    ({'w': 'b0*u[t - 1] - a1*w[t - 1]'}, {'y': '0x1.999999999999ap-4'})
+    """
+    return {
+        "software": f"smid {_version()}",
+        "model": model_statement(model),
+        "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
+        "data": data_statement(data, model.channels),
+    }
+
+
+def model_statement(model: Model) -> dict[str, Any]:
+    """Return the model as text: parameters with their boxes, lines, measurements and constraints.
+
+    Lines in derivatives are stated as the lines of samples that are simulated and bounded.
+    """
+    plain = model.discretised()
+    return {
+        "name": plain.name,
+        "parameters": {p.name: [_end(p.lower), _end(p.upper)] for p in plain.parameters},
+        "lines": {line.signal: to_text(line.expression) for line in plain.lines},
+        "measurements": [
+            {
+                "channel": m.channel,
+                "signal": m.signal,
+                "noise": m.noise,
+                "inverse": None if m.inverse is None else to_text(m.inverse),
+            }
+            for m in plain.measurements
+        ],
+        "constraints": [to_text(constraint) for constraint in plain.constraints],
+    }
+
+
+def data_statement(data: Dataset, channels: tuple[str, ...]) -> dict[str, Any]:
+    """Return what identifies the samples of some channels: a SHA-256 over all, and a few digits for each sample."""
+    names = sorted(channels)
+    digest = hashlib.sha256(np.float64(data.sampling_time).astype(">f8").tobytes())
+    for run in data.experiments:
+        for name in names:
+            samples = _canonical(run.values[name])
+            digest.update(f"{name}:{samples.size}:".encode() + samples.tobytes())
+    return {
+        "sha256": digest.hexdigest(),
+        "sampling_time": float(data.sampling_time).hex(),
+        "inputs": [c for c in data.inputs if c in names],
+        "outputs": [c for c in data.outputs if c in names],
+        "source": data.source,
+        "experiments": [{"name": run.name, "samples": run.n_samples} for run in data.experiments],
+        "sample_digests": {name: [_digests(run.values[name]) for run in data.experiments] for name in names},
+    }
+
+
+def _canonical(values: Array) -> Array:
+    return (values + 0.0).astype(">f8")  # minus zero becomes zero
+
+
+def _digests(values: Array) -> str:
+    return "".join(hashlib.sha256(sample.tobytes()).hexdigest()[:DIGITS] for sample in _canonical(values))
+
+
+def _end(value: float) -> str | None:
+    return float(value).hex() if np.isfinite(value) else None
+
+
+def _version() -> str:
+    try:
+        return version("smid")
+    except PackageNotFoundError:
+        return "(not installed)"

@@ -1,0 +1,253 @@
+"""Verify a certificate file against a model and data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from relaxations import check
+from relaxations.check.read import Document, document
+from relaxations.check.report import strongest
+from relaxations.check.statement import Theorem
+from smid.binding import bind
+from smid.data import DataError, Dataset
+from smid.models import Model, ModelError
+from smid.models.expressions import from_text
+from smid.result import Part, Result
+from smid.table import Table
+from smid.verification.implied import NotProvenError, check_implied
+from smid.verification.origin import DIGITS, data_statement, model_statement
+
+__all__ = ["NotProvenError", "Verification", "read_origin", "verify"]
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(Result):
+    """A proof that holds, about a model and data.
+
+    Parameters
+    ----------
+    origin : mapping
+        What the file states: model, noise bounds, data and software.
+    equations : int
+        Equalities of the proof; each is an equation of the model at a sample.
+    empty : bool
+        Whether it is proven that no parameters explain the data.
+    intervals : mapping parameter -> (lower, upper)
+        Proven ends, rounded outwards; infinite where there is no bound. Empty where no parameters explain the data.
+    """
+
+    origin: Mapping[str, Any]
+    equations: int
+    empty: bool
+    intervals: Mapping[str, tuple[float, float]]
+
+    def _content(self) -> Iterator[Part]:
+        model, data = self.origin["model"], self.origin["data"]
+        yield f"verified: the proof holds, and its {self.equations} equations are those of the model on these data"
+        yield f"model: {model['name']}"
+        yield from (f"  {signal}[t] = {text}" for signal, text in model["lines"].items())
+        bounds = {c: float.fromhex(b) for c, b in self.origin["noise_bounds"].items()}
+        yield "noise bounds: " + ", ".join(f"{channel} {bound:g}" for channel, bound in bounds.items())
+        yield f"data: {', '.join(sorted(data['sample_digests']))}; SHA-256 {data['sha256']}"
+        if self.empty:
+            yield "proven: no parameters explain the data within the noise bounds"
+            return
+        rows = []
+        for name, (low, high) in self.intervals.items():
+            prior = " to ".join("no bound" if e is None else f"{float.fromhex(e):g}" for e in model["parameters"][name])
+            rows.append((name, prior, f"{low:.9g}", f"{high:.9g}"))
+        yield Table("", ("parameter", "prior", "proven lower", "proven upper"), tuple(rows), "lrrr")
+
+
+def verify(
+    proof: str | Path,
+    data: Dataset,
+    model: Model | None = None,
+    noise_bound: float | Mapping[str, float] | None = None,
+) -> Verification:
+    """Check a proof, and that it is about this model and these data.
+
+    The check of the proof is that of :mod:`relaxations.check`. Then every equation of the proof is compared with the
+    model's own line, evaluated with exact polynomials at the sample; every box with the priors and noise bounds.
+
+    Parameters
+    ----------
+    proof : str or Path
+        As ``identify(certificate=...)`` writes it.
+    data : Dataset
+    model : Model, optional
+        Without it, the model is the one that the file states.
+    noise_bound : float or mapping channel -> float, optional
+        In the channel's unit. Without it, the bounds are those that the file states.
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    DataError
+        Where the file is not a certificate of an identification, or the data are not those of the proof. The message
+        names the first channel and sample that differ.
+    ModelError
+        Where model or noise bound are not those of the proof. The message names what differs.
+    NotProvenError
+        Where the proof does not hold, or does not follow from the model and the data.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from smid.identify import identify
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> model, file = OutputError(stable=True), Path(tempfile.mkdtemp()) / "proof.json"
+    >>> estimate = identify(model, data, noise_bound=0.1, certificate=file)
+    >>> verify(file, data, model).intervals["a1"] == (estimate["a1"].lower, estimate["a1"].upper)
+    True
+    """
+    try:
+        found = document(check.read(proof))
+        origin = _origin(found)
+        _compare_data(origin["data"], data)
+        if model is not None:
+            _compare_models(origin["model"], model_statement(bind(model, data)))
+        if noise_bound is not None:
+            _compare_bounds(origin["noise_bounds"], noise_bound)
+        samples = {
+            run["name"]: {c: [Fraction(v) for v in own.values[c].tolist()] for c in origin["data"]["sample_digests"]}
+            for run, own in zip(origin["data"]["experiments"], data.experiments, strict=True)
+        }
+        equations = check_implied(found, origin["model"], samples, origin["noise_bounds"])
+        theorems = strongest(check.proven(found))
+    except check.Unreadable as error:
+        raise DataError(str(error)) from None
+    except check.Refused as error:
+        raise NotProvenError(f"{proof}: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, DataError | ModelError | NotProvenError):
+            raise
+        raise DataError(f"{proof}: its origin is not in the form that smid writes ({error})") from None
+    empty = any(theorem.empty for theorem in theorems)
+    return Verification(origin, equations, empty, {} if empty else _intervals(found, theorems, origin))
+
+
+def read_origin(proof: str | Path) -> dict[str, Any]:
+    """Return what a proof states about its model and data.
+
+    Raises
+    ------
+    DataError
+        Where the file is not a certificate, or states no origin.
+    """
+    try:
+        return _origin(document(check.read(proof)))
+    except check.Unreadable as error:
+        raise DataError(str(error)) from None
+
+
+def _origin(found: Document) -> dict[str, Any]:
+    origin = found.origin
+    if not isinstance(origin, dict) or not {"model", "noise_bounds", "data", "software"} <= origin.keys():
+        raise DataError(
+            "the certificate states no model and data, so there is nothing to compare: write it with "
+            "smid identify --certificate"
+        )
+    return origin
+
+
+def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:
+    """Raise an error that names the first sample of the data that is not that of the proof."""
+    channels = tuple(stated["sample_digests"])
+    missing = [c for c in channels if c not in data.names]
+    if missing:
+        raise DataError(f"the data have no channel {missing[0]!r}, which the proof is about")
+    lengths = [(run.name, run.n_samples) for run in data.experiments]
+    wanted = [(run["name"], run["samples"]) for run in stated["experiments"]]
+    if [n for _, n in lengths] != [n for _, n in wanted]:
+        have, need = (" + ".join(str(n) for _, n in runs) for runs in (lengths, wanted))
+        raise DataError(f"the data have {have} samples, the proof is about {need} ({stated['source']})")
+    own = data_statement(data, channels)
+    for name in channels:
+        pairs = zip(own["sample_digests"][name], stated["sample_digests"][name], strict=True)
+        for (run, count), (left, right) in zip(lengths, pairs, strict=True):
+            places = (slice(DIGITS * k, DIGITS * (k + 1)) for k in range(count))
+            first = next((k for k, place in enumerate(places) if left[place] != right[place]), None)
+            if first is not None:
+                inside = f" of experiment {run!r}" if len(lengths) > 1 else ""
+                raise DataError(
+                    f"the data are not those of the proof: channel {name!r} differs first at sample {first}{inside}"
+                )
+    if own["sampling_time"] != stated["sampling_time"]:
+        both = (float.fromhex(own["sampling_time"]), float.fromhex(stated["sampling_time"]))
+        raise DataError("the sampling time is {:g} s, the proof is about {:g} s".format(*both))
+    if own["sha256"] != stated["sha256"]:
+        raise DataError("the data are not those of the proof: the SHA-256 differs")
+
+
+def _compare_models(stated: Mapping[str, Any], own: Mapping[str, Any]) -> None:
+    """Raise an error that names the first part of the model that is not that of the proof."""
+    for kind, key in (("parameter", "parameters"), ("line", "lines")):
+        for name in dict.fromkeys((*stated[key], *own[key])):
+            left, right = stated[key].get(name), own[key].get(name)
+            same = _same_text(left, right) if key == "lines" else left == right
+            if not same:
+                raise ModelError(
+                    f"the {kind} {name!r} of the model is not that of the proof: {_told(right)}, not {_told(left)}"
+                )
+    for kind, key in (("measurement", "measurements"), ("constraint", "constraints")):
+        left, right = stated[key], own[key]
+        same = left == right or (key == "constraints" and len(left) == len(right) and all(map(_same_text, left, right)))
+        if not same:
+            raise ModelError(f"the {kind}s of the model are not those of the proof: {_told(right)}, not {_told(left)}")
+
+
+def _same_text(left: str | None, right: str | None) -> bool:
+    if left is None or right is None:
+        return False
+    return left == right or from_text(left) == from_text(right)
+
+
+def _told(value: Any) -> str:
+    """Return a box, or a text, for a message."""
+    if (
+        isinstance(value, list)
+        and len(value) == 2
+        and all(e is None or str(e).lstrip("-").startswith("0x") for e in value)
+    ):
+        return " to ".join("no bound" if e is None else repr(float.fromhex(e)) for e in value)
+    return "none" if value is None else str(value)
+
+
+def _compare_bounds(stated: Mapping[str, str], given: float | Mapping[str, float]) -> None:
+    for channel, text in stated.items():
+        own = given.get(channel) if isinstance(given, Mapping) else given
+        if own is None or float(own) != float.fromhex(text):
+            raise ModelError(f"the noise bound of {channel!r} is {own}, the proof is about {float.fromhex(text)}")
+
+
+def _intervals(found: Document, theorems: list[Theorem], origin: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the box of each parameter, narrowed by the theorems."""
+    intervals = {}
+    for name in origin["model"]["parameters"]:
+        v = found.stated.names.index(name)
+        low, high = found.box[v]
+        for theorem in theorems:
+            if theorem.single is not None and theorem.single[0] == v:
+                slope = theorem.single[1]
+                end = theorem.bound / slope
+                low, high = (max(low, end), high) if slope > 0 else (low, min(high, end))
+        intervals[name] = (_rounded(low, -1), _rounded(high, 1))
+    return intervals
+
+
+def _rounded(value: Fraction | float, side: int) -> float:
+    """Return the nearest float that is not inside."""
+    nearest = float(value)
+    inside = nearest > value if side < 0 else nearest < value
+    return math.nextafter(nearest, side * math.inf) if inside else nearest
