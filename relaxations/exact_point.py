@@ -15,6 +15,7 @@ from math import nextafter, prod
 import numpy as np
 
 from relaxations.balls import Array
+from relaxations.deadline import check_time
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.witness import Witness
@@ -116,6 +117,7 @@ def _eliminated(
     """
     echelon: list[_Definition] = []
     for place, row in enumerate([*equalities, *active]):
+        check_time()
         slope, constant = _affine(row, values)
         for pivot, others, rest in echelon:
             share = slope.pop(pivot, Fraction(0))
