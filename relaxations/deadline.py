@@ -38,8 +38,8 @@ class TimeIsUp(Exception):
     the time allowed is used up
     """
 
-    def __init__(self) -> None:
-        super().__init__("the time allowed is used up")
+    def __init__(self, message: str = "the time allowed is used up") -> None:
+        super().__init__(message)  # with the message as argument, so that it can be pickled
 
 
 STOPS = (TimeIsUp, KeyboardInterrupt, MemoryError)

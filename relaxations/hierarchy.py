@@ -79,7 +79,7 @@ class Reason(Enum):
     STALLED = "the box no longer shrinks at this order; raise the order to tighten"
     ROUNDS = "the rounds asked for are used up"
     EMPTY = "the feasible set is certified empty"
-    TIME = "the time allowed is used up; the ends proven so far are returned"
+    TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
     UNBOUNDED = "no box could be proven, and nothing else without one: give bounds, or richer data"

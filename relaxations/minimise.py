@@ -58,7 +58,7 @@ class Reason(Enum):
     TIGHT = "the bound meets a feasible value within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
     ORDERS = "the orders and branches allowed are used up: raise order or nodes"
-    TIME = "the time allowed is used up; the bound proven so far is returned"
+    TIME = "the time limit was reached; the bound proven so far is returned"
     INTERRUPTED = "interrupted; the bound proven so far is returned"
     MEMORY = "out of memory; the bound proven so far is returned"
 
