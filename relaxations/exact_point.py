@@ -74,7 +74,10 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
     if not inside or any(_range(row, exact)[0] < 0 for row in inequalities):
         return None
     value = _range(_rows(objective)[0], exact)[1]
-    return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
+    try:
+        return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
+    except OverflowError:  # a value that no float holds
+        return None
 
 
 def _rows(polynomials: Polynomials) -> list[_Row]:
