@@ -284,7 +284,8 @@ def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
         ParameterInterval.of(Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", "")), p)
         for p, low, high in zip(feasible.model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
     )
-    unbounded = tuple(p.name for p in feasible.model.parameters if p.name in boxed.unbounded)
+    # A hidden signal has a variable for each sample, called signal[sample].
+    unbounded = tuple(dict.fromkeys(name.split("[")[0] for name in boxed.unbounded))
     return Estimate(
         feasible.model,
         feasible.data,

@@ -74,7 +74,7 @@ class Scaling:
         )
 
     def polynomials(self, polynomials: Polynomials) -> Polynomials:
-        """Rewrite polynomials of ``x`` in ``t``; ProblemError where a float is too small for their values on the box."""
+        """Rewrite polynomials of ``x`` in ``t``; ProblemError where no float holds their values on the box."""
         with np.errstate(over="ignore", invalid="ignore"):
             scaled = polynomials.substitute_affine(self.centre, self.scale)
         if not np.isfinite(scaled.coefficients.magnitude()).all():
