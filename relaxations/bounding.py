@@ -9,6 +9,7 @@ import numpy as np
 from relaxations.balls import Array, Index
 from relaxations.certificate import Certificate, certify
 from relaxations.conic import ConicProgram, Multipliers, conic_program, multipliers
+from relaxations.deadline import TimeIsUp, check_time
 from relaxations.errors import ProblemError
 from relaxations.lasserre import METHODS, lasserre
 from relaxations.lift import METHODS as LIFTS
@@ -96,7 +97,12 @@ class Relaxed:
         size = float(np.abs(cost[1:]).sum()) or 1.0
         best, tried = Outcome(-np.inf, None, ""), list[str]()
         for attempt in attempts(self.solver):
-            solution = solve(self.program, cost / unit, attempt)
+            try:
+                solution = solve(self.program, cost / unit, attempt)
+            except TimeIsUp:
+                if not tried:
+                    raise
+                break  # what the attempts before prove is not lost
             best = max(self._certified(scaled, solution, unit), best, key=lambda outcome: outcome.bound)
             tried.append(f"{attempt}: {solution.status}" if tried else solution.status)
             if best.bound >= cost @ solution.moments - close * size:
@@ -275,6 +281,8 @@ def relax(
     ------
     ProblemError
         Where the box is infinite, the order too low, the lift does not apply, or the machine's memory is too small.
+    TimeIsUp
+        Where the time limit ends before the relaxation is built.
 
     Examples
     --------
@@ -285,6 +293,7 @@ def relax(
     >>> [round(relaxed.bound(problem.variable(*end)).bound, 4) for end in ((0, 1), (0, -1), (1, 1))]  # x, -x and y
     [0.25, -2.0, 0.5]
     """
+    check_time()
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
     if method in LIFTS and isinstance(order, int):
@@ -292,6 +301,7 @@ def relax(
     else:
         known = None if objective is None else scaling.polynomials(objective)
         relaxation = lasserre(scaled, order, method, known, steps)
+    check_time()
     return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
 
 

@@ -15,6 +15,7 @@ from math import nextafter, prod
 import numpy as np
 
 from relaxations.balls import Array
+from relaxations.deadline import check_time
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.witness import Witness
@@ -73,7 +74,10 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
     if not inside or any(_range(row, exact)[0] < 0 for row in inequalities):
         return None
     value = _range(_rows(objective)[0], exact)[1]
-    return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
+    try:
+        return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
+    except OverflowError:  # a value that no float holds
+        return None
 
 
 def _rows(polynomials: Polynomials) -> list[_Row]:
@@ -116,6 +120,7 @@ def _eliminated(
     """
     echelon: list[_Definition] = []
     for place, row in enumerate([*equalities, *active]):
+        check_time()
         slope, constant = _affine(row, values)
         for pivot, others, rest in echelon:
             share = slope.pop(pivot, Fraction(0))

@@ -22,6 +22,7 @@ from relaxations.balls import Array, Index
 from relaxations.benders.enclose import check_cuts, enclose
 from relaxations.bounding import CLOSE, Emptiness, Outcome, Relaxed, lowest, relax, resolve
 from relaxations.branching import branch_and_bound
+from relaxations.deadline import STOPS, TimeIsUp, limited, map_in_time, stopped_by
 from relaxations.ends import Ends
 from relaxations.errors import ProblemError
 from relaxations.lasserre import plan
@@ -78,6 +79,7 @@ class Reason(Enum):
     STALLED = "the box no longer shrinks at this order; raise the order to tighten"
     ROUNDS = "the rounds asked for are used up"
     EMPTY = "the feasible set is certified empty"
+    TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
     UNBOUNDED = "no box could be proven, and nothing else without one: give bounds, or richer data"
@@ -196,6 +198,7 @@ class Enclosure:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table><p>{escape(told)}</p>"
 
 
+@limited
 def intervals(
     problem: PolynomialProblem,
     targets: Sequence[int],
@@ -210,6 +213,7 @@ def intervals(
     absolute: float = 0.0,
     nodes: int = 0,
     start: Array | None = None,
+    seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
     executor: Executor | None = None,
     progress: Progress | None = None,
     record: Record | None = None,
@@ -242,6 +246,8 @@ def intervals(
         Where contraction has stalled with a gap left, branch with at most so many relaxations for each end.
     start : ndarray, shape (n_variables,), optional
         A guess of a feasible point, where cuts are taken and none is known.
+    seconds : float
+        Time allowed, wall clock; then the ends proven so far are returned.
     executor : concurrent.futures.Executor, optional
         Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
     progress : callable, optional
@@ -256,7 +262,7 @@ def intervals(
     Raises
     ------
     ProblemError
-        Before any solve: unknown method or solver, order too low, infinite box, memory too small.
+        Before any solve: unknown method or solver, order too low, infinite box, memory too small, no positive time.
 
     Examples
     --------
@@ -278,13 +284,6 @@ def intervals(
     method, order, complicating = resolve(problem, "auto" if cuts else method, order)
     least = lowest(problem, method, complicating)
     scaling = Scaling.of_box(problem)  # refuses an infinite box before any work
-    # Refused before any work, at the highest order.
-    if cuts:
-        check_cuts(problem, complicating)
-    elif method in LIFTS:
-        lifted_variables(problem, order, method)
-    else:
-        plan(scaling.apply(problem), order, method)
     say = progress or (lambda _: None)
     watched = sorted({*targets, *(complicating.tolist() if method in LIFTS else ())})
     ends = Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
@@ -293,6 +292,13 @@ def intervals(
     # Lower orders contract the box at a fraction of the cost, so they go first.
     current_order = least
     try:
+        # Refused before any work, at the highest order.
+        if cuts:
+            check_cuts(problem, complicating)
+        elif method in LIFTS:
+            lifted_variables(problem, order, method)
+        else:
+            plan(scaling.apply(problem), order, method)
         if cuts:
             suited = targets if only_cuts else [k for k in targets if k in complicating]
             empty = _cut(problem, ends, suited, complicating, start, solver, say, record)
@@ -325,10 +331,8 @@ def intervals(
         if reason in (None, Reason.STALLED) and nodes and method in LIFTS and not ends.tight(targets):
             _branch(problem, ends, targets, complicating, method, least, nodes, solver, say, record)
             reason = Reason.TIGHT if ends.tight(targets) else reason
-    except KeyboardInterrupt:
-        reason = Reason.INTERRUPTED
-    except MemoryError:
-        reason = Reason.MEMORY
+    except STOPS as stop:
+        reason = Reason[stopped_by(stop)]
     return Enclosure(
         tuple(_interval(problem, ends, k) for k in targets),
         tuple(ends.pool),
@@ -443,8 +447,7 @@ def _round(
     bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
     # Beside a large relaxation the linear programs of a witness cost little.
     large = relaxed.relaxation.n_moments > LARGE * problem.n_variables
-    run = map if executor is None else executor.map
-    for (k, sign), outcome in run(bound, open_ends):
+    for (k, sign), outcome in map_in_time(executor, bound, open_ends):
         ends.solves += 1
         ends.status[k, sign] = outcome.status
         proof = outcome.certificate
@@ -567,8 +570,10 @@ def uninterrupted(enclosure: Enclosure) -> Enclosure:
 
     Raises
     ------
+    TimeIsUp
+        Where the time limit ended the computation.
     KeyboardInterrupt
-        Where the user interrupted the computation.
+        Where the user interrupted it.
     MemoryError
         Where memory did not suffice.
 
@@ -585,6 +590,8 @@ def uninterrupted(enclosure: Enclosure) -> Enclosure:
         ...
     MemoryError
     """
+    if enclosure.reason is Reason.TIME:
+        raise TimeIsUp
     if enclosure.reason is Reason.INTERRUPTED:
         raise KeyboardInterrupt
     if enclosure.reason is Reason.MEMORY:

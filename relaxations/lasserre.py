@@ -26,6 +26,7 @@ import numpy as np
 
 from relaxations.balls import Index
 from relaxations.conic import check_memory
+from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise
 from relaxations.polynomial import Polynomials, unique
@@ -86,6 +87,7 @@ def lasserre(
     """
     equalities, localisers = [], []
     for clique, kept in plan(problem, order, method, objective, steps):
+        check_time()
         products = clique.multiples.take(kept.multiples)
         if method != "textbook" and products.n_rows > 1:
             occurring, _ = unique(products.factors)
@@ -213,6 +215,7 @@ def _cliques(
     boxed: set[int] = set()
     found = []
     for k, (variables, order) in enumerate(zip(groups, orders, strict=True)):
+        check_time()
         equal = problem.equalities.take(np.array(own_equalities[k], dtype=np.int64))
         new = [v for v in variables if v not in boxed]
         boxed.update(new)

@@ -41,6 +41,7 @@ import numpy as np
 
 from relaxations.balls import Index
 from relaxations.conic import FEWER, check_memory
+from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
 from relaxations.polynomial import Polynomials, unique
@@ -211,6 +212,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
     localisers: list[Localiser] = []
     for degree, members in _by_degree(_bounded(problem, complicating), complicating):
         for factor, half in _multiples(complicating, 2 * order - degree, method):
+            check_time()
             localisers.append(localise(_times(members, factor), monomials_up_to(complicating, half)))
     singles = np.arange(problem.n_variables, dtype=np.int64).reshape(-1, 1)
     return assemble(method, order, problem.n_variables, complicating, equalities, localisers, [singles])

@@ -15,15 +15,16 @@ from scipy.optimize import linprog
 from scipy.sparse.linalg import spsolve_triangular
 
 from relaxations.balls import Array, Index
+from relaxations.deadline import check_time, remaining
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 
 # HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
 # take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
 # up, and with it one candidate of the search.
+_LONGEST = 5.0  # seconds
 _HIGHS = {
     "presolve": False,
-    "time_limit": 5.0,
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
 }
@@ -147,6 +148,8 @@ def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[
 
 def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
     """Return the step and what it violates, zero if nothing has to be."""
+    check_time()
+    options = {**_HIGHS, "time_limit": min(_LONGEST, remaining())}
     bounds = np.stack([program.lower, program.upper], axis=1)
     equal, rows = program.equal, program.rows
     plain = linprog(  # type: ignore[call-overload]
@@ -157,7 +160,7 @@ def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
         b_eq=program.right if equal.shape[0] else None,
         bounds=bounds,
         method="highs",
-        options=_HIGHS,
+        options=options,
     )
     if plain.status == 0:
         return plain.x, 0.0
@@ -171,7 +174,7 @@ def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
         b_ub=np.concatenate([program.right, -program.right, program.limits]),
         bounds=np.r_[bounds, [[0.0, np.inf]]],
         method="highs",
-        options=_HIGHS,
+        options=options,
     )
     return (relaxed.x[:-1], float(relaxed.x[-1])) if relaxed.status == 0 else None
 

@@ -12,6 +12,7 @@ from scipy import sparse
 from scipy.optimize import Bounds, minimize
 
 from relaxations.balls import Array
+from relaxations.deadline import check_time
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.facial import independent
@@ -76,8 +77,13 @@ def local_minimum(
         for kind, family, shift in (("eq", equal, 0.0), ("ineq", scaled.inequalities, margin))
         if family.n_rows
     ]
+
+    def value(t: Array) -> float:
+        check_time()
+        return float(cost.evaluate(t)[0]) / size
+
     found = minimize(  # type: ignore[call-overload]
-        lambda t: float(cost.evaluate(t)[0]) / size,
+        value,
         np.clip(begin, -reach, reach),
         jac=lambda t: _jacobian(cost, t)[0] / size,
         method="SLSQP",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
@@ -20,6 +21,7 @@ import numpy as np
 from relaxations.balls import Array, Balls
 from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
+from relaxations.deadline import STOPS, TimeIsUp, check_seconds, stopped_by, time_limit
 from relaxations.exact_point import exact_point
 from relaxations.extraction import minimisers
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
@@ -38,6 +40,8 @@ from relaxations.witness import MARGINS, Witness, definition_order, find_witness
 BRANCHES = 400
 STARTS = 8  # of the local search, beside the points of the relaxations
 CONTRACTIONS = 5  # of the box before branching
+SEARCHING = 0.9  # of the time allowed; the rest is for the verification of points
+VERIFYING = 0.3  # seconds that this gets at least
 
 
 class Reason(Enum):
@@ -54,7 +58,7 @@ class Reason(Enum):
     TIGHT = "the bound meets a feasible value within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
     ORDERS = "the orders and branches allowed are used up: raise order or nodes"
-    TIME = "the time allowed is used up; the bound proven so far is returned"
+    TIME = "the time limit was reached; the bound proven so far is returned"
     INTERRUPTED = "interrupted; the bound proven so far is returned"
     MEMORY = "out of memory; the bound proven so far is returned"
 
@@ -178,7 +182,8 @@ def minimise(
     nodes : int
         At most so many relaxations in branch and bound.
     seconds : float
-        Begin no further relaxation after so long.
+        Time allowed, wall clock; then what is proven so far is returned. A tenth of it is kept for the verification of
+        points.
     solver : str
     progress : callable, optional
         Called with one line of text now and then.
@@ -190,7 +195,7 @@ def minimise(
     Raises
     ------
     ProblemError
-        Before any solve: unknown method or solver, order too low, infinite box, memory too small.
+        Before any solve: unknown method or solver, order too low, infinite box, memory too small, no positive time.
 
     Examples
     --------
@@ -201,47 +206,42 @@ def minimise(
     (-6.666667, -6.666667, -6.6666667)
     """
     started = time.perf_counter()
+    check_seconds(seconds)
     check_solver(solver)
     Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
-    least = least_order(problem, objective, method, order)
-    search = _Search(problem, objective, products(problem), tolerance, order=least)
+    search = _Search(problem, objective, products(problem), tolerance, _least_on_box(problem, objective))
     reason = Reason.ORDERS
-
-    def say(line: str) -> None:
-        if progress:
-            progress(line)
-        if time.perf_counter() - started > seconds:
-            raise KeyboardInterrupt
-
+    say = progress or (lambda _: None)
     try:
-        # Seeded, so that a run can be repeated.
-        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
-            search.improve(problem.lower + share * (problem.upper - problem.lower))
-        for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
-            relaxed = _relaxed(problem, objective, method, current, solver, steps)
-            outcome = relaxed.bound(objective)
-            search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
-            search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
-            if search.lower == np.inf:
-                break
-            search.improve(outcome.point)
-            for point in _extracted(relaxed, outcome):
-                search.improve(point)
-            say(f"order {search.order}: bound {search.lower:.9g}, best point {search.best:.9g}")
-            if search.lower >= search.goal:
-                break
-        if nodes and search.lower < search.goal:
-            _branch(search, method, node_order(problem, objective, method, least, order), nodes, solver, say)
-    except KeyboardInterrupt:
-        reason = Reason.TIME if time.perf_counter() - started > seconds else Reason.INTERRUPTED
-    except MemoryError:
-        reason = Reason.MEMORY
+        with time_limit(SEARCHING * seconds):
+            search.order = least = least_order(problem, objective, method, order)
+            # Seeded, so that a run can be repeated.
+            for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+                search.improve(problem.lower + share * (problem.upper - problem.lower))
+            for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
+                relaxed = _relaxed(problem, objective, method, current, solver, steps)
+                outcome = relaxed.bound(objective)
+                search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
+                search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
+                if search.lower == np.inf:
+                    break
+                search.improve(outcome.point)
+                for point in _extracted(relaxed, outcome):
+                    search.improve(point)
+                say(f"order {search.order}: bound {search.lower:.9g}, best point {search.best:.9g}")
+                if search.lower >= search.goal:
+                    break
+            if nodes and search.lower < search.goal:
+                _branch(search, method, node_order(problem, objective, method, least, order), nodes, solver, say)
+    except STOPS as stop:
+        reason = Reason[stopped_by(stop)]
     if search.lower == np.inf:
         reason = Reason.EMPTY
     elif search.lower >= search.goal:
         reason = Reason.TIGHT
-    verified = _verified(search)
+    with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
+        verified = _verified(search)
     return Minimum(
         problem,
         objective,
@@ -369,11 +369,12 @@ def _verified(search: _Search) -> list[tuple[float, Array]]:
 def _proven(search: _Search, part: Piece, point: Array, value: float) -> Witness | None:
     """Prove a point feasible, or the best of several beside it that keep a distance from every limit."""
     best: Witness | None = None
-    for found in _beside(part.problem, part.objective, point):
-        if found is not None and (best is None or found.value < best.value):
-            best = found
-        if best is not None and best.value <= value + 0.1 * search.tolerance * max(1.0, abs(value)):
-            break
+    with suppress(TimeIsUp):  # what is verified by then counts
+        for found in _beside(part.problem, part.objective, point):
+            if found is not None and (best is None or found.value < best.value):
+                best = found
+            if best is not None and best.value <= value + 0.1 * search.tolerance * max(1.0, abs(value)):
+                break
     return best
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from relaxations import fixed_point
 from relaxations.balls import Array, Index
+from relaxations.deadline import check_time
 from relaxations.fixed_point import Interval
 from relaxations.linear_step import linear_step
 from relaxations.polynomial import Polynomials
@@ -170,6 +171,7 @@ def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
     queue = [v for v, rows in rows_of.items() if len(rows) == 1]
     remaining = equalities.n_rows
     while remaining:
+        check_time()
         # A constant divisor first: it cannot vanish. A variable one only where nothing else is left.
         pick = next((v for v in reversed(queue) if _defines(v, rows_of, plain, bilinear)), None)
         if pick is None:
@@ -212,6 +214,7 @@ def _define(
     """Return every variable as an interval: floats where free, computed where defined."""
     values = [fixed_point.from_float(x, bits) for x in point.tolist()]
     for row, variable in order:
+        check_time()
         rest_low = rest_high = divisor_low = divisor_high = 0
         for mid, rad, variables in terms[row]:
             if variable in variables:
@@ -231,6 +234,7 @@ def _define(
 def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> list[Interval]:
     sums = []
     for member in polynomials.terms():
+        check_time()
         products = [_product(term, values, bits) for term in member]
         sums.append((sum(low for low, _ in products), sum(high for _, high in products)))
     return sums

@@ -8,6 +8,7 @@ identify with a larger one.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -15,10 +16,11 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.bounding import lowest, resolve
+from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.hierarchy import CUTS, Reason, intervals
 from relaxations.problem import PolynomialProblem
 from relaxations.solvers.interface import check_solver
-from relaxations.witness import find_witness
+from relaxations.witness import Witness, find_witness
 from smid.binding import bind
 from smid.box import with_finite_box
 from smid.data import Dataset
@@ -42,9 +44,9 @@ class ErrorBound(Result):
     lower : float
         Certified: with any smaller bound the feasible set is empty.
     upper : float
-        Witnessed: with this bound it is not.
+        Witnessed: with this bound it is not. Infinite where the computation was stopped before there was a witness.
     parameters : mapping str -> float
-        Parameters of the witness: a minimax fit.
+        Parameters of the witness: a minimax fit. Empty without one.
     fixed : mapping channel -> float
         Bounds of the other noisy channels.
     reason : Reason
@@ -73,6 +75,8 @@ class ErrorBound(Result):
         return f"[{round_down(self.lower, digits)}, {round_up(self.upper, digits)}]"
 
     def __str__(self) -> str:
+        if not np.isfinite(self.upper):
+            return f"least noise bound of {self.channel}: not known; {self.reason.value}"
         return f"least noise bound of {self.channel}: in {self.enclosure} {self.unit}".rstrip() + (
             " (lower end certified, upper end witnessed)" if self.lower > 0 else " (witnessed; no lower end is proven)"
         )
@@ -80,10 +84,13 @@ class ErrorBound(Result):
     def _content(self) -> Iterator[Part]:
         said = str(self)
         yield f"{said[0].upper()}{said[1:]}; {self.reason.value}."
+        if not self.parameters:
+            return
         rows = tuple((name, f"{value:.6g}") for name, value in self.parameters.items())
         yield Table("Parameters that explain the data with the upper end.", ("parameter", "value"), rows, "lr")
 
 
+@limited
 def error_bound(
     model: Model,
     data: Dataset,
@@ -95,6 +102,7 @@ def error_bound(
     tolerance: float = 1e-3,
     rounds: int = 12,
     nodes: int = 200,
+    seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
     progress: Callable[[str], None] | None = None,
 ) -> ErrorBound:
     """Enclose the least noise bound of the output (phase 1 of the clutch thesis, 3.2.3).
@@ -115,6 +123,8 @@ def error_bound(
         At most so many contractions.
     nodes : int
         Where they leave a gap, branch with at most so many relaxations.
+    seconds : float
+        Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
     progress : callable, optional
         Called with a line of text now and then.
 
@@ -136,6 +146,7 @@ def error_bound(
     >>> 0 < bound.lower <= bound.upper < 0.05
     True
     """
+    started = time.perf_counter()
     check_solver(solver)
     model = bind(model, data)
     noisy = [m.channel for m in model.measurements if m.noise is not None]
@@ -150,18 +161,36 @@ def error_bound(
     # Cuts are for the ends of variables that complicate, and the noise bound does not.
     method, asked, complicating = resolve(feasible.problem, "auto" if method == CUTS else method, order)
     order = asked if order is not None else lowest(feasible.problem, method, complicating)
-    point, reach = _minimax(feasible)
-    if point is None:
-        raise ModelError(
-            "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
+    found: list[Array] = []  # verified points, the best last
+    reach, last = np.inf, feasible.n_variables - 1
+
+    def result(lower: float, reason: Reason) -> ErrorBound:
+        best = found[-1] if found else None
+        return ErrorBound(
+            channel,
+            data.channel(channel).unit,
+            lower,
+            np.inf if best is None else float(np.nextafter(best[last], np.inf)),
+            {} if best is None else {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
+            dict(fixed or {}),
+            reason,
+            time.perf_counter() - started,
         )
-    problem = _capped(feasible.problem, reach)
-    boxed = with_finite_box(feasible.with_problem(problem), solver, progress)
-    last = problem.n_variables - 1
-    parameters = {p.name: float(point[k]) for k, p in enumerate(model.parameters)}
-    unit = data.channel(channel).unit
+
+    try:
+        for witness in _minimax(feasible):
+            if witness.value < reach:
+                reach = witness.value
+                found.append(witness.point)
+        if not found:
+            raise ModelError(
+                "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
+            )
+        boxed = with_finite_box(feasible.with_problem(_capped(feasible.problem, reach)), solver, progress)
+    except STOPS as stop:
+        return result(0.0, Reason[stopped_by(stop)])
     if boxed.unbounded:
-        return ErrorBound(channel, unit, 0.0, reach, parameters, dict(fixed or {}), Reason.STALLED, 0.0)
+        return result(0.0, Reason.STALLED)
     enclosure = intervals(
         boxed.feasible.problem,
         [last],
@@ -171,25 +200,16 @@ def error_bound(
         tolerance=0.0,
         absolute=tolerance * reach,
         rounds=rounds,
-        known=[point],
+        known=found[-1:],
         nodes=nodes,
         progress=progress,
     )
-    best = min(enclosure.witnesses, key=lambda w: w[last])
-    return ErrorBound(
-        channel,
-        unit,
-        max(enclosure.intervals[0].lower, 0.0),
-        float(np.nextafter(best[last], np.inf)),
-        {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
-        dict(fixed or {}),
-        enclosure.reason,
-        enclosure.seconds,
-    )
+    found.append(min(enclosure.witnesses, key=lambda point: point[last]))
+    return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
 
 
-def _minimax(feasible: FeasibleSet) -> tuple[Array | None, float]:
-    """Return a verified point of small noise bound, and that bound rounded up."""
+def _minimax(feasible: FeasibleSet) -> Iterator[Witness]:
+    """Yield verified points of small noise bound."""
     problem = feasible.problem
     last = problem.n_variables - 1
     assert problem.names[last] == FREE_BOUND
@@ -197,13 +217,11 @@ def _minimax(feasible: FeasibleSet) -> tuple[Array | None, float]:
     magnitude = magnitudes(feasible, parameters, max(rms, 1e-9))
     *_, complicating = resolve(problem, "auto", None)
     start = np.zeros(problem.n_variables)
-    best: tuple[Array | None, float] = (None, np.inf)
     for shrink in (1.0, 0.9, 0.5, 0.0):  # towards zero: an equation-error fit errs, at worst towards instability
         start[: len(parameters)] = shrink * parameters
         found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
-        if found is not None and found.value < best[1]:
-            best = (found.point, float(found.value))
-    return best
+        if found is not None:
+            yield found
 
 
 def _capped(problem: PolynomialProblem, reach: float) -> PolynomialProblem:

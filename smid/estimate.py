@@ -164,7 +164,7 @@ class Estimate(Tabular):
     derived : tuple of str
         Parameters that came without prior bounds and got a box proven from the data.
     unbounded : tuple of str
-        Parameters for which no box could be proven; then nothing else is certified either.
+        Parameters and hidden signals for which no box could be proven; then nothing else is certified either.
     reason : Reason
         Why the computation stopped.
     enclosure : Enclosure or None
@@ -203,7 +203,15 @@ class Estimate(Tabular):
         """Return in one sentence how the intervals were obtained and why the computation stopped."""
         if self.enclosure is None:
             if self.reason is Reason.UNBOUNDED:
-                return f"No box could be proven for {', '.join(self.unbounded)}: give it bounds, or richer data."
+                parameters = {p.name for p in self.model.parameters}
+                hidden = [name for name in self.unbounded if name not in parameters]
+                told = f"No box could be proven for {', '.join(self.unbounded)}: "
+                if not hidden:
+                    return f"{told}give it bounds, or richer data."
+                return (
+                    f"{told}no channel measures {', '.join(hidden)}. Add a Measurement with noise of each; where there "
+                    "is no sensor, a channel of zeros whose noise bound is the largest magnitude that you know of it."
+                )
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
         return f"{e.how}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."

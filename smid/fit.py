@@ -24,6 +24,7 @@ import sympy
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
 from smid.models import Model
 from smid.models.compiled import Array
@@ -232,6 +233,7 @@ class Fitting:
         return self._evaluate(vector, True)[1]
 
     def _evaluate(self, vector: Array, jacobian: bool) -> tuple[Array, Array]:
+        check_time()
         values, count = self._values(vector), len(self.run.parameters)
         residuals, blocks = [], []
         for e, initial in enumerate(self.initial(vector)):

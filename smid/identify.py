@@ -14,6 +14,7 @@ import numpy as np
 from relaxations.balls import Array, Index
 from relaxations.bounding import Emptiness, relax, resolve
 from relaxations.certificate_file import write_certificate
+from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.hierarchy import CUTS, Enclosure, Interval, Reason, intervals, takes_cuts
 from relaxations.lasserre import METHODS as LASSERRE
 from relaxations.lift import METHODS as LIFTS
@@ -79,6 +80,7 @@ class EmptyFeasibleSetError(ValueError, Result):
         return {"message": str(self), "least_bound": self.least_bound, "samples": plain(self.samples)}
 
 
+@limited
 def identify(
     model: Model,
     data: Dataset,
@@ -90,6 +92,7 @@ def identify(
     tolerance: float = 1e-4,
     rounds: int = 10,
     nodes: int = 0,
+    seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
     executor: Executor | None = None,
     progress: Progress | None = None,
     certificate: str | Path | None = None,
@@ -119,6 +122,9 @@ def identify(
     nodes : int
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
         Min, Abs or sign is always branched (:func:`smid.piecewise.piecewise_intervals`).
+    seconds : float
+        Time allowed, wall clock. Then the ends proven so far are returned, and ``reason`` says so. The time to write a
+        certificate is not counted.
     executor : concurrent.futures.Executor, optional
         Solves bounds side by side (:func:`relaxations.hierarchy.intervals`); cuts and piecewise models run here.
     progress : callable, optional
@@ -167,10 +173,8 @@ def identify(
         if boxed.unbounded:
             return _box_only(boxed, Reason.UNBOUNDED)
         known = [] if cuts else _first_witness(boxed.feasible)
-    except KeyboardInterrupt:
-        return _box_only(boxed, Reason.INTERRUPTED)
-    except MemoryError:
-        return _box_only(boxed, Reason.MEMORY)
+    except STOPS as stop:
+        return _box_only(boxed, Reason[stopped_by(stop)])
     problem = boxed.feasible.problem
     enclosure = intervals(
         problem,
@@ -192,7 +196,7 @@ def identify(
     if enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, method, order, solver, progress)
     status, nearest = CentreStatus.UNDECIDED, None
-    with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
+    with suppress(*STOPS):  # the intervals are proven and must not be lost with the centre
         status, nearest = _centre(problem, enclosure, len(model.parameters), solver)
     return _estimate(feasible, enclosure, boxed.derived, status, nearest)
 
@@ -264,7 +268,7 @@ def _piecewise(
     if left:
         return _box_only(Boxed(feasible, (), left, feasible.problem), enclosure.reason)
     status, nearest = CentreStatus.UNDECIDED, None
-    with suppress(KeyboardInterrupt, MemoryError):  # the intervals are proven and must not be lost with the centre
+    with suppress(*STOPS):  # the intervals are proven and must not be lost with the centre
         status, nearest = piecewise_centre(feasible, enclosure, solver)
     return _estimate(feasible, enclosure, tuple(loose), status, nearest)
 
@@ -283,7 +287,8 @@ def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
         ParameterInterval.of(Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", "")), p)
         for p, low, high in zip(feasible.model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
     )
-    unbounded = tuple(p.name for p in feasible.model.parameters if p.name in boxed.unbounded)
+    # A hidden signal has a variable for each sample, called signal[sample].
+    unbounded = tuple(dict.fromkeys(name.split("[")[0] for name in boxed.unbounded))
     return Estimate(
         feasible.model,
         feasible.data,
@@ -340,12 +345,10 @@ def _proven_empty(
     least = error_bound(
         feasible.model, feasible.data, fixed, method=method, order=order, solver=solver, progress=progress
     )
-    return EmptyFeasibleSetError(
-        f"{proven}The least bound lies in {least.enclosure}: raise the bound above it or extend the "
-        f"model. {samples_text}",
-        least.lower,
-        samples,
-    )
+    where = f"The least bound lies in {least.enclosure}: raise the bound above it or extend the model."
+    if not np.isfinite(least.upper):
+        where = "Raise the bound (smid.error_bound encloses the least one) or extend the model."
+    return EmptyFeasibleSetError(f"{proven}{where} {samples_text}", least.lower, samples)
 
 
 def _centre(

@@ -16,6 +16,7 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.bounding import Emptiness, relax, resolve
+from relaxations.deadline import STOPS, stopped_by
 from relaxations.ends import FLOOR
 from relaxations.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
 from relaxations.polynomial import Polynomials
@@ -97,10 +98,8 @@ def piecewise_intervals(
     )
     try:
         reason = search.run()
-    except KeyboardInterrupt:
-        reason = Reason.INTERRUPTED
-    except MemoryError:
-        reason = Reason.MEMORY
+    except STOPS as stop:
+        reason = Reason[stopped_by(stop)]
     return search.enclosure(reason)
 
 

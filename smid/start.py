@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from relaxations.balls import Array
+from relaxations.deadline import check_time
 from smid.feasible import FeasibleSet
 
 _STARTS = 4
@@ -34,6 +35,7 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
     equalities = problem.equalities
 
     def residual(theta: Array) -> Array:
+        check_time()
         point[:count] = theta
         return equalities.evaluate(point)
 

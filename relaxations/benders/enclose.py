@@ -243,6 +243,8 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
         return Emptiness(found.margin, weights / total if total > 0 else np.full(len(weights), 1 / len(weights)))
     if not crossed:
         ends.tighten(k, sign, found.bound)
+    if found.stop is not None:
+        raise found.stop
     return None
 
 

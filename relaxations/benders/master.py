@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from relaxations.balls import EPSILON, TINY, Array
+from relaxations.deadline import check_time, remaining
 
 GAIN = 1e-3  # of half a box's width: less is not worth a step
 
@@ -47,10 +48,17 @@ def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least 
     >>> found.point, found.weights
     (array([0.5]), array([1.]))
     """
-    # Without presolve, which ends the process on some programs (HiGHS 1.12 to 1.15).
+    check_time()
     found = linprog(  # type: ignore[call-overload]
-        cost, A_ub=-a, b_ub=b, bounds=np.stack([lower, upper], axis=1), method="highs", options={"presolve": False}
+        cost,
+        A_ub=-a,
+        b_ub=b,
+        bounds=np.stack([lower, upper], axis=1),
+        method="highs",
+        # Without presolve, which ends the process on some programs (HiGHS 1.12 to 1.15).
+        options={"presolve": False, "time_limit": remaining()},
     )
+    check_time()
     return Least(found.x, np.maximum(-found.ineqlin.marginals, 0.0)) if found.status == 0 else None
 
 

@@ -12,6 +12,7 @@ from relaxations.balls import EPSILON, Array
 from relaxations.benders.master import Shrunk, contradiction, least, lower_bound, shrink
 from relaxations.benders.search import Asker, Point
 from relaxations.benders.split import frame
+from relaxations.deadline import STOPS
 
 PASSES = 20  # at a node, each with fewer candidates or one cut more
 FEASIBLE = 1e-9  # of the inner variables' radius: a smaller excess may be the solver's error
@@ -92,6 +93,8 @@ class Bounded:
         The multipliers' share in the parts that are proven empty.
     margin : float
         The least by which one of these parts misses the cuts.
+    stop : BaseException or None
+        What ended the search early; the rest is proven all the same.
     """
 
     bound: float
@@ -99,6 +102,7 @@ class Bounded:
     root: Node
     weights: Array
     margin: float
+    stop: BaseException | None = None
 
 
 def bound_end(
@@ -129,7 +133,7 @@ def bound_end(
     feasible : callable
         Called with a point that seems feasible; returns the goal from then on.
     report : callable
-        Called with each certified bound that is better than the last; what it raises ends the search.
+        Called with each certified bound that is better than the last.
 
     Returns
     -------
@@ -154,26 +158,30 @@ def bound_end(
     heap = [(first, 0, root)]
     bound, closed, looked, made, margin = first, np.inf, 0, 0, np.inf
     weights = np.zeros(asker.cuts.multipliers.shape[1])
-    while heap and heap[0][0] < goal and looked < most:
-        looked += 1
-        node = heapq.heappop(heap)[2]
-        proof, worst, met = _tighten(asker, node, target, sign, goal)
-        if proof is not None:
-            weights += proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
-            margin = min(margin, proof[1])
-        if met is not None:
-            goal = feasible(met)
-        if node.bound >= goal:
-            closed = min(closed, node.bound)
-        else:
-            node.parts = _halves(asker, node, worst)
-            for part in node.parts:
-                made += 1
-                heapq.heappush(heap, (part.bound, made, part))
-        if min(closed, heap[0][0] if heap else np.inf) > bound:
-            bound = min(closed, heap[0][0] if heap else np.inf)
-            report(bound)
-    return Bounded(bound, looked, root, weights, margin)
+    stop: BaseException | None = None
+    try:
+        while heap and heap[0][0] < goal and looked < most:
+            looked += 1
+            node = heapq.heappop(heap)[2]
+            proof, worst, met = _tighten(asker, node, target, sign, goal)
+            if proof is not None:
+                weights += proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
+                margin = min(margin, proof[1])
+            if met is not None:
+                goal = feasible(met)
+            if node.bound >= goal:
+                closed = min(closed, node.bound)
+            else:
+                node.parts = _halves(asker, node, worst)
+                for part in node.parts:
+                    made += 1
+                    heapq.heappush(heap, (part.bound, made, part))
+            if min(closed, heap[0][0] if heap else np.inf) > bound:
+                bound = min(closed, heap[0][0] if heap else np.inf)
+                report(bound)
+    except STOPS as early:  # the tree keeps what is proven so far
+        stop = early
+    return Bounded(bound, looked, root, weights, margin, stop)
 
 
 def _tighten(

@@ -74,8 +74,15 @@ class Scaling:
         )
 
     def polynomials(self, polynomials: Polynomials) -> Polynomials:
-        """Rewrite polynomials of ``x`` in ``t``."""
-        return polynomials.substitute_affine(self.centre, self.scale)
+        """Rewrite polynomials of ``x`` in ``t``; ProblemError where no float holds their values on the box."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            scaled = polynomials.substitute_affine(self.centre, self.scale)
+        if not np.isfinite(scaled.coefficients.magnitude()).all():
+            raise ProblemError(
+                "the objective or a constraint takes values beyond 1.8e308 in the box, more than a float holds: state "
+                "the variables in larger units, or give them a smaller box"
+            )
+        return scaled
 
     def recover(self, point: Array) -> Array:
         """Map a point ``t`` back to ``x``."""

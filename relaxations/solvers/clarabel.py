@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
+
 import clarabel
 import numpy as np
 from scipy import sparse
 
 from relaxations.balls import Array
-from relaxations.conic import ConicProgram
+from relaxations.conic import Cones, ConicProgram
+from relaxations.deadline import check_time, remaining
+from relaxations.solvers.quiet import held_back
 from relaxations.solvers.stop import Stop
 
 TOLERANCE = 1e-11  # asked for so that little is lost to the certificate; mostly Clarabel stops a little short of it
@@ -23,10 +28,14 @@ _STOPS = {
     "AlmostDualInfeasible": Stop.UNBOUNDED,
     "MaxIterations": Stop.LIMIT,
     "MaxTime": Stop.LIMIT,
+    "CallbackTerminated": Stop.LIMIT,
 }
 
 # Ten times its own: a worse linear system, refined as usual, that does not break down near a degenerate optimum.
 REGULARISATION = 1e-7
+
+# Seconds for each cube of a block's entries: setting up and one iteration factorise a dense matrix over them.
+_EACH = 1e-10
 
 
 def run(_solver: str, program: ConicProgram, objective: Array, setting: str = "") -> tuple[Stop, str, Array, Array]:
@@ -49,6 +58,11 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
     moments : ndarray, shape (n_moments - 1,)
     dual : ndarray, shape (n_rows,)
 
+    Raises
+    ------
+    TimeIsUp
+        Where the set-up and the first iteration, which nothing can end early, would take longer than is left.
+
     Examples
     --------
     >>> from relaxations.conic import Cones
@@ -57,11 +71,13 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
     >>> stop.name, moments.round(4), dual.round(4)
     ('SOLVED', array([-1.]), array([1.]))
     """
+    check_time(2 * _iteration(program.cones))
     settings = clarabel.DefaultSettings()
     if setting == "regularised":
         settings.static_regularization_constant = REGULARISATION
     settings.verbose = False
     settings.max_threads = 1
+    settings.time_limit = remaining()
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     # faer factorises the dense corners of semidefinite problems tens of times faster than qdldl.
     settings.direct_solve_method = "faer" if program.cones.semidefinite else "qdldl"
@@ -69,15 +85,44 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
     cones += [clarabel.SecondOrderConeT(size) for size in program.cones.second_order]
     cones += [clarabel.PSDTriangleConeT(width) for width in program.cones.semidefinite]
     n = program.matrix.shape[1]
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix((n, n)), objective, sparse.csc_matrix(program.matrix), program.rhs, cones, settings
-    )
-    try:
-        solution = solver.solve()
-    except BaseException as failure:
-        # Clarabel panics where it cannot decompose a block; no class that could be imported stands for that.
-        if type(failure).__name__ != "PanicException":
-            raise
-        return Stop.FAILED, "Panic", np.full(n, np.nan), np.full(program.n_rows, np.nan)
+    watch = _Watch()
+    with held_back(2) as drop:
+        try:
+            solver = clarabel.DefaultSolver(
+                sparse.csc_matrix((n, n)), objective, sparse.csc_matrix(program.matrix), program.rhs, cones, settings
+            )
+            solver.set_termination_callback(watch)
+            solution = solver.solve()
+        except BaseException as failure:
+            # Clarabel panics where it cannot decompose a block; no class that could be imported stands for that. What
+            # it writes then is for its authors.
+            if type(failure).__name__ != "PanicException":
+                raise
+            drop.append("panic")
+            return Stop.FAILED, "Panic", np.full(n, np.nan), np.full(program.n_rows, np.nan)
+    if watch.stop is not None:
+        raise watch.stop
     status = str(solution.status)
     return _STOPS.get(status, Stop.FAILED), status, np.array(solution.x), np.array(solution.z)
+
+
+def _iteration(cones: Cones) -> float:
+    """Return a rough estimate of the seconds that one iteration takes."""
+    return _EACH / 3 * sum((width * (width + 1) // 2) ** 3 for width in cones.semidefinite)
+
+
+@dataclass
+class _Watch:
+    """Called between iterations: ends the solve where the next one would be late, or Ctrl-C was pressed."""
+
+    last: float = np.inf
+    stop: BaseException | None = None
+
+    def __call__(self, _info: object) -> bool:
+        try:
+            now = time.monotonic()
+            took, self.last = now - self.last, now
+            return remaining() < took
+        except BaseException as stop:  # Clarabel would print what is raised here, and go on
+            self.stop = stop
+            return True

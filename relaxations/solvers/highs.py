@@ -17,6 +17,7 @@ from scipy.optimize import linprog
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
+from relaxations.deadline import remaining
 from relaxations.solvers.stop import Stop
 
 _STOPS = {0: Stop.SOLVED, 1: Stop.LIMIT, 2: Stop.INFEASIBLE, 3: Stop.UNBOUNDED, 4: Stop.FAILED}
@@ -74,7 +75,7 @@ def _solve(rows: sparse.csr_matrix, rhs: Array, zero: int, cost: Array, box: Arr
         bounds=box,
         method="highs",
         # Its presolve ends the process on some programs (HiGHS 1.12 to 1.15).
-        options={"presolve": False},
+        options={"presolve": False, "time_limit": remaining()},
     )
     if found.x is None or found.status not in (0, 1):
         return found.status, found.message, np.full(len(cost), np.nan), np.full(len(rhs), np.nan)

@@ -10,6 +10,7 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
+from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.solvers.back_ends import (
     DIRECT,
@@ -170,11 +171,14 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     Returns
     -------
     ConicSolution
+        Not a number, and ``Stop.FAILED``, where a coefficient is not finite: no solver is asked then.
 
     Raises
     ------
     ProblemError
         For an unknown solver, one that is not installed, or one of ours that knows linear programs only.
+    TimeIsUp
+        Where the time limit leaves none. A solver that begins has what is left as its own limit.
 
     Examples
     --------
@@ -194,7 +198,11 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
             f"the solver {own.name!r} solves linear programs, and this relaxation has semidefinite blocks: choose "
             "method='rlt', or solver='clarabel'"
         )
+    check_time()
     started = time.perf_counter()
+    if not all(np.isfinite(data).all() for data in (objective, program.rhs, program.matrix.data)):
+        unknown = np.full(len(objective), np.nan)
+        return ConicSolution(Stop.FAILED, "NotFinite", unknown, np.full(program.n_rows, np.nan), 0.0)
     run = import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":
         wider, rows = boxed(program)

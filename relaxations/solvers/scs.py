@@ -7,6 +7,7 @@ from scipy import sparse
 
 from relaxations.balls import Array, Index
 from relaxations.conic import ConicProgram
+from relaxations.deadline import remaining
 from relaxations.solvers.stop import Stop
 
 TOLERANCE = 1e-7  # absolute and relative; its default of 1e-4 costs a bound another digit or two
@@ -58,6 +59,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
     order = _rows(program)
     cones = program.cones
+    left = remaining()
     solver = scs.SCS(
         {"A": sparse.csc_matrix(program.matrix)[order], "b": program.rhs[order], "c": objective},
         {"z": cones.zero, "l": cones.nonnegative, "q": list(cones.second_order), "s": list(cones.semidefinite)},
@@ -65,6 +67,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
         eps_rel=TOLERANCE,
         max_iters=ITERATIONS,
         verbose=False,
+        time_limit_secs=0.0 if np.isinf(left) else left,  # zero means no limit
     )
     found = solver.solve()
     dual = np.empty(program.n_rows)

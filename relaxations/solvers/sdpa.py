@@ -11,16 +11,12 @@ M. Yamashita, K. Fujisawa and M. Kojima, "Implementation and evaluation of SDPA 
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import numpy as np
 from scipy import sparse
 
 from relaxations.balls import Array
 from relaxations.conic import Cones, ConicProgram
+from relaxations.solvers.quiet import held_back
 from relaxations.solvers.stop import Stop
 
 TOLERANCE = 1e-7  # of gap and feasibility, its own; asked for more it is stuck more often, and farther off
@@ -83,7 +79,8 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
     columns = sparse.csc_matrix(sparse.hstack([columns[:, :free], -columns[:, :free], columns[:, free:]]))
     cost = np.concatenate([cost[:free], -cost[:free], cost[free:]])
     options = {"print": "no", "numThreads": 1, "epsilonStar": TOLERANCE, "epsilonDash": TOLERANCE}
-    with _silent():
+    with held_back(1) as drop:  # its option notwithstanding, the library prints
+        drop.append("its log")
         z, y, _, info = sdpacall.solve_sdpa(
             columns,
             sparse.csc_matrix(-objective.reshape(-1, 1)),
@@ -109,17 +106,3 @@ def _in_full(cones: Cones) -> tuple[sparse.csr_matrix, tuple[int, ...]]:
         entries = (np.concatenate([values, values[off]]), (rows, np.concatenate([place, place[off]])))
         parts.append(sparse.csr_matrix(entries, shape=(width * width, len(i))))
     return sparse.csr_matrix(sparse.block_diag(parts)), (*[2] * len(cones.second_order), *cones.semidefinite)
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Discard what the library writes past Python to the standard output, its ``print`` option notwithstanding."""
-    sys.stdout.flush()
-    kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nothing)

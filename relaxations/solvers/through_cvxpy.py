@@ -10,6 +10,7 @@ import numpy as np
 
 from relaxations.balls import Array
 from relaxations.conic import ConicProgram
+from relaxations.deadline import remaining
 from relaxations.solvers.stop import Stop
 
 _STOPS = {
@@ -20,6 +21,17 @@ _STOPS = {
     "unbounded": Stop.UNBOUNDED,
     "unbounded_inaccurate": Stop.UNBOUNDED,
     "user_limit": Stop.LIMIT,
+}
+
+# What each solver calls its own time limit; one that is not listed runs to its end.
+_LIMITS = {
+    "CLARABEL": "time_limit",
+    "HIGHS": "time_limit",
+    "OSQP": "time_limit",
+    "SCS": "time_limit_secs",
+    "COPT": "TimeLimit",
+    "GUROBI": "TimeLimit",
+    "XPRESS": "timelimit",
 }
 
 
@@ -72,12 +84,17 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
         with warnings.catch_warnings():
             # An inaccurate solution is told by the status, and the certificate judges it.
             warnings.filterwarnings("ignore", message="Solution may be inaccurate", category=UserWarning)
-            problem.solve(solver=solver)
+            problem.solve(solver=solver, **_limit(solver))
     except cp.SolverError as error:
         return Stop.FAILED, str(error), np.full(y.shape, np.nan), np.full(program.n_rows, np.nan)
     stop = _STOPS.get(str(problem.status), Stop.FAILED)
     x = np.full(y.shape, np.nan) if y.value is None else np.asarray(y.value)
     return stop, str(problem.status), x, _dual(constraints, program)
+
+
+def _limit(solver: str) -> dict[str, float]:
+    left, name = remaining(), _LIMITS.get(solver.upper())
+    return {} if name is None or np.isinf(left) else {name: left}
 
 
 def _matrix(triangle: Any, width: int) -> Any:

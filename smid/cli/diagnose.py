@@ -7,7 +7,7 @@ import click
 from smid.binding import bind
 from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data
-from smid.cli.options import json_option, record_options, report_option
+from smid.cli.options import json_option, record_options, report_option, seconds_option
 from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.diagnosis import EFFECTS, prove_parameters
@@ -60,6 +60,7 @@ def _list_effects(context: click.Context, _parameter: click.Parameter, asked: bo
     callback=_list_effects,
     help="Print the effects that are known, and leave.",
 )
+@seconds_option
 @json_option
 @report_option
 @verbose_option
@@ -81,6 +82,7 @@ def diagnose(
     workers: int | None,
     no_certify: bool,
     prove: int | None,
+    seconds: float,
     json_: str | None,
     report: str | None,
 ) -> None:
@@ -100,9 +102,10 @@ def diagnose(
             holdout,
             certify=not no_certify,
             workers=workers,
+            seconds=seconds,
             progress=progress,
         )
-        if prove is not None and noise_bound is not None and diagnosis.causes:
+        if prove is not None and noise_bound is not None and diagnosis.causes and not diagnosis.interrupted:
             diagnosis = prove_parameters(diagnosis, noise_bound, prove)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
@@ -115,5 +118,5 @@ def diagnose(
     }
     outputs.write_report(lambda path: write_report(diagnosis, path, settings=settings))
     if diagnosis.interrupted:
-        click.echo("interrupted: effects that were not tried yet may explain more", err=True)
+        click.echo("ended early: effects that were not tried yet may explain more", err=True)
         context.exit(INTERRUPTED)

@@ -7,7 +7,7 @@ import click
 from relaxations.hierarchy import Reason
 from smid.cli.face import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
-from smid.cli.options import data_options, json_option, report_option, solver_options
+from smid.cli.options import data_options, json_option, report_option, seconds_option, solver_options
 from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_error_bound, verbose_option
 from smid.error_bound import error_bound as least_bound
@@ -18,6 +18,7 @@ from smid.reports.documents import error_bound_document
 @click.command("error-bound")
 @data_options
 @solver_options
+@seconds_option
 @json_option
 @report_option
 @verbose_option
@@ -36,6 +37,7 @@ def error_bound(
     order: int | None,
     method: str,
     solver: str,
+    seconds: float,
     json_: str | None,
     report: str | None,
 ) -> None:
@@ -44,7 +46,16 @@ def error_bound(
     dataset = load_data(data, input_, output, sampling_time, time, start, stop)
     bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
     with Progress() as progress:
-        bound = least_bound(bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress)
+        bound = least_bound(
+            bound_model,
+            dataset,
+            fixed,
+            method=method,
+            order=order,
+            solver=solver,
+            seconds=seconds,
+            progress=progress,
+        )
     log_error_bound(bound)
     outputs.say(bound)
     document = error_bound_document(bound, bound_model, dataset)

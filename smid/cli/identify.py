@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import click
+import numpy as np
 
+from relaxations.deadline import time_limit
 from relaxations.hierarchy import Reason
 from smid.binding import bind
 from smid.cli.face import EMPTY, INTERRUPTED, Progress
@@ -17,6 +19,7 @@ from smid.cli.options import (
     json_option,
     read_noise_bound,
     report_option,
+    seconds_option,
     solver_options,
 )
 from smid.cli.outputs import Outputs
@@ -63,6 +66,7 @@ DEFAULT = NoiseBound(1.2, True)
     show_default=True,
     help="Where a gap is left, branch with at most so many relaxations for each end.",
 )
+@seconds_option
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
 @json_option
 @report_option
@@ -87,6 +91,7 @@ def identify(
     tolerance: float,
     rounds: int,
     nodes: int,
+    seconds: float,
     others: tuple[str, ...],
     json_: str | None,
     report: str | None,
@@ -113,14 +118,14 @@ def identify(
     unit = dataset.channel(channel).unit
     enclosure: ErrorBound | None = None
     value = asked.value
-    with Progress() as progress:
+    with time_limit(seconds), Progress() as progress:
         if asked.relative:
             enclosure = least_bound(
                 bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress
             )
             log_error_bound(enclosure)
             value = asked.value * enclosure.upper
-        if enclosure is None or enclosure.reason is not Reason.INTERRUPTED:
+        if enclosure is None or (enclosure.reason is not Reason.INTERRUPTED and np.isfinite(value)):
             try:
                 estimate = identify_model(
                     bound_model,
@@ -140,8 +145,8 @@ def identify(
                 context.exit(EMPTY)
     if enclosure is not None:
         outputs.say(enclosure)
-        if enclosure.reason is Reason.INTERRUPTED:
-            click.echo("interrupted: the enclosure above is proven, the intervals are not computed", err=True)
+        if enclosure.reason is Reason.INTERRUPTED or not np.isfinite(value):
+            click.echo("ended early: the enclosure above is proven, the intervals are not computed", err=True)
             context.exit(INTERRUPTED)
         chosen = "as asked" if noise_bound else "no --noise-bound was given"
         product = f"{asked.value:g} x {enclosure.upper:.6g} = {value:.6g} {unit}".rstrip()

@@ -93,6 +93,13 @@ solver_options = apply_all(
     solver_option,
 )
 
+seconds_option = click.option(
+    "--seconds",
+    type=click.FloatRange(min=0, min_open=True),
+    default=math.inf,
+    metavar="T",
+    help="Time allowed, in seconds; then what is proven by then is printed. [default: no limit]",
+)
 json_option = click.option(
     "--json", "json_", metavar="F", help="Write the result as JSON (docs/json.md); - is standard output."
 )

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
 
+_LARGEST = 1e100  # its cube, summed over a record, is a float
+
+
 def validate(dataset: "Dataset") -> None:
     """Refuse a data set that is not consistent.
 
@@ -57,6 +60,11 @@ def validate(dataset: "Dataset") -> None:
                 raise DataError(
                     f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
                     f"(t = {instant:g} s); correct it, or crop the record around it"
+                )
+            if array.size and np.abs(array).max() > _LARGEST:
+                raise DataError(
+                    f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
+                    f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
                 )
         if not 0 <= dataset.n_init < run.n_samples:
             raise DataError(

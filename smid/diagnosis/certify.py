@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from relaxations.deadline import TimeIsUp
 from relaxations.errors import ProblemError
 from relaxations.hierarchy import intervals
 from smid.box import with_finite_box
@@ -100,7 +101,7 @@ def prove_empty(
                 continue
             # Which variable is bounded does not matter: emptiness shows at any.
             enclosure = intervals(boxed.feasible.problem, [0], order=1, rounds=3, tolerance=1e-2)
-        except (ModelError, DataError, ProblemError):
+        except (ModelError, DataError, ProblemError, TimeIsUp):
             return None
         if enclosure.empty is not None:
             weights = enclosure.empty.weights

@@ -6,11 +6,12 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 
 import numpy as np
 
+from relaxations.deadline import TimeIsUp, check_seconds, time_limit
 from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import causes, detected
@@ -34,6 +35,8 @@ from smid.models import Model, ModelError
 Progress = Callable[[str], None]
 _LEAST_HELD = 30
 _STRUCTURE = 0.2
+_SEARCHING = 0.9  # of the time allowed
+_LEAST_PROVING = 0.1  # seconds
 
 
 def diagnose(
@@ -45,6 +48,7 @@ def diagnose(
     *,
     certify: bool = True,
     workers: int | None = None,
+    seconds: float = np.inf,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
@@ -65,6 +69,8 @@ def diagnose(
         Whether to prove, with a noise bound, that the base model cannot explain the data.
     workers : int, optional
         Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
+    seconds : float
+        Time allowed, wall clock. A tenth of it is kept for what is done with the causes named by then.
     executor : concurrent.futures.Executor, optional
         Used instead of own processes: a cluster's, say.
     progress : callable, optional
@@ -77,7 +83,8 @@ def diagnose(
     Raises
     ------
     ModelError
-        For an unknown effect, a bad noise bound, or a model that is no match for the data.
+        For an unknown effect, a bad noise bound, too little time to fit the base model, or a model that is no match for
+        the data.
     DataError
         For missing channels, a held-out part too short to judge, or a model that cannot be simulated on the data.
 
@@ -94,6 +101,7 @@ def diagnose(
     Cause: input_delay.
     """
     began = time.monotonic()
+    check_seconds(seconds)
     model = bind(model, data)
     chosen = _chosen(effects)
     if workers is not None and workers < 1:
@@ -108,27 +116,35 @@ def diagnose(
     for fault in faults:
         say(fault.sentence)
 
-    with _pool(executor, workers, chosen) as pool:
-        say("fitting the base model")
-        base = _base(model, record)
-        glitches = _glitches(record, base, chosen)
-        seen = _without(record, glitches)
-        base, shown, found = _look(model, seen, base, chosen, pool, progress)
+    with time_limit(_SEARCHING * seconds), _pool(executor, workers, chosen) as pool:
+        try:
+            say("fitting the base model")
+            base = _base(model, record)
+            glitches = _glitches(record, base, chosen)
+            seen = _without(record, glitches)
+            base, shown, found = _look(model, seen, base, chosen, pool, progress)
+        except TimeIsUp:
+            raise ModelError(
+                f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
+            ) from None
         left = _glitches(record, found.base, chosen)
         if left is None:
             # A limit hit for a moment looks like a glitch until it is named.
             glitches, seen = None, record
         elif not found.interrupted and not _same(left, glitches):
             say("what was lacking hid glitches: once more, without them")
-            again = _look(model, _without(record, left), base, chosen, pool, progress)
-            if again[2].interrupted:
+            again = None
+            with suppress(TimeIsUp):
+                again = _look(model, _without(record, left), base, chosen, pool, progress)
+            if again is None or again[2].interrupted:
                 found = replace(found, interrupted=True)
             else:
                 glitches, seen = left, _without(record, left)
                 base, shown, found = again
     detections = [glitches] if glitches else []
     detections += _noise_effects(seen, found, chosen)
-    return _assemble(model, seen, base, found, detections, shown, faults, chosen, certify, began)
+    left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
+    return _assemble(model, seen, base, found, detections, shown, faults, chosen, certify, began, left_over)
 
 
 def _assemble(
@@ -142,6 +158,7 @@ def _assemble(
     chosen: Sequence[Effect],
     certify: bool,
     began: float,
+    seconds: float,
 ) -> Diagnosis:
     data, output, bound = record.data, record.output, record.noise_bound
     final = found.base.fit
@@ -158,7 +175,10 @@ def _assemble(
     extended = final.model
     for _, detection in detections:
         extended = detection.model if detection.glitches is None else extended
-    proof = prove_empty(model, data, bound, output, before) if certify and bound is not None else None
+    proof = None
+    if certify and bound is not None:
+        with time_limit(seconds):
+            proof = prove_empty(model, data, bound, output, before)
     held = [run.values[output] for run in data.experiments]
     inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extend(base.fit.model, site))]
     rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}

@@ -84,6 +84,7 @@ class Diagnosis(Tabular):
     held : tuple of ndarray of bool
         Per experiment, the held-out samples.
     interrupted : bool
+        Whether Ctrl-C or the time limit ended the search early.
     seconds : float
     """
 

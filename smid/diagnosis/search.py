@@ -44,6 +44,7 @@ from functools import partial
 
 import numpy as np
 
+from relaxations.deadline import TimeIsUp, map_in_time
 from smid.diagnosis.compare import rms, structure
 from smid.diagnosis.effects.effect import Array, Effect
 from smid.diagnosis.standing import (
@@ -117,7 +118,7 @@ def search(
     Returns
     -------
     Found
-        Also after Ctrl-C, with what was found until then.
+        Also after Ctrl-C, or where the time limit ends the search, with what was found until then.
     """
     path = _Path((), base, ())
     try:
@@ -158,7 +159,7 @@ def search(
             path = replace(path, stages=(replace(path.stages[0], tied=tied), *path.stages[1:]))
         if not path.stages:
             return Found((replace(first, leader=None, tied=()),), base, path.dropped, False)
-    except KeyboardInterrupt:
+    except (TimeIsUp, KeyboardInterrupt):
         path = _settled(record, path)
         return Found(path.stages, path.base, path.dropped, True)
     return Found(path.stages, path.base, path.dropped, False)
@@ -263,7 +264,7 @@ def _try_all(
 ) -> list[Trial]:
     effects = [e for e in effects if e.detect is None]
     trials = []
-    results = (executor.map if executor else map)(partial(try_effect, base=base, effort=effort), effects)
+    results = map_in_time(executor, partial(try_effect, base=base, effort=effort), effects)
     for effect, trial in zip(effects, results, strict=True):
         if progress:
             progress(f"{effect.name}: " + ("does not apply" if trial is None else f"{trial.signature:.0%} promised"))

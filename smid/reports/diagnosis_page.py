@@ -88,7 +88,7 @@ def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
     left = f" What is left is still more than noise: {rest}." if diagnosis.unexplained else ""
     yield diagnosis.gain_sentence + left
     if diagnosis.interrupted:
-        yield coloured("Interrupted: effects that were not tried yet may explain more.", "bad")
+        yield coloured("Ended early: effects that were not tried yet may explain more.", "bad")
     yield from notes
 
 

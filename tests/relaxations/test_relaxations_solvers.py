@@ -236,6 +236,9 @@ def test_a_solver_that_panics_has_failed_and_an_interrupt_has_not(monkeypatch):
         def __init__(self, *_):
             pass
 
+        def set_termination_callback(self, _):
+            pass
+
         def solve(self):
             raise failure("Eigval error")
 

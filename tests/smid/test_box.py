@@ -1,5 +1,6 @@
 """Boxes proven from the data: they hold the truth, and where nothing bounds a parameter that is said."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,8 @@ from benchmarks.soundness.random_problems import RandomProblem, random_problem
 from relaxations.hierarchy import Proof
 from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
 from smid.box import Boxed, vanishing_factors, with_finite_box
+from smid.models import Line, Measurement, Parameter
+from smid.models.symbols import signal, t
 
 SEEDS = 16
 
@@ -124,3 +127,31 @@ def test_knowledge_that_is_curved_in_the_loose_parameters_is_no_obstacle():
     assert boxed.derived == ("b0", "b1")
     place = boxed.feasible.problem.names.index("b0")
     assert boxed.feasible.problem.lower[place] <= case.truth["b0"] <= boxed.feasible.problem.upper[place]
+
+
+def hidden_state() -> tuple[Model, dict[str, np.ndarray], np.ndarray]:
+    """Return a model whose state x no channel measures, its input and its output."""
+    a, b = Parameter("a", -0.9, 0.9), Parameter("b", 0.1, 2.0)
+    u, x, z = signal("u"), signal("x"), signal("z")
+    lines = (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(z[t], b.symbol * x[t]))
+    rng = np.random.default_rng(0)
+    inputs, state = rng.uniform(-1, 1, 12), np.zeros(12)
+    for k in range(1, 12):
+        state[k] = 0.5 * state[k - 1] + inputs[k - 1]
+    model = Model("hidden", (a, b), lines, (Measurement("y", "z", "eta"),))
+    return model, {"u": inputs}, 0.8 * state + rng.uniform(-0.02, 0.02, 12)
+
+
+def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works() -> None:
+    model, inputs, y = hidden_state()
+    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    estimate = identify(model, data, 0.02)
+    assert estimate.unbounded == ("x",)
+    assert "No box could be proven for x: no channel measures x" in estimate.summary
+
+    known = replace(model, measurements=(*model.measurements, Measurement("x0", "x", "deviation")))
+    data = Dataset.from_arrays(input=inputs, output={"y": y, "x0": 0 * y}, sampling_time=1.0)
+    cured = identify(known, data, {"y": 0.02, "x0": 5.0}, rounds=1)
+    assert cured.unbounded == ()
+    assert cured["a"].lower <= 0.5 <= cured["a"].upper
+    assert cured["b"].lower <= 0.8 <= cured["b"].upper

@@ -114,7 +114,7 @@ def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
 
 def test_an_interrupted_search_says_so(named, tmp_path):
     assert (
-        "Interrupted: effects that were not tried"
+        "Ended early: effects that were not tried"
         in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
     )
 

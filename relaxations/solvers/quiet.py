@@ -1,0 +1,105 @@
+"""What a library writes past Python to standard output or standard error, held back while it runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from threading import Lock
+from typing import IO
+
+
+@dataclass
+class _Stream:
+    """One file descriptor of the process. Threads share it: the first one that enters diverts it, the last restores."""
+
+    descriptor: int
+    lock: Lock = field(default_factory=Lock)
+    inside: int = 0
+    drop: bool = False
+    kept: int | None = None  # a copy of the descriptor, while it is diverted
+    sink: IO[bytes] | None = None
+
+    def enter(self) -> None:
+        with self.lock:
+            if not self.inside:
+                with suppress(OSError):  # without this stream, or a place for a file, nothing is diverted
+                    self._divert()
+            self.inside += 1
+
+    def leave(self, drop: bool) -> None:
+        with self.lock:
+            self.inside -= 1
+            self.drop |= drop
+            if not self.inside:
+                self._restore()
+
+    def _divert(self) -> None:
+        flush(self.descriptor)
+        self.sink = tempfile.TemporaryFile()  # noqa: SIM115  (closed when the descriptor is restored)
+        self.kept = os.dup(self.descriptor)
+        os.dup2(self.sink.fileno(), self.descriptor)
+
+    def _restore(self) -> None:
+        if self.sink is not None and self.kept is not None:
+            flush(self.descriptor)
+            os.dup2(self.kept, self.descriptor)
+            os.close(self.kept)
+            # Other threads may have written as well: without a failure all of it is passed on.
+            if not self.drop:
+                self.sink.seek(0)
+                while written := self.sink.read(1 << 16):
+                    os.write(self.descriptor, written)
+            self.sink.close()
+        self.kept, self.sink, self.drop = None, None, False
+
+
+_streams = {number: _Stream(number) for number in (1, 2)}
+
+
+def flush(descriptor: int) -> None:
+    """Flush Python's own buffer of a standard stream, where there is one.
+
+    Parameters
+    ----------
+    descriptor : {1, 2}
+
+    Examples
+    --------
+    >>> flush(2)
+    """
+    stream = sys.stdout if descriptor == 1 else sys.stderr
+    if stream is not None:
+        with suppress(OSError, ValueError):
+            stream.flush()
+
+
+@contextmanager
+def held_back(descriptor: int) -> Iterator[list[str]]:
+    """Hold back what is written to a descriptor; drop it where the list that is given has an entry in the end.
+
+    Parameters
+    ----------
+    descriptor : {1, 2}
+        Standard output or standard error of the process.
+
+    Yields
+    ------
+    list of str
+        Reasons to drop what was written; without any it is written when the block ends.
+
+    Examples
+    --------
+    >>> with held_back(2) as drop:
+    ...     _ = os.write(2, b"thread panicked at ...")
+    ...     drop.append("a failure that is told in another way")
+    """
+    reasons: list[str] = []
+    _streams[descriptor].enter()
+    try:
+        yield reasons
+    finally:
+        _streams[descriptor].leave(bool(reasons))
