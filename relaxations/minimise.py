@@ -9,9 +9,8 @@ the least order, tightened by the products of linear constraints.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from html import escape
@@ -21,23 +20,22 @@ import numpy as np
 from relaxations.balls import Array, Balls
 from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
-from relaxations.deadline import STOPS, TimeIsUp, check_seconds, stopped_by, time_limit
-from relaxations.exact_point import exact_point
+from relaxations.deadline import STOPS, check_seconds, stopped_by, time_limit
 from relaxations.extraction import minimisers
+from relaxations.feasible_points import FeasiblePoints
 from relaxations.hierarchy import Progress, contracted, intervals, uninterrupted
 from relaxations.lift import METHODS as LIFTS
 from relaxations.lift import nonlinear_variables
-from relaxations.local_search import local_minimum
 from relaxations.orders import least_order, node_order, not_flat, ways
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
-from relaxations.reductions.vanishing import Piece, Product, piece, products, settle
+from relaxations.reductions.vanishing import products, settle
 from relaxations.solvers.interface import check_solver
-from relaxations.witness import MARGINS, Witness, definition_order, find_witness, verify
 
 BRANCHES = 400
+MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
 STARTS = 8  # of the local search, beside the points of the relaxations
 CONTRACTIONS = 5  # of the box before branching
 SEARCHING = 0.9  # of the time allowed; the rest is for the verification of points
@@ -55,9 +53,10 @@ class Reason(Enum):
     'no point satisfies all constraints (proven)'
     """
 
-    TIGHT = "the bound meets a feasible value within the tolerance"
+    TIGHT = "the bound meets the value at a verified point within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
-    ORDERS = "the orders and branches allowed are used up: raise order or nodes"
+    UNVERIFIED = "the bound is proven; no feasible point was verified"
+    ORDERS = "the bound is proven; the verified point leaves a gap: raise order or nodes"
     TIME = "the time limit was reached; the bound proven so far is returned"
     INTERRUPTED = "interrupted; the bound proven so far is returned"
     MEMORY = "out of memory; the bound proven so far is returned"
@@ -126,32 +125,21 @@ class Minimum:
 class _Search:
     """What is known so far."""
 
-    problem: PolynomialProblem
-    objective: Polynomials
-    vanishing: tuple[Product, ...]
-    tolerance: float
+    points: FeasiblePoints
     lower: float = -np.inf
-    best: float = np.inf  # at a point that a local search calls feasible
-    points: list[tuple[float, Array]] = field(default_factory=list)
     order: int = 0
     nodes: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
 
     @property
     def goal(self) -> float:
-        """Return the bound that is good enough."""
-        return self.best - self.tolerance * max(1.0, abs(self.best)) if np.isfinite(self.best) else np.inf
+        """Return the bound that is good enough: that of a proven point."""
+        return self.points.less(self.points.best)
 
-    def improve(self, start: Array | None) -> None:
-        """Search from a point, and keep what is found."""
-        if start is None or not np.isfinite(start).all():
-            return
-        part = piece(self.problem, self.objective, self.vanishing, start)
-        point = local_minimum(part.problem, part.objective, start[part.kept])
-        if point is not None:
-            value = float(part.objective.evaluate(point)[0])
-            self.points.append((value, part.whole(point)))
-            self.best = min(self.best, value)
+    @property
+    def hoped(self) -> bool:
+        """Return whether the bound meets the least value that a local search found, proven or not."""
+        return self.lower >= self.points.less(self.points.hope)
 
 
 def minimise(
@@ -210,7 +198,8 @@ def minimise(
     check_solver(solver)
     Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
-    search = _Search(problem, objective, products(problem), tolerance, _least_on_box(problem, objective))
+    points = FeasiblePoints(problem, objective, products(problem), tolerance)
+    search = _Search(points, _least_on_box(problem, objective))
     reason = Reason.ORDERS
     say = progress or (lambda _: None)
     try:
@@ -218,7 +207,7 @@ def minimise(
             search.order = least = least_order(problem, objective, method, order)
             # Seeded, so that a run can be repeated.
             for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
-                search.improve(problem.lower + share * (problem.upper - problem.lower))
+                points.search(problem.lower + share * (problem.upper - problem.lower))
             for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
                 relaxed = _relaxed(problem, objective, method, current, solver, steps)
                 outcome = relaxed.bound(objective)
@@ -226,27 +215,32 @@ def minimise(
                 search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
                 if search.lower == np.inf:
                     break
-                search.improve(outcome.point)
+                points.search(outcome.point)
                 for point in _extracted(relaxed, outcome):
-                    search.improve(point)
-                say(f"order {search.order}: bound {search.lower:.9g}, best point {search.best:.9g}")
-                if search.lower >= search.goal:
-                    break
+                    points.search(point)
+                say(f"order {search.order}: bound {search.lower:.9g}, best point {points.hope:.9g}")
+                if search.hoped:
+                    break  # a higher order cannot gain more than a proof of the point, or branches where it fails
+            if nodes and search.lower < np.inf:
+                points.prove()
             if nodes and search.lower < search.goal:
+                nodes = min(nodes, MORE_BRANCHES) if search.hoped else nodes
                 _branch(search, method, node_order(problem, objective, method, least, order), nodes, solver, say)
     except STOPS as stop:
         reason = Reason[stopped_by(stop)]
+    with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
+        verified = [] if search.lower == np.inf else points.distinct()
     if search.lower == np.inf:
         reason = Reason.EMPTY
     elif search.lower >= search.goal:
         reason = Reason.TIGHT
-    with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
-        verified = _verified(search)
+    elif reason is Reason.ORDERS and not verified:
+        reason = Reason.UNVERIFIED
     return Minimum(
         problem,
         objective,
         search.lower,
-        min((value for value, _ in verified), default=float("nan")),
+        points.best if verified else float("nan"),
         tuple(point for _, point in verified),
         search.order,
         search.nodes,
@@ -283,13 +277,15 @@ def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
 
 def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, say: Progress) -> None:
     """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
-    best = search.best
-    better = _better(search)
-    variables = nonlinear_variables(search.problem.with_inequalities(search.objective))
+    points, objective = search.points, search.points.objective
+    problem, best = points.problem, points.best
+    # Points that are worse than the best one known are left out.
+    better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
+    curved = nonlinear_variables(problem.with_inequalities(objective))
     found = uninterrupted(
         intervals(
-            _tightened(better, search.objective, method, order),
-            range(search.problem.n_variables),
+            _tightened(better, objective, method, order),
+            range(problem.n_variables),
             method=method,
             order=order,
             solver=solver,
@@ -298,25 +294,26 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
             progress=say,
         )
     )
-    smaller = None if found.empty is not None else settle(contracted(better, found), search.vanishing)
+    smaller = None if found.empty is not None else settle(contracted(better, found), points.vanishing)
     if smaller is None:
         search.lower = max(search.lower, best)
         return
 
     # Outside of the contracted box the objective is above the value that the box was contracted with. A box that shrank
     # to nearly a point says more by itself than a relaxation scaled to it.
-    search.lower = max(search.lower, min(_least_on_box(smaller, search.objective), best))
-    if search.lower >= search.goal:
+    search.lower = max(search.lower, min(_least_on_box(smaller, objective), best))
+    if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
 
     def bounded(part: PolynomialProblem) -> Relaxed:
         search.nodes += 1
-        return _relaxed(part, search.objective, method, order, solver)
+        return _relaxed(part, objective, method, order, solver)
 
     def goal(outcome: Outcome | None) -> float:
         point = None if outcome is None else outcome.point
-        if point is not None and np.isfinite(point).all() and search.objective.evaluate(point)[0] < search.best:
-            search.improve(point)
+        if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
+            points.search(point)
+            points.prove()
         return search.goal
 
     def report(bound: float, enough: float) -> None:
@@ -325,8 +322,8 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
 
     branch_and_bound(
         smaller,
-        search.objective,
-        variables,
+        objective,
+        curved,
         bounded,
         start=search.lower,
         goal=goal,
@@ -342,51 +339,3 @@ def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:
     middle = terms.coefficients[constant].segment_sum(terms.rows[constant], 1)
     reach = Balls.exact(terms.coefficients.magnitude()[~constant]).segment_sum(terms.rows[~constant], 1)
     return float((middle - reach).lower[0])
-
-
-def _better(search: _Search) -> PolynomialProblem:
-    """Return the problem without the points that are worse than the best one known."""
-    if not np.isfinite(search.best):
-        return search.problem
-    return search.problem.with_inequalities(search.objective.below(search.best))
-
-
-def _verified(search: _Search) -> list[tuple[float, Array]]:
-    """Return the distinct best points that are proven to be feasible, with their values, the best first."""
-    width = np.where(search.problem.upper > search.problem.lower, search.problem.upper - search.problem.lower, 1.0)
-    near = max(search.tolerance, 1e-6) * max(1.0, abs(search.best))
-    kept: list[tuple[float, Array]] = []
-    for value, point in sorted(search.points, key=lambda p: p[0]):
-        if value > search.best + near or any(np.abs((point - other) / width).max() < 1e-4 for _, other in kept):
-            continue
-        part = piece(search.problem, search.objective, search.vanishing, point)
-        found = _proven(search, part, point[part.kept], value)
-        if found is not None:
-            kept.append((found.value, part.whole(found.point)))
-    return sorted(kept, key=lambda p: p[0])
-
-
-def _proven(search: _Search, part: Piece, point: Array, value: float) -> Witness | None:
-    """Prove a point feasible, or the best of several beside it that keep a distance from every limit."""
-    best: Witness | None = None
-    with suppress(TimeIsUp):  # what is verified by then counts
-        for found in _beside(part.problem, part.objective, point):
-            if found is not None and (best is None or found.value < best.value):
-                best = found
-            if best is not None and best.value <= value + 0.1 * search.tolerance * max(1.0, abs(value)):
-                break
-    return best
-
-
-def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
-    yield exact_point(problem, objective, point)
-    if definition_order(problem.equalities) is None:
-        return
-    yield verify(problem, objective, point)
-    yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
-    for margin in MARGINS:
-        beside = local_minimum(problem, objective, point, margin)
-        yield None if beside is None else verify(problem, objective, beside)
-    # At last with every variable of a monomial of degree two and more held where it is.
-    high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
-    yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)

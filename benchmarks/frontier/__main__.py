@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.pages import write
 
-NAMES = ("growth", "exercise", "order_studies", "named_problems", "terms", "rlt")
+NAMES = ("growth", "exercise", "order_studies", "named_problems", "analytic", "named_verdicts", "terms", "rlt")
 HEAD = """# The relaxations, measured
 
 Written by `python -m benchmarks.frontier`, section by section: each says what it was measured on. Bounds are certified
