@@ -17,11 +17,11 @@ import numpy as np
 from relaxations import check
 from relaxations.balls import Array
 from relaxations.errors import ProblemError
-from relaxations.formats.as_json import listed, statement
 from relaxations.polynomial import Polynomials
 from relaxations.problem import PolynomialProblem
 from relaxations.recognition import equality_multipliers, product_multipliers
-from relaxations.steps import Bound, Branches, Cut, Hull, Kinks, Part, Quotient, Reach, Sides, Step
+from relaxations.statement import listed, statement
+from relaxations.steps import Bound, Branches, Cut, Hull, Kinks, Level, Part, Quotient, Reach, Sides, Step
 
 
 def write_certificate(
@@ -232,6 +232,8 @@ def _step(step: Step, places: _Places) -> dict[str, Any]:
         return _cut(step, places)
     if isinstance(step, Sides):
         return _sides(step, places)
+    if isinstance(step, Level):
+        return _level(step, places)
     if isinstance(step, Hull):
         place = places.of(step.problem)
         return {"hull": place.monomial(step.variables.tolist()), "parts": _parts(step.parts, place, places)}
@@ -282,6 +284,16 @@ def _sides(step: Sides, places: _Places) -> dict[str, Any]:
         "sides": [[number(name), side] for name, side in step.known],
         "rows": [[row.kind, number(row.kink), *(end.hex() for end in row.ends)] for row in step.rows],
         "defined": [{"equality": k, "variable": places.variable(name)} for k, name in step.defined],
+        "steps": [_step(each, own) for each in step.steps],
+    }
+
+
+def _level(step: Level, places: _Places) -> dict[str, Any]:
+    own = places.on(step.problem)
+    return {
+        "objective": own.of(step.problem).objective(step.objective),
+        "bound": float(step.bound).hex(),
+        "level": float(step.level).hex(),
         "steps": [_step(each, own) for each in step.steps],
     }
 

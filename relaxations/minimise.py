@@ -14,12 +14,14 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from html import escape
+from pathlib import Path
 
 import numpy as np
 
 from relaxations.balls import Array, Balls
 from relaxations.bounding import Outcome, Relaxed, relax, resolve
 from relaxations.branching import branch_and_bound
+from relaxations.certificate_file import write_certificate
 from relaxations.deadline import STOPS, check_seconds, stopped_by, time_limit
 from relaxations.extraction import minimisers
 from relaxations.feasible_points import FeasiblePoints
@@ -33,6 +35,7 @@ from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import products, settle
 from relaxations.solvers.interface import check_solver
+from relaxations.steps import Bound, Level, Record, Step
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
@@ -127,6 +130,7 @@ class _Search:
 
     points: FeasiblePoints
     lower: float = -np.inf
+    record: Record | None = None
     order: int = 0
     nodes: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
@@ -153,6 +157,7 @@ def minimise(
     seconds: float = np.inf,
     solver: str = "clarabel",
     progress: Progress | None = None,
+    certificate: str | Path | None = None,
 ) -> Minimum:
     """Enclose the minimum of a polynomial over a polynomial set.
 
@@ -175,6 +180,9 @@ def minimise(
     solver : str
     progress : callable, optional
         Called with one line of text now and then.
+    certificate : str or Path, optional
+        File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
+        written where the box alone proves as much. Products of linear constraints are not used then.
 
     Returns
     -------
@@ -199,7 +207,10 @@ def minimise(
     Scaling.of_box(problem)  # refuses an infinite box before any work
     method, *_ = resolve(problem, method, None)
     points = FeasiblePoints(problem, objective, products(problem), tolerance)
-    search = _Search(points, _least_on_box(problem, objective))
+    proof: list[Step] = []
+    search = _Search(points, _least_on_box(problem, objective), proof.append if certificate else None)
+    if certificate:
+        Path(certificate).unlink(missing_ok=True)  # an old file would prove something else
     reason = Reason.ORDERS
     say = progress or (lambda _: None)
     try:
@@ -209,8 +220,10 @@ def minimise(
             for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
                 points.search(problem.lower + share * (problem.upper - problem.lower))
             for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
-                relaxed = _relaxed(problem, objective, method, current, solver, steps)
+                relaxed = _relaxed(search, problem, method, current, solver, steps)
                 outcome = relaxed.bound(objective)
+                if search.record and outcome.bound > search.lower:
+                    search.record(Bound.of(relaxed, objective, outcome))
                 search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
                 search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
                 if search.lower == np.inf:
@@ -236,6 +249,8 @@ def minimise(
         reason = Reason.TIGHT
     elif reason is Reason.ORDERS and not verified:
         reason = Reason.UNVERIFIED
+    if certificate and proof:
+        write_certificate(certificate, problem, proof)
     return Minimum(
         problem,
         objective,
@@ -250,20 +265,23 @@ def minimise(
 
 
 def _relaxed(
+    search: _Search,
     problem: PolynomialProblem,
-    objective: Polynomials,
     method: str,
     order: int | tuple[int, ...],
     solver: str,
     steps: int = 1,
 ) -> Relaxed:
-    return relax(_tightened(problem, objective, method, order), method, order, solver, objective, steps)
+    objective = search.points.objective
+    return relax(_tightened(search, problem, method, order), method, order, solver, objective, steps)
 
 
 def _tightened(
-    problem: PolynomialProblem, objective: Polynomials, method: str, order: int | tuple[int, ...]
+    search: _Search, problem: PolynomialProblem, method: str, order: int | tuple[int, ...]
 ) -> PolynomialProblem:
-    return with_products(problem, objective) if order == 1 and method in ("sparse", "dense") else problem
+    # A proof in a file rests on the constraints that are stated.
+    apply = order == 1 and method in ("sparse", "dense") and search.record is None
+    return with_products(problem, search.points.objective) if apply else problem
 
 
 def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
@@ -282,9 +300,21 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
     curved = nonlinear_variables(problem.with_inequalities(objective))
+    steps: list[Step] = []
+    record = steps.append if search.record else None
+
+    def prove(bound: float) -> None:
+        """Record what holds of better points; no other point has an objective below the best one known."""
+        if search.record and np.isfinite(best):
+            search.record(Level(better, objective, min(bound, best), best, tuple(steps)))
+        elif search.record:
+            for step in steps:
+                search.record(step)
+        search.lower = max(search.lower, min(bound, best))
+
     found = uninterrupted(
         intervals(
-            _tightened(better, objective, method, order),
+            _tightened(search, better, method, order),
             range(problem.n_variables),
             method=method,
             order=order,
@@ -292,22 +322,24 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
             rounds=CONTRACTIONS,
             witnesses=False,
             progress=say,
+            record=record,
         )
     )
     smaller = None if found.empty is not None else settle(contracted(better, found), points.vanishing)
     if smaller is None:
-        search.lower = max(search.lower, best)
+        prove(best)
         return
 
     # Outside of the contracted box the objective is above the value that the box was contracted with. A box that shrank
     # to nearly a point says more by itself than a relaxation scaled to it.
-    search.lower = max(search.lower, min(_least_on_box(smaller, objective), best))
+    if record is None:
+        search.lower = max(search.lower, min(_least_on_box(smaller, objective), best))
     if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
 
     def bounded(part: PolynomialProblem) -> Relaxed:
         search.nodes += 1
-        return _relaxed(part, objective, method, order, solver)
+        return _relaxed(search, part, method, order, solver)
 
     def goal(outcome: Outcome | None) -> float:
         point = None if outcome is None else outcome.point
@@ -317,10 +349,11 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         return search.goal
 
     def report(bound: float, enough: float) -> None:
-        search.lower = max(search.lower, min(bound, best))
-        say(f"branching: bound {search.lower:.9g}, goal {enough:.9g}")
+        if record is None:  # what is recorded is proven in the end
+            search.lower = max(search.lower, min(bound, best))
+        say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
 
-    branch_and_bound(
+    bound = branch_and_bound(
         smaller,
         objective,
         curved,
@@ -329,7 +362,10 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         goal=goal,
         nodes=nodes,
         report=report,
+        record=record,
     )
+    if bound > search.lower:
+        prove(bound)
 
 
 def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:

@@ -337,5 +337,36 @@ class Hull:
     parts: tuple[Part, ...]
 
 
-Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull
+@dataclass(frozen=True)
+class Level:
+    """A bound that steps prove only for points whose objective is at most a level.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As stated, with ``level - objective >= 0`` as its last inequality.
+    objective : Polynomials
+        One row.
+    bound : float
+        At most the level.
+    level : float
+    steps : tuple of Step
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, objective = problem_of(x**2, [x >= -1, x <= 1])
+    >>> Level(problem.with_inequalities(objective.below(0.5)), objective, 0.25, 0.5, ()).problem.inequalities.n_rows
+    1
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    level: float
+    steps: tuple[Step, ...]
+
+
+Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull | Level
 Record = Callable[[Step], None]
