@@ -35,7 +35,7 @@ from smid.models import Model, ModelError
 Progress = Callable[[str], None]
 _LEAST_HELD = 30
 _STRUCTURE = 0.2
-_SEARCHING = 0.9  # of the time allowed
+_SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
 
@@ -70,7 +70,7 @@ def diagnose(
     workers : int, optional
         Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
     seconds : float
-        Time allowed, wall clock. A tenth of it is kept for what is done with the causes named by then.
+        Time allowed, wall clock. A fifth of it is kept for what is done with the causes named by then.
     executor : concurrent.futures.Executor, optional
         Used instead of own processes: a cluster's, say.
     progress : callable, optional
