@@ -51,17 +51,13 @@ def test_drift_over_a_million_samples_gives_the_periodic_solution():
     assert_allclose(p, other, rtol=1e-5)
 
 
-def test_the_root_stays_definite_where_the_textbook_form_does_not():
-    """No forgetting, a wide start and nearly parallel regressors: P itself loses the small direction to rounding."""
-    rows = regressors(1e-4)
-    p, method = np.eye(2) * 1e18, ForgettingFactor(1.0, spread=1e9)
-    root, worst = method.start(2), np.inf
+def test_the_root_stays_definite_under_nearly_parallel_regressors():
+    """No forgetting, a wide start and nearly parallel regressors: the small direction is far below the large one."""
+    rows, method = regressors(1e-4), ForgettingFactor(1.0, spread=1e9)
+    root = method.start(2)
     for phi in rows[:50]:
-        p = p - np.outer(p @ phi, p @ phi) / (1 + phi @ p @ phi)
-        worst = min(worst, np.linalg.eigvalsh(p).min())
         _, root = method.correct(root, phi)
         assert np.linalg.svd(root)[1].min() > 0
-    assert worst < 0
     assert_allclose(root.T @ root, rows[:50].T @ rows[:50] + np.eye(2) * 1e-18, rtol=1e-9)
 
 
@@ -104,15 +100,6 @@ def test_no_direction_is_ever_less_certain_than_at_the_start(method, rows):
         assert largest <= 1 + 1e-9
     # What is never excited is as at the start, no better.
     assert (largest > 0.99) == (np.linalg.matrix_rank(rows) < 3)
-
-
-def test_as_the_textbook_has_it_the_covariance_overflows():
-    p = np.eye(2)
-    with np.errstate(all="ignore"):
-        for _ in range(20_000):
-            phi = np.array([1.0, 1.0])
-            p = (p - np.outer(p @ phi, p @ phi) / (0.95 + phi @ p @ phi)) / 0.95
-    assert not np.isfinite(p).all()
 
 
 def test_what_is_excited_is_still_forgotten_while_the_rest_is_not():
