@@ -4,8 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from exact_membership import what_excludes
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from smid import Dataset, EmptyFeasibleSetError, OutputError, identify
+from benchmarks.soundness.prior_cases import PriorCase, prior_case
+from smid import Dataset, EmptyFeasibleSetError, FeasibleSet, ModelError, OutputError, identify
 
 BIG = 2.0**51 + 0.5
 
@@ -39,3 +43,26 @@ def test_the_end_that_a_range_of_the_gain_implies_is_rounded_outwards() -> None:
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     estimate = identify(OutputError(1, 0, stable=True, fixed={"b0": 1.0}, dc_gain=(3, 7)), data, 0.05)
     assert Fraction(estimate["a1"].lower) <= truth <= Fraction(estimate["a1"].upper)
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_a_truth_that_meets_the_priors_in_fractions_lies_in_the_problem(seed: int) -> None:
+    case = prior_case(seed)
+    if case.is_feasible:
+        problem = FeasibleSet(case.model(), case.data, case.noise_bound).problem
+        assert what_excludes(problem, case.truth | case.noises) == [], case
+    elif _is_far_out(case):
+        try:
+            problem = FeasibleSet(case.model(), case.data, case.noise_bound).problem
+        except ModelError:  # what is fixed contradicts a prior
+            return
+        assert what_excludes(problem, case.truth | case.noises), case
+
+
+def _is_far_out(case: PriorCase) -> bool:
+    """Tell whether a root that should lie in the unit disc is well outside."""
+    wanted = (["a"] if case.priors.get("stable") else []) + (["b"] if case.priors.get("minimum_phase") else [])
+    numerator, denominator = ([float(v) for k, v in case.truth.items() if k[0] == stem] for stem in "ba")
+    roots = {"a": np.roots([1.0, *denominator]), "b": np.roots(numerator)}
+    return any(np.abs(roots[stem]).max(initial=0.0) > 1 + 1e-6 for stem in wanted)
