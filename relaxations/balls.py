@@ -13,6 +13,7 @@ N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd ed., SIAM (2
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -136,6 +137,35 @@ class Balls:
 def _is_trivial(values: Array) -> NDArray[np.bool_]:
     mantissa, _ = np.frexp(values)
     return np.asarray((np.abs(mantissa) == 0.5) | (values == 0))
+
+
+def outwards(value: Fraction, direction: int) -> float:
+    """Return the nearest float that does not lie inside the exact end of a closed range.
+
+    Parameters
+    ----------
+    value : Fraction
+    direction : {-1, 1}
+        Of a lower end, which is rounded down, and of an upper end, which is rounded up.
+
+    Returns
+    -------
+    float
+        Infinite beyond the largest float.
+
+    Examples
+    --------
+    >>> third = Fraction(1, 3)
+    >>> outwards(third, -1) < third < outwards(third, 1)
+    True
+    >>> outwards(Fraction(1, 2), 1)
+    0.5
+    """
+    try:
+        nearest = float(value)
+    except OverflowError:
+        nearest = math.inf if value > 0 else -math.inf
+    return math.nextafter(nearest, direction * math.inf) if direction * nearest < direction * value else nearest
 
 
 def concatenate(parts: list[Balls]) -> Balls:

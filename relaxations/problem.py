@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
-from relaxations.balls import Array, Balls, concatenate
+from relaxations.balls import Array, Balls, concatenate, outwards
 from relaxations.errors import ProblemError
 from relaxations.polynomial import Polynomials
 
@@ -219,7 +219,7 @@ def with_fractions(expression: sympy.Expr) -> sympy.Expr:
     x/4
     """
     floats = [f for f in expression.atoms(sympy.Float) if f.is_finite]
-    return expression.xreplace({f: sympy.Rational(*float(f).as_integer_ratio()) for f in floats})
+    return expression.xreplace({f: sympy.Rational(f) for f in floats})
 
 
 def _exact_ball(value: sympy.Expr) -> Balls:
@@ -240,7 +240,4 @@ def _fraction(value: sympy.Expr) -> Fraction:
 def _outwards(bound: float, direction: int) -> float:
     """Return the bound as a float, rounded outwards where no float holds it: no feasible point may be cut off."""
     number = sympy.sympify(bound)
-    nearest = float(number)
-    if not number.is_finite or Fraction(nearest) == _fraction(number):
-        return nearest
-    return float(np.nextafter(nearest, direction * np.inf))
+    return outwards(_fraction(number), direction) if number.is_finite else float(number)

@@ -18,6 +18,7 @@ from relaxations.reductions.sparsity import cliques
 from smid.binding import bind
 from smid.data import DataError, Dataset, excitation
 from smid.models import Model, ModelError
+from smid.models.symbols import end
 from smid.stamp import FREE_BOUND, Opening, Placed, Sides, Stamped, Structure, stamp_all
 
 __all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound"]
@@ -206,7 +207,8 @@ def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], fr
     """
     noisy = [m.channel for m in model.measurements if m.noise is not None]
     wanted = [c for c in noisy if c != free]
-    given = dict(noise_bound) if isinstance(noise_bound, Mapping) else {c: float(noise_bound) for c in wanted}
+    stated = noise_bound if isinstance(noise_bound, Mapping) else dict.fromkeys(wanted, noise_bound)
+    given = {channel: float(end(value, 1)) for channel, value in stated.items()}
     for channel, value in given.items():
         if channel not in noisy:
             raise ModelError(f"noise bound of {channel!r}: the noisy channels are {', '.join(noisy)}; name one of them")
@@ -218,7 +220,7 @@ def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], fr
     missing = [c for c in wanted if c not in given]
     if missing:
         raise ModelError(f"no noise bound for {', '.join(missing)}: give noise_bound={{channel: bound}}")
-    return {c: float(given[c]) for c in wanted}
+    return {c: given[c] for c in wanted}
 
 
 def check_data(model: Model, data: Dataset) -> None:

@@ -17,7 +17,6 @@ from functools import lru_cache, reduce
 
 import sympy
 
-from relaxations.problem import with_fractions
 from smid.models import Line, Model
 from smid.models.symbols import references, signal, t
 
@@ -98,7 +97,7 @@ def unfold(model: Model) -> Unfolded:
     names = _free_names(model)
 
     def value(kind: Kind, x: sympy.Expr) -> sympy.Expr:
-        x = sympy.expand(with_fractions(x))
+        x = sympy.expand(x)
         if x.is_number:
             return sympy.Max(0, x) if kind is Kind.POSITIVE_PART else sympy.sign(x)
         lag = min((lag for _, lag in references(x)), default=0)
@@ -127,7 +126,7 @@ def unfold(model: Model) -> Unfolded:
             return value(Kind.SIGN, arguments[0])
         return expression.func(*arguments)
 
-    lines = tuple(replace(line, expression=rewritten(with_fractions(line.expression))) for line in model.lines)
+    lines = tuple(replace(line, expression=rewritten(line.expression)) for line in model.lines)
     return Unfolded(lines, tuple(found.values()))
 
 

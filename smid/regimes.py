@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from relaxations.balls import EPSILON, Array, Index
+from relaxations.balls import EPSILON, Array, Index, outwards
 from relaxations.polynomial import Polynomials
 from smid.kinks import Kind
 from smid.template import Hinge, Reference, Template, Term
@@ -182,9 +182,4 @@ def _exact_ranges(family: Polynomials, lower: Array, upper: Array) -> tuple[Arra
                 ends = (min(products), max(products))
         low[row] += ends[0]
         high[row] += ends[1]
-    return np.array([_outwards(v, -1) for v in low]), np.array([_outwards(v, 1) for v in high])
-
-
-def _outwards(value: Fraction, direction: int) -> float:
-    nearest = float(value)
-    return nearest if Fraction(nearest) == value else float(np.nextafter(nearest, direction * np.inf))
+    return np.array([outwards(v, -1) for v in low]), np.array([outwards(v, 1) for v in high])

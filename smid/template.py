@@ -17,7 +17,6 @@ import numpy as np
 import sympy
 
 from relaxations.balls import Array, Balls, Index
-from relaxations.problem import with_fractions
 from smid.kinks import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t
@@ -212,9 +211,7 @@ def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
     noisy = {m.signal for m in model.measurements if m.noise is not None and m.signal not in defined}
     kept: list[Line] = []
     static: dict[str, sympy.Expr] = {}
-    for given in unfold(model).lines:
-        # Exact before anything is put together: sympy rounds when it multiplies floats.
-        line = Line(given.target, with_fractions(given.expression))
+    for line in unfold(model).lines:
         if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
             kept.append(line)
         else:
@@ -240,7 +237,7 @@ def _curved_sensors(model: Model) -> frozenset[str]:
 def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None) -> sympy.Expr:
     """Return the signal behind a measured value and its noise."""
     plain = value if noise is None else value - noise
-    return plain if measurement.inverse is None else with_fractions(measurement.inverse).xreplace({VALUE: plain})
+    return plain if measurement.inverse is None else measurement.inverse.xreplace({VALUE: plain})
 
 
 def _template(
@@ -300,6 +297,17 @@ def _terms(
     try:
         poly = sympy.Poly(flat, *unknowns, *known, domain="QQ")
     except (sympy.PolynomialError, sympy.CoercionFailed):
+        constants = (
+            part for part in sympy.preorder_traversal(flat) if part.is_real and part.is_number and not part.is_rational
+        )
+        constant = next(constants, None)
+        if constant is not None:
+            near = float(constant)
+            raise ModelError(
+                f"the line of {name!r} holds {constant}, which is no fraction: intervals are proven for exact numbers; "
+                f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
+                f"{np.nextafter(near, np.inf)!s})"
+            ) from None
         raise ModelError(
             f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
             "write it with polynomials, Max, Min, Abs and sign, or simulate only"

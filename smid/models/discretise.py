@@ -18,8 +18,8 @@ The slopes become helper lines.  A single state whose rate is ``s x + g`` with s
 is ``P(hs) x + h Q(hs) g``, P the exponential series cut at the order of the scheme and ``Q(z) = (P(z) - 1) / z``, which
 the simulator runs as a linear filter.
 
-All numbers are exact fractions here, because intervals are proven for these lines; the sampling time is taken as the
-decimal number that it is written as.
+All numbers are exact fractions here, because intervals are proven for these lines: the sampling time is the fraction
+that its float is.
 
 Reference: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", section II.1.
 """
@@ -33,7 +33,7 @@ import sympy
 
 from smid.models.parts import Line
 from smid.models.structure import groups
-from smid.models.symbols import references, signal, swapped, t
+from smid.models.symbols import number, references, signal, swapped, t
 
 __all__ = ["SCHEMES", "discretise"]
 
@@ -88,13 +88,13 @@ def discretise(
     >>> print(discretise([Line(x[t], u[t] - x[t] ** 2, rate=True)], "euler", 1, 0.5)[0].expression)
     u[t - 1]/2 - x[t - 1]**2/2 + x[t - 1]
     """
-    exact = {line.signal: _exact(swapped(line.expression, fixed or {})) for line in lines}
-    plain = [Line(line.target, exact[line.signal]) for line in lines if not line.rate]
+    known = {line.signal: swapped(line.expression, fixed or {}) for line in lines}
+    plain = [Line(line.target, known[line.signal]) for line in lines if not line.rate]
     states = [line.signal for line in lines if line.rate]
     if not states:
         return tuple(plain)
-    rates = _held({name: exact[name] for name in states}, plain)
-    step = sympy.Rational(repr(float(sampling_time))) / substeps
+    rates = _held({name: known[name] for name in states}, plain)
+    step = number(sampling_time) / substeps
     if len(states) == 1:
         name = states[0]
         slope = sympy.expand(sympy.diff(rates[name], signal(name)[t]))
@@ -102,10 +102,6 @@ def discretise(
             return (*plain, Line(signal(name)[t], _affine(name, rates[name], slope, scheme, substeps, step)))
     names = _free_names({*taken, *states, *(line.signal for line in lines)})
     return (*plain, *_steps(states, rates, scheme, substeps, step, names))
-
-
-def _exact(expression: sympy.Expr) -> sympy.Expr:
-    return swapped(expression, {item: sympy.Rational(item) for item in expression.atoms(sympy.Float)})
 
 
 def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, sympy.Expr]:

@@ -105,7 +105,7 @@ def fix(model: Model, **values: float) -> Model:
     --------
     >>> from smid.models import OutputError
     >>> print(OutputError().fix(a1=-0.5).lines[0].expression)
-    b0*u[t - 1] + 0.5*w[t - 1]
+    b0*u[t - 1] + w[t - 1]/2
     """
     for name, value in values.items():
         parameter = find_parameter(model, name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from smid.models.expressions import to_text
+from smid.models.expressions import decimals, shown
 from smid.models.parts import Measurement, Parameter
 from smid.models.symbols import VALUE, signal, t
 
@@ -68,7 +68,7 @@ class Equations:
         ]
         text += [str(measurement) for measurement in model.measurements]
         rows += [_measurement_row(measurement) for measurement in model.measurements]
-        text += [f"{to_text(constraint)} >= 0" for constraint in model.constraints]
+        text += [f"{shown(constraint)} >= 0" for constraint in model.constraints]
         rows += [f"{_latex(constraint)} &\\ge 0" for constraint in model.constraints]
         text += [_box(parameter) + _value(model, parameter) for parameter in model.parameters]
         rows += [_box_row(parameter) for parameter in model.parameters]
@@ -113,7 +113,7 @@ def _integration(model: Model) -> str:
 
 
 def _latex(expression: sympy.Expr) -> str:
-    return str(sympy.latex(expression))
+    return str(sympy.latex(decimals(expression)))
 
 
 def _measurement_row(measurement: Measurement) -> str:

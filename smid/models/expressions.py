@@ -11,9 +11,9 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from smid.models.errors import ModelError
-from smid.models.symbols import canonical, signal
+from smid.models.symbols import canonical, number, rewritten, signal
 
-__all__ = ["from_text", "to_text"]
+__all__ = ["decimals", "from_text", "shown", "to_text"]
 
 FUNCTIONS: dict[str, Any] = {
     name: getattr(sympy, name)
@@ -31,6 +31,9 @@ _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 
 
+_MOST, _LARGEST = 1000, 10**15  # a fraction of a larger denominator, or numerator, is written as a decimal
+
+
 class _Printer(StrPrinter):  # type: ignore[misc]
     """Sympy's own text form, but with every digit a float needs to come back unchanged."""
 
@@ -38,8 +41,49 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         return repr(float(expr))
 
 
+def decimals(expression: sympy.Expr, exactly: bool = False) -> sympy.Expr:
+    """Write long fractions as decimals, for the eye: what was given as 0.3 is shown as 0.3.
+
+    So is 5/2, the short ones below one are not: 1/2 and 3/16 stay.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Expression in parameters and signals.
+    exactly : bool
+        Whether fractions stay that no float is; otherwise the nearest float to 15 digits stands for each.
+
+    Returns
+    -------
+    sympy.Expr
+        For printing only: it is not evaluated.
+
+    Examples
+    --------
+    >>> decimals(canonical(0.3 * sympy.Symbol("a")) / 7)
+    0.0428571428571429*a
+    """
+    swap: dict[sympy.Expr, sympy.Expr] = {}
+    for item in expression.atoms(sympy.Rational):
+        nearest = _nearest(item)
+        is_same = nearest is not None and sympy.Rational(nearest) == item
+        is_long = item.q > _MOST or abs(item.p) > _LARGEST or (is_same and abs(item.p) > item.q > 1)
+        if is_long and nearest is not None and (is_same or not exactly):
+            swap[item] = sympy.Float(nearest if is_same else float(f"{nearest:.15g}"))
+    if not swap:
+        return expression
+    return rewritten(expression, swap, lambda node, arguments: node.func(*arguments, evaluate=False))
+
+
+def _nearest(item: sympy.Rational) -> float | None:
+    try:
+        return int(item.p) / int(item.q)
+    except OverflowError:
+        return None
+
+
 def to_text(expression: sympy.Expr) -> str:
-    """Write an expression so that `from_text` gives it back.
+    """Write an expression so that `from_text` gives it back, to the last bit.
 
     Parameters
     ----------
@@ -53,10 +97,31 @@ def to_text(expression: sympy.Expr) -> str:
 
     Examples
     --------
-    >>> to_text(0.1 * sympy.Symbol("a") ** 2)
+    >>> to_text(canonical(0.1 * sympy.Symbol("a") ** 2))
     '0.1*a**2'
     """
-    return str(_Printer().doprint(expression))
+    return str(_Printer().doprint(decimals(expression, exactly=True)))
+
+
+def shown(expression: sympy.Expr) -> str:
+    """Write an expression for the eye: as `to_text`, with at most 15 digits where no float is the number.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+        Expression in parameters and signals.
+
+    Returns
+    -------
+    str
+        Python-like text.
+
+    Examples
+    --------
+    >>> shown(canonical(0.1 * sympy.Symbol("a")) / 3)
+    '0.0333333333333333*a'
+    """
+    return str(_Printer().doprint(decimals(expression)))
 
 
 def from_text(text: str) -> sympy.Expr:
@@ -91,7 +156,7 @@ def from_text(text: str) -> sympy.Expr:
 def _read(node: ast.expr) -> Any:
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return sympy.sympify(value)
+            return number(value)
         case ast.Name(id=name):
             # The name t is time inside an index, where alone it may stand.
             return sympy.Symbol("t", integer=True) if name == "t" else sympy.Symbol(name, real=True)

@@ -153,14 +153,18 @@ def response(
 
 
 def exact(expression: sympy.Expr, numbers: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
-    """Put numbers in, and write floating-point ones as the fractions that they are written as."""
-    known = expression.xreplace(dict(numbers))
-    return known.xreplace({item: sympy.Rational(repr(float(item))) for item in known.atoms(sympy.Float)})
+    """Put numbers in, and read floats as the decimals that they are written as, so that common factors cancel."""
+    written = {item: sympy.Rational(repr(float(item))) for item in expression.atoms(sympy.Rational) if _is_float(item)}
+    return expression.xreplace(written).xreplace(dict(numbers))
 
 
 def exact_values(values: Mapping[str, float]) -> dict[sympy.Symbol, sympy.Rational]:
     """Return the symbols of parameters with their values as fractions."""
     return {sympy.Symbol(name, real=True): sympy.Rational(repr(float(value))) for name, value in values.items()}
+
+
+def _is_float(value: sympy.Rational) -> bool:
+    return not value.is_Integer and bool(sympy.Rational(float(value)) == value)
 
 
 def _is_linear(line: Line, numbers: Mapping[sympy.Symbol, sympy.Expr]) -> bool:

@@ -10,8 +10,8 @@ from typing import Any
 import sympy
 
 from smid.models.errors import ModelError
-from smid.models.expressions import to_text
-from smid.models.symbols import VALUE, canonical, packed, references, t, unpacked
+from smid.models.expressions import shown
+from smid.models.symbols import VALUE, canonical, end, packed, references, t, unpacked
 
 __all__ = ["Line", "Measurement", "Parameter"]
 
@@ -30,7 +30,8 @@ class Parameter:
     name : str
         Name, also that of its symbol.
     lower, upper : float
-        Closed box, in the parameter's unit; infinite when nothing is known.
+        Closed box, in the parameter's unit; infinite when nothing is known.  An end that no float holds, as a third, is
+        rounded outwards.
     unit : str
         Unit, for display.
     null : float or None
@@ -55,6 +56,8 @@ class Parameter:
 
     def __post_init__(self) -> None:
         _check_name(self.name, "parameter")
+        for side, direction in (("lower", -1), ("upper", 1)):
+            object.__setattr__(self, side, end(getattr(self, side), direction))
         if not self.lower <= self.upper:
             raise ModelError(f"parameter {self.name!r} has the box [{self.lower}, {self.upper}]: give lower <= upper")
 
@@ -123,7 +126,7 @@ class Line:
         return str(self.target.base.label)
 
     def __str__(self) -> str:
-        return f"{'d/dt ' if self.rate else ''}{self.target} = {to_text(self.expression)}"
+        return f"{'d/dt ' if self.rate else ''}{self.target} = {shown(self.expression)}"
 
 
 @dataclass(frozen=True)
@@ -174,5 +177,5 @@ class Measurement:
         seen = f"{self.channel}[t]" + (f" - {self.noise}[t]" if self.noise else "")
         if self.inverse is not None:
             argument = f"({seen})" if self.noise else seen
-            return f"{self.signal}[t] = " + re.sub(rf"\b{VALUE.name}\b", argument, to_text(self.inverse))
+            return f"{self.signal}[t] = " + re.sub(rf"\b{VALUE.name}\b", argument, shown(self.inverse))
         return f"{self.channel}[t] = {self.signal}[t]" + (f" + {self.noise}[t]" if self.noise else "")

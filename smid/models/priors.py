@@ -1,6 +1,7 @@
 """Prior knowledge on a transfer function as plain options, turned into boxes, constraints and eliminations.
 
-Closed conditions throughout (>= 0): a closed set is what intervals are computed over.
+Closed conditions throughout (>= 0): a closed set is what intervals are computed over. All arithmetic is in fractions;
+only the ends of boxes become floats, rounded outwards: no model that meets the conditions is lost.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import accumulate
+from numbers import Real
 from typing import Any
 
 import sympy
@@ -16,7 +18,7 @@ import sympy
 from smid.models.errors import ModelError, refuse_unknown
 from smid.models.model import Model
 from smid.models.schur_cohn import schur_cohn
-from smid.models.symbols import number
+from smid.models.symbols import end, number
 
 __all__ = ["Priors", "Range"]
 
@@ -75,7 +77,7 @@ class Priors:
     def __post_init__(self) -> None:
         for name in ("dc_gain", "pole_range", "zero_range"):
             span = getattr(self, name)
-            if span is not None and not isinstance(span, int | float) and not (len(span) == 2 and span[0] <= span[1]):
+            if span is not None and not isinstance(span, float | Real) and not (len(span) == 2 and span[0] <= span[1]):
                 raise ModelError(f"{name} = {span} is no range: give (lower, upper) with lower <= upper")
         if self.pole_radius is not None and self.pole_radius <= 0:
             raise ModelError(f"pole_radius = {self.pole_radius} leaves no pole: give a positive radius")
@@ -153,10 +155,11 @@ class Priors:
         order, radius = len(denominator), self._radius()
         if radius is not None:
             # |a_i| is at most the sum of all products of i poles.
-            reach = [max(radius, 1.0) if self.integrator else radius] + [radius] * (order - 1)
-            magnitudes = [1.0]
+            own, one = number(radius), sympy.Integer(1)
+            reach = [max(own, one) if self.integrator else own] + [own] * (order - 1)
+            magnitudes = [one]
             for pole in reach:
-                magnitudes = [x + pole * y for x, y in zip([*magnitudes, 0.0], [0.0, *magnitudes], strict=True)]
+                magnitudes = [x + pole * y for x, y in zip([*magnitudes, 0], [0, *magnitudes], strict=True)]
             for name, magnitude in zip(denominator, magnitudes[1:], strict=True):
                 model = _tightened(model, name, (-magnitude, magnitude))
         if self.pole_range is not None and order == 1 and not self.integrator:
@@ -174,7 +177,7 @@ class Priors:
             if len(a) < 2 or a[-1].name in self.fixed:
                 raise ModelError("integrator=True needs a free pole: raise the number of poles or fix less")
             swap[a[-1].name] = -sum(a[:-1]).xreplace(rules)
-        if isinstance(self.dc_gain, int | float):
+        if isinstance(self.dc_gain, float | Real):
             free = [item for item in b if item.name not in self.fixed]
             if not free:
                 raise ModelError("dc_gain needs a free numerator coefficient: fix less, or drop dc_gain")
@@ -206,7 +209,7 @@ class Priors:
         return conditions
 
     def _gain_conditions(self, a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> list[sympy.Expr]:
-        if self.dc_gain is None or isinstance(self.dc_gain, int | float):
+        if self.dc_gain is None or isinstance(self.dc_gain, float | Real):
             return []
         radius = self._radius()
         if radius is None or radius > 1:
@@ -218,7 +221,7 @@ class Priors:
 
 def _tightened(model: Model, name: str, box: Range) -> Model:
     old = model.parameter(name)
-    lower, upper = max(old.lower, box[0]), min(old.upper, box[1])
+    lower, upper = max(old.lower, end(box[0], -1)), min(old.upper, end(box[1], 1))
     if lower > upper:
         raise ModelError(f"the priors leave no value for {name!r}: its box would be [{lower:g}, {upper:g}]; relax one")
     parameters = tuple(replace(item, lower=lower, upper=upper) if item is old else item for item in model.parameters)
@@ -232,14 +235,14 @@ def _real_roots(
     degree = len(coefficients) - 1
     if degree not in (1, 2):
         raise ModelError(f"{option} is available for one or two roots, not {degree}: use a radius or bounds instead")
-    lower, upper = (number(end) for end in span)
+    sided = [(number(value), side) for value, side in zip(span, (-1, 1), strict=True) if math.isfinite(value)]
     leading = sympy.Integer(1) if positive_leading else coefficients[0]
     c0, c1 = coefficients[:2]
     if degree == 1:
-        return [sympy.expand(leading * (-c1 - lower * c0)), sympy.expand(leading * (c1 + upper * c0))]
+        return [sympy.expand(leading * side * (c1 + value * c0)) for value, side in sided]
     c2 = coefficients[2]
-    ends = [c0 * end**2 + c1 * end + c2 for end in (lower, upper)]
-    middle = [-c1 - 2 * lower * c0, 2 * upper * c0 + c1]
+    ends = [c0 * value**2 + c1 * value + c2 for value, _ in sided]
+    middle = [side * (2 * value * c0 + c1) for value, side in sided]
     return [sympy.expand(c1**2 - 4 * c0 * c2), *(sympy.expand(leading * item) for item in (*ends, *middle))]
 
 
@@ -254,8 +257,8 @@ def _with_new_constraints(model: Model, constraints: Sequence[sympy.Expr]) -> Mo
         symbols = sorted(item.free_symbols, key=str)
         if len(symbols) == 1 and sympy.Poly(item, *symbols).degree() == 1:
             slope, offset = sympy.Poly(item, *symbols).all_coeffs()
-            end = float(-offset / slope)
-            model = _tightened(model, symbols[0].name, (end, math.inf) if slope > 0 else (-math.inf, end))
+            root = -offset / slope
+            model = _tightened(model, symbols[0].name, (root, math.inf) if slope > 0 else (-math.inf, root))
         elif item not in model.constraints and item not in fresh:
             fresh.append(item)
     return model.with_constraint(*fresh)

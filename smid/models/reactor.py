@@ -73,7 +73,7 @@ def Reactor(
             f"tau = {tau} gives the gain 1 - r tau no positive value: take 0 < tau < {1 / reaction_rate:g}"
         )
     parameters = (
-        _parameter("tau", tau, (LEAST_TAU, 1 / reaction_rate), "s", None),
+        _parameter("tau", tau, (LEAST_TAU, 1 / number(reaction_rate)), "s", None),
         _parameter("a", a, A_BOX, "", 1.0),
         _parameter("x", x, X_BOX, "", 1.0),
     )
@@ -92,5 +92,5 @@ def Reactor(
 
 
 def _parameter(name: str, value: float | None, box: tuple[float, float], unit: str, null: float | None) -> Parameter:
-    lower, upper = box if value is None else (float(value), float(value))
+    lower, upper = box if value is None else (value, value)
     return Parameter(name, lower, upper, unit, null)

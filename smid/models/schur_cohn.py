@@ -17,6 +17,9 @@ from functools import lru_cache
 
 import sympy
 
+from relaxations.problem import with_fractions
+from smid.models.symbols import number
+
 __all__ = ["schur_cohn"]
 
 
@@ -48,9 +51,10 @@ def schur_cohn(
     >>> schur_cohn([1, a1, a2])
     (a1 + a2 + 1, -a1 + a2 + 1, 1 - a2)
     """
-    scale = sympy.Rational(str(radius))
-    exact = [sympy.nsimplify(sympy.sympify(c), rational=True) / scale**i for i, c in enumerate(coefficients)]
-    return _conditions(tuple(exact), positive_leading)
+    # The coefficients of c(r z), whose roots are those of c over r.
+    degree, scale = len(coefficients) - 1, number(radius)
+    scaled = [with_fractions(sympy.sympify(c)) * scale ** (degree - i) for i, c in enumerate(coefficients)]
+    return _conditions(tuple(scaled), positive_leading)
 
 
 @lru_cache(maxsize=128)

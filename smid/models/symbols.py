@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import sympy
 from sympy.core.function import Application
 
+from relaxations.balls import outwards
 from smid.models.errors import ModelError
 
 __all__ = [
     "VALUE",
     "canonical",
+    "end",
     "number",
     "packed",
     "plain_symbols",
@@ -55,26 +58,65 @@ def signal(name: str) -> sympy.IndexedBase:
     return sympy.IndexedBase(name, real=True)
 
 
-def number(value: float) -> sympy.Expr:
-    """Turn a number into sympy without changing its value; whole numbers become integers.
+def number(value: float) -> sympy.Rational:
+    """Turn a number into the fraction that it is; a float is a fraction of a power of two.
 
     Parameters
     ----------
     value : float
-        A finite number.
+        A finite number: also a `fractions.Fraction`, or one of NumPy or sympy.
 
     Returns
     -------
-    sympy.Expr
-        ``Integer`` for whole numbers, the binary ``Float`` of the same value otherwise.
+    sympy.Rational
+        Exactly that number.
+
+    Raises
+    ------
+    ModelError
+        If it is not finite, or no rational number.
 
     Examples
     --------
     >>> number(2.0), number(0.5)
-    (2, 0.500000000000000)
+    (2, 1/2)
+    >>> number(0.1) == sympy.Rational(1, 10)  # no float is a tenth
+    False
     """
-    whole = float(value).is_integer()
-    return sympy.Integer(int(value)) if whole else sympy.Float(float(value))
+    exact = sympy.sympify(value)
+    if not (exact.is_Number and exact.is_finite):
+        raise ModelError(f"{value} is no finite number: give a decimal or a fraction")
+    return sympy.Rational(exact)
+
+
+def end(value: float, direction: int) -> float:
+    """Turn an end of a closed box into a float, rounded outwards where no float is that number.
+
+    Parameters
+    ----------
+    value : float
+        A number as in `number`, or an infinite one.
+    direction : {-1, 1}
+        Of a lower, and of an upper end.
+
+    Returns
+    -------
+    float
+        The number itself where it is a float or a whole number that a float holds.
+
+    Examples
+    --------
+    >>> third = Fraction(1, 3)
+    >>> end(third, -1) < third < end(third, 1)
+    True
+    """
+    if isinstance(value, float):
+        return value
+    if sympy.sympify(value) in (sympy.oo, -sympy.oo):
+        return float(value)
+    exact = number(value)
+    rounded = outwards(Fraction(int(exact.p), int(exact.q)), direction)
+    return value if isinstance(value, int) and value == rounded else rounded
 
 
 def _lag(reference: sympy.Indexed) -> int:
@@ -148,10 +190,11 @@ def _outside_signals(expression: sympy.Expr) -> set[sympy.Symbol]:
 
 
 def canonical(expression: sympy.Expr) -> sympy.Expr:
-    """Rewrite every symbol and signal with this package's assumptions.
+    """Rewrite every symbol and signal with this package's assumptions, and every float as the fraction that it is.
 
     ``Symbol("a")`` and ``Symbol("a", real=True)`` are different objects to sympy; a user who wrote the first
-    would otherwise be told that a parameter he can see is undefined.
+    would otherwise be told that a parameter he can see is undefined.  Sympy rounds when it adds or multiplies floats;
+    what is proven of a model is about exactly the numbers that it was given.
 
     Parameters
     ----------
@@ -161,7 +204,7 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
     Returns
     -------
     sympy.Expr
-        The same expression in real symbols and real signals.
+        The same expression in real symbols, real signals and fractions.
 
     Raises
     ------
@@ -172,6 +215,8 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
     --------
     >>> canonical(sympy.Symbol("a")) == sympy.Symbol("a", real=True)
     True
+    >>> canonical(0.25 * sympy.Symbol("a"))
+    a/4
     """
     try:
         expression = sympy.sympify(expression, strict=True)
@@ -181,6 +226,7 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is no expression: give the right-hand side only, without a relation")
     ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
+    ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}
     return swapped(expression, {theirs: own for theirs, own in ours.items() if theirs != own})
 
 

@@ -100,8 +100,9 @@ def Wiener(
         if not low < high:
             raise ModelError(f"output_range = {output_range} is empty: give (lower, upper) with lower < upper")
         slope = sympy.diff(inverse, VALUE)
-        points = [low + (high - low) * index / (MONOTONE_POINTS - 1) for index in range(MONOTONE_POINTS)]
-        conditions = (sympy.expand(slope.xreplace({VALUE: number(point)})) for point in points)
+        first, step = number(low), (number(high) - number(low)) / (MONOTONE_POINTS - 1)
+        points = [first + step * index for index in range(MONOTONE_POINTS)]
+        conditions = (sympy.expand(slope.xreplace({VALUE: point})) for point in points)
         model = model.with_constraint(*(item for item in conditions if not item.is_number))
     model = Priors.of(priors).apply(model, denominator, numerator)
     return model.with_input_noise(input) if input_noise else model

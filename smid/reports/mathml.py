@@ -12,6 +12,7 @@ import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
 from smid.models import Model, Parameter
+from smid.models.expressions import decimals, shown
 from smid.models.parts import Line, Measurement
 from smid.models.symbols import VALUE, signal, t
 
@@ -82,7 +83,9 @@ def symbol(name: str, new: Collection[str] = ()) -> str:
 
 def _content(expression: sympy.Expr, new: Collection[str] = ()) -> str:
     # Without a space a number and a name of several letters run into each other.
-    return str(_Printer(new).doprint(expression)).replace("<mo>&InvisibleTimes;</mo>", "<mspace width='0.17em'/>")
+    return str(_Printer(new).doprint(decimals(expression))).replace(
+        "<mo>&InvisibleTimes;</mo>", "<mspace width='0.17em'/>"
+    )
 
 
 def _relation(left: sympy.Expr, sign: str, right: sympy.Expr, new: Collection[str] = ()) -> str:
@@ -91,7 +94,7 @@ def _relation(left: sympy.Expr, sign: str, right: sympy.Expr, new: Collection[st
 
 def _sum(head: str, expression: sympy.Expr, new: Collection[str]) -> str:
     """Print each term as a formula of its own: a browser breaks lines between formulas only."""
-    first, *others = expression.as_ordered_terms() if len(str(expression)) > _LINE else [expression]
+    first, *others = expression.as_ordered_terms() if len(shown(expression)) > _LINE else [expression]
     rows = [f"<math>{head}{_content(first, new)}</math>"]
     for term in others:
         negative = term.could_extract_minus_sign()
