@@ -23,6 +23,7 @@ Polynomial = tuple[Fraction, ...]  # highest power first
 _FLOATS = (0.1, 0.2, 0.3, 0.4, 0.55, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.25, 0.5, 0.75, 0.875)
 _OTHERS = (Fraction(6, 7), Fraction(2, 3), Fraction(1, 9), Fraction(5, 11), Fraction(1))
 _GAINS = (0.3, 0.7, 1.0, 1.5, 2.0, 3.0, 7.0, 0.1)
+_LARGE = Fraction(2**52 + 1, 2)  # beside it a float has no room for the other coefficients
 _ODDS = 0.4  # of each prior
 
 
@@ -146,15 +147,12 @@ def prior_case(seed: int) -> PriorCase:
     a = _product(poles, Fraction(1), Fraction(1)) if integrates else _product(poles, Fraction(1), None)
     scale = _pick(rng, _FLOATS) * int(rng.choice([-1, 1]))
     b = _product(_roots(rng, nb), scale, None)
-    gain = None
     if sum(a) and rng.random() < 0.6:
-        gain = _pick(rng, _GAINS)
-        b = (*b[:-1], gain * sum(a) - sum(b[:-1]))
-        if not b[0]:
-            b, gain = (scale, *b[1:]), None
-    cancels = nb == 2 and rng.random() < 0.2
-    if cancels:  # 51 bits before the point in two coefficients, that a sum in floats would keep only
-        b, gain = (_LARGE, scale, -_LARGE), None
+        last = _pick(rng, _GAINS) * sum(a) - sum(b[:-1])
+        b = (*b[:-1], last) if last or nb else b
+    cancels = nb == 2 and na > integrates and kind == "output error" and rng.random() < 0.3
+    if cancels:
+        b = (_LARGE, scale, -_LARGE)
     truth = {f"a{k}": v for k, v in enumerate(a) if k} | {f"b{k}": v for k, v in enumerate(b)}
     priors = _priors(rng, a, b, truth, integrates)
     if cancels:
@@ -223,7 +221,11 @@ def _priors(
         priors["zero_range"] = span(min(zeros), max(zeros))
     if some(0.25):
         priors["minimum_phase"] = True
-    fixed = {name: _as_float(value) for name, value in truth.items() if some(0.2) and not (integrates and name == f"a{len(a) - 1}")}
+    fixed = {
+        name: _as_float(value)
+        for name, value in truth.items()
+        if some(0.2) and not (integrates and name == f"a{len(a) - 1}")
+    }
     if sum(a) and not integrates and some(0.5):
         gain = sum(b) / sum(a)
         is_stable = priors.get("stable") or ("pole_radius" in priors and priors["pole_radius"] <= 1)
@@ -290,6 +292,8 @@ def _with_data(
     u = [Fraction(float(v)) for v in (rng.uniform(-1, 1, n) if rng.random() < 0.5 else rng.integers(-8, 9, n) / 8)]
     if len(set(u)) < 2:
         u[0] += 1
+    if _LARGE in truth.values():
+        u = [v / 2**51 for v in u]
     first = max(na, nb + late)
     w = [Fraction(float(v)) for v in rng.uniform(-0.5, 0.5, first)]
     for k in range(first, n):
