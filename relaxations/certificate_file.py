@@ -88,7 +88,7 @@ def write_certificate(
         "steps": written,
     }
     try:
-        check.check(document)
+        check.theorems(document)
     except check.Refused as refusal:
         raise ProblemError(
             f"the steps do not prove what they claim ({refusal}): give each the objective that its certificate was "

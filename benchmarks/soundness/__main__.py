@@ -12,11 +12,19 @@ import time
 from pathlib import Path
 
 from benchmarks.resumable import kept, run
+from benchmarks.soundness import checker
 from benchmarks.soundness.check_case import check_case
 from benchmarks.soundness.score import Outcome, markdown
 
 
 def main() -> None:
+    """Change certificates (``checker``), or identify random sets."""
+    if sys.argv[1:2] == ["checker"]:
+        sys.exit(checker.main(sys.argv[2:]))
+    sets()
+
+
+def sets() -> None:
     """Read the arguments, run what is not in the cache, and print (and write) the section."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.soundness", description=__doc__)
     parser.add_argument("--feasible", type=int, default=2000, help="number of sets that hold the truth")

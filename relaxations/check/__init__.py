@@ -1,0 +1,163 @@
+"""Check a certificate file: ``python -m relaxations.check FILE``.
+
+A certificate states a problem in variables x, and proves lower bounds of polynomials on the set of its points. This
+program proves them again, from the numbers in the file alone. It uses exact rational numbers and Python's standard
+library, and nothing of the package that wrote the file.
+
+The parts, from the bottom:
+
+- :mod:`relaxations.check.arithmetic`: polynomials with exact coefficients, or coefficients within a radius;
+- :mod:`relaxations.check.statement`: what a file states, and what a theorem says;
+- :mod:`relaxations.check.steps`: the kinds of steps;
+- :mod:`relaxations.check.rules`: one rule for each kind, with the proof that it is sound at its head;
+- :mod:`relaxations.check.proof`: steps one after the other;
+- :mod:`relaxations.check.read`: the file, with its limits, as statement and steps;
+- :mod:`relaxations.check.report`: what is printed.
+
+A false theorem would have to pass the arithmetic, the statement, the rules and the proof: these are the kernel.
+:mod:`relaxations.certificate_file` writes such files.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from relaxations.check.arithmetic import Polynomial, Refused, Unreadable, value_range
+from relaxations.check.proof import conclusion
+from relaxations.check.read import FORMAT, VERSION, Document, document, read
+from relaxations.check.report import report
+from relaxations.check.statement import Context, Theorem
+
+__all__ = ["FORMAT", "VERSION", "Polynomial", "Refused", "Theorem", "Unreadable", "check", "main", "read", "theorems"]
+
+EXIT_ACCEPTED, EXIT_REFUSED, EXIT_UNREADABLE = 0, 1, 2
+
+
+def check(content: Any) -> tuple[Theorem, ...]:
+    """Return the theorems of a certificate, step by step.
+
+    Parameters
+    ----------
+    content : object
+        The content of a file, as :func:`read` returns it.
+
+    Returns
+    -------
+    tuple of Theorem
+
+    Raises
+    ------
+    Unreadable
+        Where the content is not a certificate, or exceeds a limit.
+    Refused
+        Where a step does not prove what it claims, with the inequality that fails; or where nothing is proven beyond
+        the stated box.
+
+    Examples
+    --------
+    x^2 - x >= -1/4 on [0, 2], where x = 1 + t: the square of x - 1/2 = 1/2 + t.
+
+    >>> step = {"objective": [[1, 0, [0, 0]], [-1, 0, [0]]], "bound": "-1/4", "centre": [1], "scale": [1],
+    ...         "equalities": [], "products": [{"of": [], "weight": 1, "basis": [[], [0]], "factor": [["1/2"], [1]]}]}
+    >>> content = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...            "equalities": [], "inequalities": [], "steps": [step]}
+    >>> check(content)[0].bound
+    Fraction(-1, 4)
+    >>> step["bound"] = "-1/5"
+    >>> check(content)
+    Traceback (most recent call last):
+    relaxations.check.arithmetic.Refused: step 1: bound <= r_0 - sum |r_i| fails: -0.2 > -0.25
+    """
+    return _beyond_the_box(document(content))
+
+
+def theorems(content: Any) -> tuple[Theorem, ...]:
+    """Return what :func:`check` returns, also where the stated box says as much.
+
+    Parameters
+    ----------
+    content : object
+
+    Returns
+    -------
+    tuple of Theorem
+
+    Raises
+    ------
+    Unreadable, Refused
+        As :func:`check`.
+
+    Examples
+    --------
+    >>> step = {"objective": [[1, 0, [0]]], "bound": 0, "centre": [1], "scale": [1], "equalities": [], "products": []}
+    >>> content = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...            "equalities": [], "inequalities": [], "steps": [step]}
+    >>> len(theorems(content))
+    1
+    >>> check(content)
+    Traceback (most recent call last):
+    relaxations.check.arithmetic.Refused: the file proves nothing beyond the stated box
+    """
+    return _proven(document(content))
+
+
+def _proven(found: Document) -> tuple[Theorem, ...]:
+    context = Context("", found.stated, list(found.box), [], found.work)
+    return tuple(conclusion(found.steps, context))
+
+
+def _beyond_the_box(found: Document) -> tuple[Theorem, ...]:
+    proven = _proven(found)
+    if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in proven):
+        raise Refused("the file proves nothing beyond the stated box")
+    return proven
+
+
+def main(arguments: list[str]) -> int:
+    """Check one file, and print what it states and what it proves.
+
+    Parameters
+    ----------
+    arguments : list of str
+        The file's path alone, or ``--help``.
+
+    Returns
+    -------
+    int
+        The exit code: 0 accepted, 1 refused, 2 not a certificate, or called wrongly.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> step = {"objective": [[1, 0, [0, 0]], [-1, 0, [0]]], "bound": "-1/4", "centre": [1], "scale": [1],
+    ...         "equalities": [], "products": [{"of": [], "weight": 1, "basis": [[], [0]], "factor": [["1/2"], [1]]}]}
+    >>> content = {"format": "relaxations certificate", "version": 1, "variables": ["x"], "box": [[0, 2]],
+    ...            "equalities": [], "inequalities": [], "steps": [step]}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "claim.json"
+    ...     written = file.write_text(json.dumps(content), encoding="utf-8")
+    ...     main([str(file)])
+    accepted: 1 variable, 0 equalities, 0 inequalities
+    origin: not stated, so the proof is about the polynomials in this file
+    stated box:
+      x in [0, 2]
+    proven:
+      x*x - x >= -0.25 (step 1)
+    0
+    """
+    if len(arguments) != 1 or arguments[0] in ("-h", "--help"):
+        print("usage: python -m relaxations.check FILE\nexit codes: 0 accepted, 1 refused, 2 not a certificate")
+        return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
+    try:
+        found = document(read(arguments[0]))
+        lines = list(report(found, _beyond_the_box(found)))
+    except Refused as refusal:
+        readable = not isinstance(refusal, Unreadable)
+        print(f"{'refused' if readable else 'not a certificate'}: {refusal}", file=sys.stderr)
+        return EXIT_REFUSED if readable else EXIT_UNREADABLE
+    except (RecursionError, MemoryError):
+        print("not a certificate: the file takes more memory than this program has", file=sys.stderr)
+        return EXIT_UNREADABLE
+    print("\n".join(lines))
+    return EXIT_ACCEPTED

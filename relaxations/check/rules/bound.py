@@ -1,0 +1,90 @@
+"""Rule: a lower bound by sums of squares (Putinar's certificate, with its remainder bounded).
+
+Claim: ``objective >= bound`` on the set. Given are a centre c and a scale s, polynomials p_k, weights w_j >= 0, sums of
+squares sigma_j, and g_j, each a product of inequalities and of ``1 - t_i``, ``1 + t_i`` or ``1 - t_i^2``.
+
+Proof. Let x be a point of the set. For every variable that occurs below, ``s_i >= 0`` and the box lies in
+``[c_i - s_i, c_i + s_i]``. So there is a t with ``x_i = c_i + s_i t_i`` and ``-1 <= t_i <= 1``; where s_i is zero, the
+box is the point c_i. At this t let
+
+    r = objective - sum_k p_k h_k - sum_j w_j sigma_j g_j,       h_k the equalities, all polynomials written in t.
+
+There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of t lies in [-1, 1],
+``r >= r_0 - sum_{i > 0} |r_i|``, and the claimed bound is at most this number, for all coefficients in their balls. ∎
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from relaxations.check.arithmetic import ONE, ZERO, Polynomial, constant, substituted, sum_of_squares
+from relaxations.check.statement import Context, Prove, Theorem, shown
+from relaxations.check.steps import Bound
+
+
+def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
+    """Return the theorem of a step."""
+    work, known = context.work, dict[tuple[str, int], Polynomial]()
+    occurring = set(step.objective.variables)
+
+    def in_t(polynomial: Polynomial) -> Polynomial:
+        occurring.update(polynomial.variables)
+        return substituted(
+            polynomial, {v: affine(step.centre[v], step.scale[v], v) for v in polynomial.variables}, work
+        )
+
+    def factor(kind: str, number: int) -> Polynomial:
+        if kind not in ("equality", "inequality"):
+            return _end(kind, number)
+        if (kind, number) not in known:
+            known[kind, number] = in_t(context.stated.row(kind, number, context.where))
+        return known[kind, number]
+
+    residual = in_t(step.objective).plus(Polynomial())
+    for number, terms in step.equalities:
+        multiplier = Polynomial(terms)
+        occurring.update(multiplier.variables)
+        residual.add(factor("equality", number).times(multiplier, work), -ONE)
+    for place, product in enumerate(step.products):
+        context.require(product.weight >= 0, f"product {place}: weight >= 0 fails: {shown(product.weight)}")
+        total = sum_of_squares(product.basis, product.factor, work)
+        occurring.update(total.variables)
+        for kind, number in product.of:
+            own = factor(kind, number)
+            occurring.update(own.variables)
+            total = own.times(total, work)
+        residual.add(total, -product.weight)
+
+    for k in sorted(occurring):
+        low, high = context.ends(k)
+        centre, scale, name = step.centre[k], step.scale[k], context.name(k)
+        context.require(scale >= 0, f"scale >= 0 fails for {name}: {shown(scale)}")
+        at_most(context, centre - scale, low, "centre - scale <= lower", name)
+        at_most(context, high, centre + scale, "upper <= centre + scale", name)
+    return [reached(context, step.objective, step.bound, residual)]
+
+
+def affine(centre: Fraction, scale: Fraction, variable: int) -> Polynomial:
+    """Return ``centre + scale t`` for the t of a variable."""
+    return Polynomial({m: value for m, value in (((), centre), ((variable,), scale)) if value})
+
+
+def reached(context: Context, objective: Polynomial, claimed: Fraction, residual: Polynomial) -> Theorem:
+    """Return the theorem of an objective that is at least a polynomial in t, all of whose monomials are in [-1, 1]."""
+    least = residual.mid.get((), ZERO) - residual.rad.get((), ZERO)
+    for m in residual.monomials - {()}:
+        least -= abs(residual.mid.get(m, ZERO)) + residual.rad.get(m, ZERO)
+    context.require(claimed <= least, f"bound <= r_0 - sum |r_i| fails: {shown(claimed)} > {shown(least)}")
+    return Theorem(context.where, objective, claimed)
+
+
+def at_most(context: Context, left: Fraction, right: Fraction, inequality: str, name: str) -> None:
+    """Refuse the file unless ``left <= right``."""
+    context.require(left <= right, f"{inequality} fails for {name}: {shown(left)} > {shown(right)}")
+
+
+def _end(kind: str, variable: int) -> Polynomial:
+    """Return ``1 + t``, ``1 - t`` or ``1 - t^2``."""
+    if kind == "inside":
+        return constant(1).plus(Polynomial({(variable, variable): -ONE}))
+    return constant(1).plus(Polynomial({(variable,): ONE if kind == "above" else -ONE}))
