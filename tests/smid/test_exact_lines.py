@@ -148,3 +148,16 @@ def test_ends_of_boxes_that_are_no_floats_are_rounded_outwards() -> None:
     assert F(box.lower) < THIRD
     assert F(box.upper) > 2**60 + 1
     assert (Parameter("p", 0, 1).lower, Parameter("p", 0.1, 0.3).upper) == (0, 0.3)
+
+
+def test_a_sample_of_zero_decides_a_kink_whose_argument_has_a_free_gain() -> None:
+    levels = np.random.default_rng(4).uniform(0.1, 1, N)
+    levels[4] = 0.0
+    data = Dataset.from_arrays(input={"u": levels}, output={"y": np.ones(N)}, sampling_time=1.0)
+    free = Parameter("g", -1, float("inf"))
+    model = OutputError().insert_before(
+        "u", lambda u: sympy.Max(-1, -sympy.Max(0, -free.symbol * u)), parameters=[free]
+    )
+    names = FeasibleSet(model, data, BOUND).problem.names
+    assert "kink1[3]" in names
+    assert "kink1[4]" not in names
