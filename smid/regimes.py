@@ -180,7 +180,7 @@ def _exact_ranges(family: Polynomials, lower: Array, upper: Array) -> tuple[Arra
     ):
         ends = (Fraction(mid) - Fraction(rad), Fraction(mid) + Fraction(rad))
         for v in factor:
-            if v >= 0 and ends != (0, 0):
+            if v >= 0 and any(ends):
                 products = [a * b for a in ends for b in (Fraction(float(lower[v])), Fraction(float(upper[v])))]
                 ends = (min(products), max(products))
         low[row] += ends[0]
