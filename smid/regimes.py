@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from relaxations.balls import EPSILON, Array, Index, outwards
+from relaxations.balls import EPSILON, TINY, Array, Index, outwards
 from relaxations.polynomial import Polynomials
 from smid.kinks import Kind
 from smid.template import Hinge, Reference, Template, Term
@@ -159,8 +159,11 @@ def ranges(family: Polynomials, lower: Array, upper: Array) -> Ranges:
     slack = size * EPSILON * (np.bincount(family.rows, minlength=family.n_rows) + 2)
     total = [np.bincount(family.rows, v, family.n_rows) for v in (low, high)]
     below, above = np.nextafter(total[0] - slack, -np.inf), np.nextafter(total[1] + slack, np.inf)
-    near = (np.abs(below) <= NEAR * size) | (np.abs(above) <= NEAR * size)
-    doubtful = np.flatnonzero(near & np.isfinite(below) & np.isfinite(above))
+    close = np.maximum(NEAR * size, TINY)
+    near = (np.abs(below) <= close) | (np.abs(above) <= close)
+    loose = ~np.isfinite(np.where(family.factors >= 0, (upper - lower)[family.factors], 0.0)).all(axis=1)
+    no_fractions = np.bincount(family.rows[loose & (coefficients.magnitude() > 0)], minlength=family.n_rows) > 0
+    doubtful = np.flatnonzero(near & np.isfinite(below) & np.isfinite(above) & ~no_fractions)
     if len(doubtful):
         below[doubtful], above[doubtful] = _exact_ranges(family.take(doubtful), lower, upper)
     return Ranges(below, above)
@@ -177,7 +180,7 @@ def _exact_ranges(family: Polynomials, lower: Array, upper: Array) -> tuple[Arra
     ):
         ends = (Fraction(mid) - Fraction(rad), Fraction(mid) + Fraction(rad))
         for v in factor:
-            if v >= 0:
+            if v >= 0 and any(ends):
                 products = [a * b for a in ends for b in (Fraction(float(lower[v])), Fraction(float(upper[v])))]
                 ends = (min(products), max(products))
         low[row] += ends[0]

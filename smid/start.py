@@ -13,6 +13,7 @@ from relaxations.deadline import check_time
 from smid.feasible import FeasibleSet
 
 _STARTS = 4
+_NARROW = 1e-9  # relative width of a box that counts as a point
 
 
 def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
@@ -49,7 +50,8 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
 
     low, high = np.where(np.isfinite(lower), lower, -1.0), np.where(np.isfinite(upper), upper, 1.0)
     generator = np.random.default_rng(0)
-    free = lower < upper
+    # A box that is a point but for rounding has no float inside that a fit could start from.
+    free = ~(np.isfinite(upper - lower) & (upper - lower <= _NARROW * np.minimum(np.abs(lower), np.abs(upper))))
     fits = []
     for k in range(_STARTS):
         start = 0.5 * (low + high) if k == 0 else generator.uniform(low, high)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 
 import numpy as np
 import sympy
@@ -45,15 +46,14 @@ class Term:
 
     def coefficients(self, channels: Mapping[str, Array], times: Index) -> Balls:
         """Return the coefficient at each of ``times``, shape (len(times),)."""
-        total = Balls.exact(np.zeros(len(times)))
+        parts = []
         for factor, powers in self.data:
             product = Balls.exact(np.ones(len(times)))
             for channel, lag, power in powers:
                 product = product * Balls.exact(channels[channel][times - lag]) ** power
             constant = Balls.enclose(factor)
-            value = product * Balls(np.full(len(times), constant.mid), np.full(len(times), constant.rad))
-            total = value if len(self.data) == 1 else total + value
-        return total
+            parts.append(product * Balls(np.full(len(times), constant.mid), np.full(len(times), constant.rad)))
+        return reduce(Balls.__add__, parts)
 
     def expansions(self, channels: Mapping[str, Array], times: Index) -> tuple[Index, Balls]:
         """Return each coefficient as a sum of floats that leaves next to nothing.

@@ -1,62 +1,31 @@
-"""Identify random sets and count what is false: ``python -m benchmarks.soundness``.
-
-Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
-Delete the cache when the bounds have changed. The command fails where a statement was false.
-"""
+"""Look for false statements: ``python -m benchmarks.soundness COMMAND [options]``."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-import time
-from pathlib import Path
+from importlib import import_module
 
-from benchmarks.resumable import kept, run
-from benchmarks.soundness import checker
-from benchmarks.soundness.check_case import check_case
-from benchmarks.soundness.score import Outcome, markdown
-
-
-def main() -> None:
-    """Change certificates (``checker``), or identify random sets."""
-    if sys.argv[1:2] == ["checker"]:
-        sys.exit(checker.main(sys.argv[2:]))
-    sets()
+COMMANDS = {
+    "sets": "identify random feasible and empty sets",
+    "priors": "identify random models with priors, whose rational truth lies at an end of a prior",
+    "checker": "change certificates, and see whether the checker accepts what is false",
+}
+"""Modules of this package, each with a ``main`` that takes the options and returns the exit code."""
 
 
-def sets() -> None:
-    """Read the arguments, run what is not in the cache, and print (and write) the section."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soundness", description=__doc__)
-    parser.add_argument("--feasible", type=int, default=2000, help="number of sets that hold the truth")
-    parser.add_argument("--infeasible", type=int, default=500, help="number of empty sets")
-    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="first seed of both")
-    parser.add_argument("--method", default="auto", help="of the smooth models")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--output", type=Path, help="Markdown file for the section")
-    parser.add_argument("--cache", type=Path, default=Path(".cache/soundness.jsonl"))
-    given = parser.parse_args()
-
-    wanted = [(True, seed) for seed in range(given.first, given.first + given.feasible)]
-    wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
-    known = {(o.is_feasible, o.seed): o for o in (Outcome(**entry) for entry in kept(given.cache))}
-    outcomes = [known[key] for key in wanted if key in known]
-    missing = [(*key, given.method) for key in wanted if key not in known]
-    print(f"{len(wanted)} sets, {len(outcomes)} of them in {given.cache}", flush=True)
-    started = time.perf_counter()
-    for outcome in run(given.cache, check_case, missing, given.workers):
-        outcomes.append(outcome)
-        if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
-            print(
-                f"{len(outcomes):4d}/{len(wanted)} {outcome.verdict}: {outcome.kind}, {outcome.construction}, "
-                f"seed {outcome.seed} ({outcome.seconds:.1f} s) {outcome.message}",
-                flush=True,
-            )
-    section = markdown(outcomes, time.perf_counter() - started)
-    print(f"\n{section}", flush=True)
-    if given.output:
-        given.output.write_text(section, encoding="utf-8")
-    sys.exit(any(o.is_false for o in outcomes))
+def main() -> int:
+    """Run the command that is named first, with the options behind it."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.soundness",
+        description="\n".join(f"{name:8} {what}" for name, what in COMMANDS.items()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("command", choices=COMMANDS)
+    given = parser.parse_args(sys.argv[1:2])
+    code: int = import_module(f"benchmarks.soundness.{given.command}").main(sys.argv[2:])
+    return code
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from fractions import Fraction
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from benchmarks.soundness.cases import SMOOTH, empty_case, feasible_case
 from benchmarks.soundness.score import Outcome
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
 
-__all__ = ["check_case"]
+__all__ = ["check_case", "inside"]
 
 
 def check_case(feasible: bool, seed: int, method: str = "auto") -> Outcome:
@@ -37,17 +39,17 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> Outcome:
     except Exception as error:  # one broken case must not end a long run; it is reported
         verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
-        verdict, message = _inside(estimate, case.truth) if feasible else _never_feasible(estimate)
+        verdict, message = inside(estimate, case.truth) if feasible else _never_feasible(estimate)
     return Outcome(
         case.kind, case.construction, seed, len(case.data.values("y")), verdict, time.perf_counter() - started, message
     )
 
 
-def _inside(estimate: Estimate, truth: dict[str, float]) -> tuple[str, str]:
-    """Compare the intervals with the parameters that made the data, and with their own witnesses."""
+def inside(estimate: Estimate, truth: Mapping[str, float | Fraction]) -> tuple[str, str]:
+    """Compare the intervals with the parameters that made the data, and with their own witnesses; exactly."""
     for interval in estimate.intervals:
         true = truth[interval.name]
-        if not interval.lower <= true <= interval.upper:
+        if not float(interval.lower) <= true <= float(interval.upper):
             return "truth outside", f"{interval.name} = {true!r} outside [{interval.lower!r}, {interval.upper!r}]"
         inner = interval.inner_lower, interval.inner_upper
         if not np.isnan(inner[0]) and not interval.lower <= inner[0] <= inner[1] <= interval.upper:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["FALSE", "Outcome", "markdown"]
+__all__ = ["FALSE", "Outcome", "markdown", "table"]
 
 FALSE = ("truth outside", "witness outside", "called empty", "called feasible")
 
@@ -57,22 +57,23 @@ def markdown(outcomes: Sequence[Outcome], seconds: float) -> str:
     spent = sum(o.seconds for o in outcomes)
     parts = [
         "## Soundness: random feasible and empty sets",
-        f"`python -m benchmarks.soundness`: {len(feasible)} sets that hold a known truth and {len(empty)} that are "
-        "empty by construction (an outlier out of reach of all parameters within their boxes, or a noise bound below "
-        "what linear programs over cells of the poles prove necessary). "
+        f"`python -m benchmarks.soundness sets`: {len(feasible)} sets that hold a known truth and {len(empty)} that "
+        "are empty by construction (an outlier out of reach of all parameters within their boxes, or a noise bound "
+        "below what linear programs over cells of the poles prove necessary). "
         f"False statements: {len(false)}. Errors: {len(failed)}. {spent / 60:.0f} minutes of one core, "
         f"{seconds / 60:.0f} in this run.",
     ]
     if feasible:
-        parts.append(_table("feasible sets", feasible, ("inside", "inside, no box"), lambda o: o.kind))
+        parts.append(table("feasible sets", feasible, ("inside", "inside, no box"), lambda o: o.kind))
     if empty:
         verdicts = ("certified empty", "undecided")
-        parts.append(_table("empty sets", empty, verdicts, lambda o: f"{o.kind}, {o.construction}"))
+        parts.append(table("empty sets", empty, verdicts, lambda o: f"{o.kind}, {o.construction}"))
     parts += [f"- {o.verdict}, {o.kind}, {o.construction}, seed {o.seed}: {o.message}" for o in false + failed]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(title, outcomes, verdicts, group) -> str:  # type: ignore[no-untyped-def]
+def table(title: str, outcomes: Sequence[Outcome], verdicts: Sequence[str], group: Callable[[Outcome], str]) -> str:
+    """Return counts of verdicts and times, one row a group and one of all."""
     lines = [
         f"| {title} | runs | {' | '.join(verdicts)} | false | failed | median s | longest s |",
         "|---" * (len(verdicts) + 6) + "|",

@@ -10,7 +10,8 @@ import sympy
 from exact_membership import what_excludes
 
 from smid import Dataset, FeasibleSet, Hammerstein, ModelError, OutputError, Wiener
-from smid.models import VALUE, Line, Measurement, Model, Parameter, from_text, to_text
+from smid.models import Line, Measurement, Model, Parameter
+from smid.models.expressions import from_text, to_text
 from smid.models.symbols import signal, t
 
 F = Fraction
@@ -41,9 +42,9 @@ w, u = signal("w"), signal("u")
 k, d = Parameter("k", 0, 1), Parameter("d", 0, 1)
 PLANTS = {
     "a number put into a line of decimals": Plant(
-        OutputError(1, 0).replace_line("w", -0.7 * sympy.Symbol("a1") * w[t - 1] + 0.3 * sympy.Symbol("b0") * u[t - 1]).fix(
-            b0=0.1
-        ),
+        OutputError(1, 0)
+        .replace_line("w", -0.7 * sympy.Symbol("a1") * w[t - 1] + 0.3 * sympy.Symbol("b0") * u[t - 1])
+        .fix(b0=0.1),
         {"a1": -THIRD},
         _recursion(lambda w, u: F(0.7) * THIRD * w + F(0.3) * F(0.1) * u),
     ),
@@ -105,7 +106,7 @@ def test_a_sensor_curve_of_decimals_is_solved_by_the_truth() -> None:
         model.name,
         model.parameters,
         model.lines,
-        (Measurement("y", "x", "eta", 0.7 * VALUE + 0.1 * 0.3 * VALUE + sympy.Symbol("s3") * VALUE**3),),
+        (Measurement("y", "x", "eta", from_text("0.7*value + 0.1*0.3*value + s3*value**3")),),
         model.constraints,
     )
     rng = np.random.default_rng(2)
@@ -113,7 +114,7 @@ def test_a_sensor_curve_of_decimals_is_solved_by_the_truth() -> None:
     eta = [F(float(v)) for v in rng.uniform(-BOUND, BOUND, N)]
     truth = {"alpha": -THIRD, "beta": F(2, 7), "s3": F(1, 9)}
     z = [F(float(a)) - b for a, b in zip(y, eta, strict=True)]
-    x = [(F(0.7) + F(0.1 * 0.3)) * v + truth["s3"] * v**3 for v in z]
+    x = [(F(0.7) + F(0.1) * F(0.3)) * v + truth["s3"] * v**3 for v in z]
     # The input that leads from one sample to the next is no float: the lines read it as noisy.
     drive = [(x[j + 1] - THIRD * x[j]) / truth["beta"] for j in range(N - 1)] + [F(0)]
     seen = [float(v) for v in drive]
@@ -144,5 +145,19 @@ def test_no_line_holds_a_float_and_the_text_of_a_model_gives_every_bit_back() ->
 
 def test_ends_of_boxes_that_are_no_floats_are_rounded_outwards() -> None:
     box = Parameter("p", THIRD, 2**60 + 1)
-    assert F(box.lower) < THIRD and F(box.upper) > 2**60 + 1
+    assert F(box.lower) < THIRD
+    assert F(box.upper) > 2**60 + 1
     assert (Parameter("p", 0, 1).lower, Parameter("p", 0.1, 0.3).upper) == (0, 0.3)
+
+
+def test_a_sample_of_zero_decides_a_kink_whose_argument_has_a_free_gain() -> None:
+    levels = np.random.default_rng(4).uniform(0.1, 1, N)
+    levels[4] = 0.0
+    data = Dataset.from_arrays(input={"u": levels}, output={"y": np.ones(N)}, sampling_time=1.0)
+    free = Parameter("g", -1, float("inf"))
+    model = OutputError().insert_before(
+        "u", lambda u: sympy.Max(-1, -sympy.Max(0, -free.symbol * u)), parameters=[free]
+    )
+    names = FeasibleSet(model, data, BOUND).problem.names
+    assert "kink1[3]" in names
+    assert "kink1[4]" not in names
