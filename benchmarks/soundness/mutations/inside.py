@@ -142,6 +142,19 @@ def reach(document: Document, rng: random.Random) -> None:
         own["variables"].append([rng.randrange(len(document["variables"])), 1])
 
 
+def level(document: Document, rng: random.Random) -> None:
+    """Move a level, or prove a step below one."""
+    if rng.random() < 0.5:
+        step = of_kind(document, "level", rng)
+        step["level"] = shown(number(step["level"]) + rng.choice([-1, 1]) * Fraction(10) ** rng.randint(-9, 1))
+        return
+    place = rng.choice([p for p in steps(document) if "products" in p.value])
+    step = place.value
+    at = number(step["bound"]) + rng.choice([Fraction(0), Fraction(1, 10), Fraction(1), Fraction(-1, 100)])
+    claim = {key: step[key] for key in ("objective", "bound")}
+    place.put({**claim, "level": shown(at), "steps": [step]})
+
+
 def new_quotient(document: Document, rng: random.Random) -> None:
     own = document["steps"]
     found = {"equality": rng.randrange(len(document["equalities"])), "variable": rng.randrange(len(document["box"]))}
@@ -254,6 +267,7 @@ def _moved(document: Document, numbers: list[int], n: int, offset: dict[str, int
             new["sides"] = [[offset["kinks"] + k, side] for k, side in old["sides"]]
             new["rows"] = [[kind, offset["kinks"] + k, *ends] for kind, k, *ends in old["rows"]]
             new["defined"] = [quotient(each) for each in old["defined"]]
+        if "steps" in old:
             new["steps"] = [step(each) for each in old["steps"]]
         if "reach" in old:
             reach_of = old["reach"]
@@ -306,6 +320,7 @@ INSIDE: dict[str, Callable[[Document, random.Random], Any]] = {
     "reach": reach,
     "quotient": new_quotient,
     "cut": cuts,
+    "level": level,
     "level of steps": move_level,
     "merged variables": merged_variables,
 }

@@ -10,6 +10,7 @@ from typing import Any
 
 from benchmarks.soundness.mutations.bombs import BOMBS, TEXTS
 from benchmarks.soundness.mutations.coupled import COUPLED, raised, with_claims
+from benchmarks.soundness.mutations.forged import FORGED
 from benchmarks.soundness.mutations.fresh import FRESH
 from benchmarks.soundness.mutations.inside import INSIDE, joined
 from benchmarks.soundness.mutations.library import Genuine
@@ -18,12 +19,13 @@ from benchmarks.soundness.mutations.simple import SIMPLE, foreign_row
 __all__ = ["KINDS", "NOT_APPLICABLE", "Mutant", "mutant"]
 
 SHARES = {
-    "one thing": 0.25,
+    "one thing": 0.21,
     "steps inside": 0.2,
     "claim and condition": 0.3,
     "new step": 0.1,
     "joined": 0.07,
     "text": 0.06,
+    "forgery": 0.04,
     "bomb": 0.02,
 }
 KINDS = tuple(SHARES)
@@ -66,6 +68,12 @@ def mutant(seed: int, number: int, genuine: Sequence[Genuine]) -> Mutant:
         return Mutant(kind, (name,), _dumped(BOMBS[name](rng)), ())
     weights = [_weight(one.text) for one in genuine]
     (source,) = rng.choices(genuine, weights)
+    if kind == "forgery":
+        name = rng.choice(list(FORGED))
+        document, changes = FORGED[name](rng), [name]
+        for _ in range(rng.choice([0, 0, 1, 2])):
+            changes += _changed(kind, document, rng, genuine)
+        return Mutant(kind, tuple(changes), _dumped(document), ())
     if kind == "text":
         name = rng.choice(list(TEXTS))
         return Mutant(kind, (name,), TEXTS[name](source.text, rng), (source,))

@@ -33,6 +33,7 @@ class Plan:
 
     assignments: list[tuple[Terms, int] | Kink]
     free: list[int]
+    lean: int = 0  # -1, 0 or 1: to which end of their balls the coefficients are taken
 
     @staticmethod
     def of(stated: Stated, rng: random.Random | None = None) -> Plan:
@@ -62,7 +63,8 @@ class Plan:
             item = left.pop(k)[0]
             found.append(item if isinstance(item, Kink) else (item, v))
             given.add(v)
-        return Plan(found[::-1], [v for v in range(len(stated.box)) if v not in given])
+        lean = rng.choice([-1, 0, 0, 1]) if rng else 0
+        return Plan(found[::-1], [v for v in range(len(stated.box)) if v not in given], lean)
 
 
 def repaired(stated: Stated, plan: Plan, guess: Point) -> list[Fraction] | None:
@@ -71,11 +73,11 @@ def repaired(stated: Stated, plan: Plan, guess: Point) -> list[Fraction] | None:
     for item in plan.assignments:
         if isinstance(item, Kink):
             low, high = range_at(item.argument, point)
-            middle = (low + high) / 2
-            point[item.variable] = Fraction((middle > 0) - (middle < 0)) if item.is_sign else max(middle, Fraction(0))
+            value = (low, (low + high) / 2, high)[plan.lean + 1]
+            point[item.variable] = Fraction((value > 0) - (value < 0)) if item.is_sign else max(value, Fraction(0))
             continue
         terms, v = item
-        constant, slope = _split(terms, v, point)
+        constant, slope = _split(terms, v, point, plan.lean)
         if slope:
             point[v] = _clipped(-constant / slope, *stated.box[v]) if _has_radius(terms) else -constant / slope
     return point if is_feasible(stated, point) else None
@@ -188,18 +190,22 @@ def _affine(terms: Terms) -> list[int]:
     return sorted(affine, key=lambda v: (v in alone, v))
 
 
-def _split(terms: Terms, v: int, point: Point) -> tuple[Fraction, Fraction]:
-    constant = slope = Fraction(0)
-    for mid, _, monomial in terms:
-        value = mid
+def _split(terms: Terms, v: int, point: Point, lean: int) -> tuple[Fraction, Fraction]:
+    """Return both parts of a row; a lean of one makes the first as large and the second as small as the balls allow."""
+    total = [Fraction(0), Fraction(0)]
+    radius = [Fraction(0), Fraction(0)]
+    for mid, rad, monomial in terms:
+        power = Fraction(1)
         for w in monomial:
             if w != v:
-                value *= point[w]
-        if v in monomial:
-            slope += value
-        else:
-            constant += value
-    return constant, slope
+                power *= point[w]
+        part = v in monomial
+        total[part] += mid * power
+        radius[part] += rad * abs(power)
+    if lean:
+        total[0] += lean * radius[0] * (1 if total[0] >= 0 else -1)
+        total[1] -= lean * radius[1] * (1 if total[1] >= 0 else -1)
+    return total[0], total[1]
 
 
 def _has_radius(terms: Terms) -> bool:

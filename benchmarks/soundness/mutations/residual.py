@@ -80,6 +80,9 @@ def views(steps: list[Any], view: View) -> Iterator[tuple[list[Any], Any, View]]
                 yield from views(face["steps"], cone)
         for part in step.get("parts", []):
             yield from views(part["steps"], view)
+        if "level" in step:
+            below = _plus({(): (number(step["level"]), _ZERO)}, _scaled(polynomial(step["objective"]), -_ONE))
+            yield from views(step["steps"], replace(view, inequalities=[*view.inequalities, below]))
         if "sides" in step:
             yield from views(step["steps"], _decided(step, view))
         if "bound" in step:
@@ -96,6 +99,9 @@ def claimed(step: Any, view: View) -> str | None:
                 return None
             best.append(max(own))
         return _rounded_down(min(best)) if best else None
+    if "level" in step:
+        found = [number(own["bound"]) for own in step["steps"] if own.get("objective") == step["objective"]]
+        return _rounded_down(min(max(found), number(step["level"]))) if found else None
     if "products" not in step:
         return None
     try:

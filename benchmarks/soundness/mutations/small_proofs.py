@@ -5,6 +5,7 @@ Most coefficients are rational numbers that no float holds, so that the files ho
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from relaxations import check
 from relaxations.bounding import relax
 from relaxations.boxes import derive_box
 from relaxations.branching import branch_and_bound
@@ -269,6 +271,24 @@ def _sides(
     return Sides(problem, tuple(known.items()), rows, (), (proven,))
 
 
+def level(path: Path, order: int = 1) -> tuple[float, ...]:
+    """Write a bound that is proven below a level only: the row of the level stands behind all inequalities."""
+    box = {x: (-1, 2), y: (-2, 1)}
+    problem, objective = from_sympy(x * y + y**2 / 3 - x / 7, [1 - x**2 - y**2], [], [x, y], box)
+    top = -R(1, 5)
+    below = problem.with_inequalities(objective.below(float(top)))
+    relaxed = relax(below, "sparse", order, objective=objective)
+    write_certificate(path, below, [Bound.of(relaxed, objective, relaxed.bound(objective))])
+    document = check.read(path)
+    document["inequalities"].pop()
+    (step,) = document["steps"]
+    document["steps"] = [
+        {**{key: step[key] for key in ("objective", "bound")}, "level": float(top).hex(), "steps": [step]}
+    ]
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return ()
+
+
 def written(recipe: Callable[[], Proof], path: Path) -> tuple[float, ...]:
     write_certificate(path, *recipe())
     return ()  # no point is known
@@ -302,4 +322,4 @@ MADE: dict[str, Callable[[], Proof]] = {
 }
 RECIPES: dict[str, Callable[[Path], tuple[float, ...]]] = {
     name: partial(written, recipe) for name, recipe in MADE.items()
-}
+} | {"level": level}
