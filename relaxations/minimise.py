@@ -238,7 +238,9 @@ def minimise(
                 points.prove()
             if nodes and search.lower < search.goal:
                 nodes = min(nodes, MORE_BRANCHES) if search.hoped else nodes
-                _branch(search, method, node_order(problem, objective, method, least, order), nodes, solver, say)
+                _branch(
+                    search, method, partial(node_order, method=method, least=least, highest=order), nodes, solver, say
+                )
     except STOPS as stop:
         reason = Reason[stopped_by(stop)]
     with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
@@ -293,12 +295,20 @@ def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
     return [] if found is None else [relaxed.scaling.recover(point) for point in found]
 
 
-def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, say: Progress) -> None:
+def _branch(
+    search: _Search,
+    method: str,
+    order_for: Callable[[PolynomialProblem, Polynomials], int],
+    nodes: int,
+    solver: str,
+    say: Progress,
+) -> None:
     """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
     points, objective = search.points, search.points.objective
     problem, best = points.problem, points.best
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
+    whole = order_for(better, objective)  # the objective as a constraint may couple all variables
     curved = nonlinear_variables(problem.with_inequalities(objective))
     steps: list[Step] = []
     record = steps.append if search.record else None
@@ -314,10 +324,10 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
 
     found = uninterrupted(
         intervals(
-            _tightened(search, better, method, order),
+            _tightened(search, better, method, whole),
             range(problem.n_variables),
             method=method,
-            order=order,
+            order=whole,
             solver=solver,
             rounds=CONTRACTIONS,
             witnesses=False,
@@ -336,6 +346,8 @@ def _branch(search: _Search, method: str, order: int, nodes: int, solver: str, s
         search.lower = max(search.lower, min(_least_on_box(smaller, objective), best))
     if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
+
+    order = order_for(problem, objective)
 
     def bounded(part: PolynomialProblem) -> Relaxed:
         search.nodes += 1

@@ -1,5 +1,7 @@
 """Minima of polynomials: the bound below, the point above, and where they must meet."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import sympy
@@ -248,3 +250,19 @@ def test_members_are_multiplied_and_subtracted_exactly():
 def test_a_local_minimum_copes_with_equalities_that_depend_on_each_other():
     problem, objective = from_sympy(X**2 + Y**2, [], [X + Y - 1, 2 * X + 2 * Y - 2], [X, Y], {X: (-1, 1), Y: (-1, 1)})
     np.testing.assert_allclose(local_minimum(problem, objective, np.array([1.0, -1.0])), [0.5, 0.5], atol=1e-6)
+
+
+def test_the_order_of_the_contraction_counts_the_objective_as_a_constraint(monkeypatch):
+    # The terms of the sum have two variables each, so branching takes order 4. As a constraint the sum has all ten.
+    names = sympy.symbols("x0:10")
+    expression = sum((v**2 - sympy.Rational(1, 3)) ** 2 + v * w / 8 for v, w in pairwise(names))
+    problem, objective = from_sympy(expression, [], [], names, dict.fromkeys(names, (-1, 1)))
+    orders = []
+
+    def recorded(*_, order, **__):
+        orders.append(order)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(minimise_module, "intervals", recorded)
+    minimise(problem, objective, order=4, tolerance=1e-14)
+    assert orders == [2]
