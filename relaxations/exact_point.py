@@ -105,6 +105,14 @@ def _completed(
 def rows(polynomials: Polynomials) -> list[Row]:
     """Return the terms of each member in fractions.
 
+    Parameters
+    ----------
+    polynomials : Polynomials
+
+    Returns
+    -------
+    list of list of (Fraction, Fraction, list of int)
+
     Examples
     --------
     >>> rows(Polynomials.from_terms([{(0, 1): 0.5}]))
@@ -115,6 +123,17 @@ def rows(polynomials: Polynomials) -> list[Row]:
 
 def simplest(value: float, reach: Fraction) -> Fraction:
     """Return the fraction of the least denominator that is at most ``reach`` away from a number.
+
+    Parameters
+    ----------
+    value : float
+        Finite.
+    reach : Fraction
+        At least zero.
+
+    Returns
+    -------
+    Fraction
 
     Examples
     --------
@@ -141,6 +160,17 @@ def simplest(value: float, reach: Fraction) -> Fraction:
 def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
     """Return the values of what lies at an end of the box, None for the rest, and each distance from the ends.
 
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    values : list of Fraction or None
+    distances : list of float
+        In widths of the box.
+
     Examples
     --------
     >>> from relaxations.formats.expressions import problem_of, variables
@@ -159,6 +189,16 @@ def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None
 
 def is_active(row: Row, point: Array) -> bool:
     """Return whether an inequality without rounding in its coefficients is nearly zero at a point.
+
+    Parameters
+    ----------
+    row : list of (Fraction, Fraction, list of int)
+        As :func:`rows` returns it.
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    bool
 
     Examples
     --------
