@@ -102,6 +102,10 @@ def time_limit(seconds: float) -> Iterator[None]:
     seconds : float
         Positive; infinite for no limit.
 
+    Yields
+    ------
+    None
+
     Raises
     ------
     ProblemError

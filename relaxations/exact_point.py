@@ -112,7 +112,6 @@ def rows(polynomials: Polynomials) -> list[Row]:
     Returns
     -------
     list of list of (Fraction, Fraction, list of int)
-        Coefficient, its radius and the variables of each term, row by row.
 
     Examples
     --------
@@ -128,6 +127,7 @@ def simplest(value: float, reach: Fraction) -> Fraction:
     Parameters
     ----------
     value : float
+        Finite.
     reach : Fraction
         At least zero.
 
@@ -168,7 +168,7 @@ def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None
     Returns
     -------
     values : list of Fraction or None
-    distance : list of float
+    distances : list of float
         In widths of the box.
 
     Examples
@@ -193,7 +193,7 @@ def is_active(row: Row, point: Array) -> bool:
     Parameters
     ----------
     row : list of (Fraction, Fraction, list of int)
-        One of :func:`rows`.
+        As :func:`rows` returns it.
     point : ndarray, shape (n_variables,)
 
     Returns

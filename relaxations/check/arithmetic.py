@@ -65,6 +65,11 @@ class Work:
 class Polynomial:
     """Coefficients ``mid +- rad`` of monomials; a monomial that is missing has zero for both.
 
+    Parameters
+    ----------
+    mid, rad : dict of monomial to Fraction
+        A monomial is the sorted tuple of its variables' numbers, with repetition.
+
     Examples
     --------
     >>> p = Polynomial({(0, 0): Fraction(1), (): Fraction(-1, 3)}, {(): Fraction(1, 100)})  # x0^2 - 1/3, about

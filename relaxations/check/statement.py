@@ -37,6 +37,14 @@ class Kink:
 class Theorem:
     """The objective is at least the bound at every point of the set.
 
+    Parameters
+    ----------
+    step : str
+        Which one proves it.
+    objective : Polynomial
+        In the variables of the file.
+    bound : Fraction
+
     Examples
     --------
     >>> Theorem("step 1", Polynomial(), ONE).empty  # 0 >= 1 holds at no point

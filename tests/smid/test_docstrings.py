@@ -19,6 +19,7 @@ import pytest
 
 import relaxations
 import smid
+from relaxations import check
 
 API = Path(__file__).parents[2] / "docs" / "api.md"
 HEADINGS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples", "References", "See Also", "Notes")
@@ -33,8 +34,10 @@ def offered():
         module = importlib.import_module(package)
         for name in getattr(module, "__all__", ()):
             found[f"{package}.{name}"] = getattr(module, name)
+    found |= {f"relaxations.check.{name}": getattr(check, name) for name in check.__all__}
     for info in pkgutil.walk_packages(relaxations.__path__, "relaxations."):
-        if not info.name.endswith("__main__"):
+        # The modules of the checker stand behind its face.
+        if not info.name.startswith("relaxations.check") and not info.name.endswith("__main__"):
             for name, item in vars(importlib.import_module(info.name)).items():
                 if getattr(item, "__module__", None) == info.name and not name.startswith("_"):
                     found[f"{info.name}.{name}"] = item
