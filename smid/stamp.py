@@ -20,6 +20,7 @@ from smid import hull
 from smid.data import Dataset
 from smid.kinks import Kind
 from smid.models import Model, ModelError
+from smid.models.expressions import shown
 from smid.regimes import Ranges, Side, ranges, readings, resolved
 from smid.template import Hinge, Reference, Template, hinges, templates
 
@@ -392,8 +393,8 @@ def _unbounded(structure: Structure, hinge: Hinge) -> ModelError:
     loose = [p.name for p in structure.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
     what = f"give bounds to {', '.join(loose)}" if loose else "measure, or bound, every signal that it reads"
     return ModelError(
-        f"{hinge.kink.argument} stands inside Max, Min or Abs and may be arbitrarily large, so that nothing can be "
-        f"proven: {what}"
+        f"{shown(hinge.kink.argument)} stands inside Max, Min or Abs and may be arbitrarily large, so that nothing can "
+        f"be proven: {what}"
     )
 
 

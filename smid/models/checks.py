@@ -10,6 +10,7 @@ import sympy
 
 from smid.models.discretise import SCHEMES
 from smid.models.errors import ModelError, refuse_unknown
+from smid.models.expressions import shown
 from smid.models.structure import exogenous
 from smid.models.symbols import VALUE, plain_symbols
 
@@ -50,7 +51,7 @@ def check_symbols(model: Model) -> None:
     """Refuse a symbol that is no parameter, and a measured signal or a value that is not the model's."""
     known = {parameter.name for parameter in model.parameters}
     expressions = [(f"the line of {line.signal!r}", line.expression) for line in model.lines]
-    expressions += [(f"the constraint '{constraint} >= 0'", constraint) for constraint in model.constraints]
+    expressions += [(f"the constraint '{shown(constraint)} >= 0'", constraint) for constraint in model.constraints]
     for measurement in model.measurements:
         inverse = measurement.inverse if measurement.inverse is not None else VALUE
         expressions.append(
@@ -62,7 +63,9 @@ def check_symbols(model: Model) -> None:
             raise ModelError(f"{place} uses {', '.join(unknown)}, no parameter: add it by with_parameter")
     for constraint in model.constraints:
         if constraint.atoms(sympy.Indexed):
-            raise ModelError(f"the constraint '{constraint} >= 0' reads a signal: state it in the parameters only")
+            raise ModelError(
+                f"the constraint '{shown(constraint)} >= 0' reads a signal: state it in the parameters only"
+            )
     signals = {*exogenous(model.lines), *(line.signal for line in model.lines)}
     for measurement in model.measurements:
         if measurement.signal not in signals:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from smid.models.errors import ModelError
+from smid.models.expressions import shown
 from smid.models.parts import Parameter
 from smid.models.symbols import canonical, number, swapped
 
@@ -213,7 +214,8 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
         constraints = tuple(item.xreplace(swap) for item in constraints)
         for before, after in zip(model.constraints, constraints, strict=False):
             if after.is_negative:
-                raise ModelError(f"{old.name} = {expression} contradicts '{before} >= 0': change one of them")
+                clash = f"{old.name} = {shown(expression)} contradicts '{shown(before)} >= 0'"
+                raise ModelError(f"{clash}: change one of them")
         constraints = tuple(item for item in constraints if not item.is_number)
     return replace(
         model,

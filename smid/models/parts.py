@@ -170,7 +170,9 @@ class Measurement:
         if self.inverse is not None:
             inverse = canonical(self.inverse)
             if VALUE not in inverse.free_symbols or inverse.atoms(sympy.Indexed):
-                raise ModelError(f"the inverse sensor curve '{inverse}' must depend on VALUE and on parameters only")
+                raise ModelError(
+                    f"the inverse sensor curve '{shown(inverse)}' must depend on VALUE and on parameters only"
+                )
             object.__setattr__(self, "inverse", inverse)
 
     def __str__(self) -> str:

@@ -9,6 +9,8 @@ import pkgutil
 import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from xml.etree import ElementTree
 
 import numpy as np
@@ -90,6 +92,10 @@ def identified():
     steps = (OrderStep(model, True, False, str(empty), 0.03), OrderStep(model, False, True, "Tight.", None))
     yield smid.LowestOrder(steps, estimate, "y", "bar", 0.01)
     yield smid.validate(estimate.model, data, 0.1)
+    with TemporaryDirectory() as folder:
+        proof = Path(folder) / "proof.json"
+        smid.identify(smid.OutputError(1, stable=True), data, 0.1, certificate=proof)
+        yield smid.verify(proof, data)
     with ThreadPoolExecutor(1) as executor:
         yield smid.order_study(model, data, 0.1, orders=[1], executor=executor)
 
