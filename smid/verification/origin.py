@@ -38,8 +38,8 @@ def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[
     >>> from smid.models import OutputError
     >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1]}, output={"y": [0.0, 1, 0.5]}, sampling_time=1.0)
     >>> origin = origin_of(bind(OutputError(), data), data, {"y": 0.1})
-    >>> origin["model"]["lines"], origin["noise_bounds"]
-    ({'w': 'b0*u[t - 1] - a1*w[t - 1]'}, {'y': '0x1.999999999999ap-4'})
+    >>> origin["model"]["parameters"], origin["noise_bounds"]
+    ({'a1': [None, None], 'b0': [None, None]}, {'y': '0x1.999999999999ap-4'})
     """
     return {
         "software": f"smid {_version()}",

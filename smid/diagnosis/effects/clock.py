@@ -19,7 +19,7 @@ def with_clock(model: Model, sampling_time: float) -> tuple[Model, sympy.Expr]:
     >>> from smid.models import OutputError
     >>> model, now = with_clock(OutputError(), 0.5)
     >>> print(now, "=", model.lines[1].expression)
-    time[t] = time[t - 1] + 0.5
+    time[t] = time[t - 1] + 1/2
     """
     step = number(sampling_time)
     for line in model.lines:

@@ -130,7 +130,7 @@ def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
     document = written()
     assert document["interrupted"]
     assert document["causes"][0]["effect"] == "input_dead_zone"
-    assert "Interrupted" in Path("out.html").read_text(encoding="utf-8")
+    assert "Ended early: effects that were not tried yet" in Path("out.html").read_text(encoding="utf-8")
 
 
 def test_interrupted_before_the_search_there_is_no_result(smid, monkeypatch):
