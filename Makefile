@@ -39,9 +39,9 @@ test: $(READY)
 
 # OpenBLAS chooses its kernel by the processor, and the last digits depend on it. numpy knows its own loops by names that
 # differ between versions, so it is asked for them.
-KERNEL_TESTS := tests/relaxations/test_relaxations_solvers.py tests/relaxations/test_relaxations_lift_and_lasserre.py \
-	tests/relaxations/test_relaxations_witness.py tests/relaxations/test_relaxations_exactness.py \
-	tests/smid/recursive tests/smid/networks tests/smid/test_identify.py
+KERNEL_TESTS := tests/relaxations/solvers/test_solvers.py tests/relaxations/moments/test_lift_and_lasserre.py \
+	tests/relaxations/points/test_witness.py tests/relaxations/moments/test_exactness.py \
+	tests/smid/recursive tests/smid/networks tests/smid/identification/test_identify.py
 WITH_KERNEL = .venv/bin/python .ci/kernel.py && $(ONE_THREAD) .venv/bin/pytest -q -n $(WORKERS) --dist worksteal $(KERNEL_TESTS)
 
 test-kernels: $(READY)

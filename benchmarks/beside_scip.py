@@ -12,8 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 from benchmarks.records import CLUTCH, Known, errors_in_variables, hammerstein
 from benchmarks.scip import scip_end
 from smid import FeasibleSet, Hammerstein, identify
-from smid.box import with_finite_box
-from smid.records import load_clutch
+from smid.data.bundled import load_clutch
+from smid.identification.finite_box import with_finite_box
 
 GAP = 1e-3
 LIMIT = 300.0  # s an end, for SCIP

@@ -19,12 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.design import arm_inputs, arm_tailored, arm_widths, shrinking_input
-from smid.design.input_study import NARROW, SAMPLES, SAMPLING_TIME, TAILORED
-from smid.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.hybrid.certified import PRIOR, CertifiedArm, certify_arm
-from smid.hybrid.certified.box import CONSTANTS
-from smid.table import Table
+from smid.design import shrinking_input
+from smid.display.table import Table
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.theses.hybrid.certified import PRIOR, CertifiedArm, certify_arm
+from smid.theses.hybrid.certified.box import CONSTANTS
+from smid.theses.hybrid.inputs import arm_inputs, arm_tailored, arm_widths
+from smid.theses.hybrid.inputs.input_study import NARROW, SAMPLES, SAMPLING_TIME, TAILORED
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.hybrid import MISMATCHES, simulate_reactor
-from smid.hybrid.certified import certify_reactor
+from smid.display.table import Table
 from smid.signals import noisy_staircase, prbs, qprts, sine
-from smid.table import Table
+from smid.theses.hybrid import MISMATCHES, simulate_reactor
+from smid.theses.hybrid.certified import certify_reactor
 
 PLANTS = ("time_constant", "factor", "power")
 NOISE_BOUND = 0.005

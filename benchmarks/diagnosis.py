@@ -1,6 +1,6 @@
 """One diagnosis with all effects: analytic sensitivities in two processes against finite differences in one.
 
-The search is the same, `smid.diagnosis.search`; what differs is where the Jacobians come from and how many processes
+The search is the same, `smid.diagnosis.search.search`; what differs is where the Jacobians come from and how many processes
 share the effects.  The case is a blind one of 1000 samples.
 """
 
@@ -12,12 +12,12 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from benchmarks.blind.cases import HELD_OUT, draw
-from smid.binding import bind
 from smid.diagnosis import EFFECTS
-from smid.diagnosis.search import search
-from smid.diagnosis.standing import Record
-from smid.diagnosis.trial import Base
-from smid.fit import fit
+from smid.diagnosis.search.merit import Record
+from smid.diagnosis.search.search import search
+from smid.diagnosis.search.trial import Base
+from smid.fitting.binding import bind
+from smid.fitting.fit import fit
 
 SEED = 0
 

@@ -37,11 +37,17 @@ import sympy
 from scipy.optimize import least_squares
 
 from smid import Dataset, OutputError
-from smid.binding import bind
 from smid.data import load_record
-from smid.fit import Fit, Fitting, fit
-from smid.hybrid import BackCouplings, embedded, estimate, parallel, series, simulate_arm
-from smid.hybrid.arm import (
+from smid.display.table import Table, figure
+from smid.fitting.binding import bind
+from smid.fitting.fit import Fit, Fitting, fit
+from smid.hybrid import BackCouplings, embedded, estimate, parallel, series
+from smid.models import Line, Measurement, Model, Parameter, signal, t
+from smid.models.rotating_arm import MOTOR
+from smid.networks import Array, NetworkError, descend, levenberg_marquardt, nguyen_widrow
+from smid.signals import TABLE_F1
+from smid.theses.hybrid import simulate_arm
+from smid.theses.hybrid.arm import (
     ARM,
     COMPARED,
     WAYS,
@@ -54,11 +60,6 @@ from smid.hybrid.arm import (
     multistart_start,
     run_embedded,
 )
-from smid.models import Line, Measurement, Model, Parameter, signal, t
-from smid.models.rotating_arm import MOTOR
-from smid.networks import Array, NetworkError, descend, levenberg_marquardt, nguyen_widrow
-from smid.signals import TABLE_F1
-from smid.table import Table, figure
 
 NEURONS, EVALUATIONS, LARGEST = 5, 100, 1e8  # rad
 RECORDS, STARTS, FRESH = 5, 20, 1000  # seeds that chose no setting

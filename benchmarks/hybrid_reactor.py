@@ -22,14 +22,14 @@ from pathlib import Path
 import numpy as np
 
 from smid import Dataset, OutputError
-from smid.binding import bind
-from smid.fit import Fit, fit
+from smid.display.table import Table, figure
+from smid.fitting.binding import bind
+from smid.fitting.fit import Fit, fit
 from smid.hybrid import BackCouplings, HybridEstimate, embedded, estimate, network_of, parallel, series
-from smid.hybrid.cooled_reactor import arrhenius, cooled_reactor
-from smid.hybrid.reactor import output_errors, requirement_study, time_constant_study
 from smid.models import Model, signal, t
 from smid.networks import Array
-from smid.table import Table, figure
+from smid.theses.hybrid.cooled_reactor import arrhenius, cooled_reactor
+from smid.theses.hybrid.reactor import output_errors, requirement_study, time_constant_study
 
 SAMPLING_TIME = 6.0  # s
 TRAINED = 1500  # samples

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid import Dataset, Model, OutputError
-from smid.binding import bind
 from smid.data import load_record
 from smid.diagnosis import Diagnosis, diagnose
-from smid.diagnosis.compare import rms
-from smid.fit import Fitting
+from smid.diagnosis.search.compare import rms
+from smid.fitting.binding import bind
+from smid.fitting.fit import Fitting
 from smid.models import Line, Measurement, Parameter, signal, t
 
 START = 50  # samples of a test run that its initial states are fitted to

@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
-from smid.clutch import load_clutch_records
+from smid.data.bundled import load_clutch_records
 from smid.networks import (
     Array,
     Method,

@@ -10,9 +10,9 @@ from __future__ import annotations
 import time
 
 from benchmarks.records import errors_in_variables
-from relaxations.bounding import relax
+from relaxations.proof.bounding import relax
 from smid import FeasibleSet
-from smid.box import with_finite_box
+from smid.identification.finite_box import with_finite_box
 
 SAMPLES = 30
 

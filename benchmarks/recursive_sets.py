@@ -34,7 +34,7 @@ from scipy.signal import lfilter
 
 from benchmarks.recursive_rivals import Ellipsoid, Zonotope
 from smid import Dataset, OutputError, identify
-from smid.records import load_clutch
+from smid.data.bundled import load_clutch
 from smid.recursive import Arx
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_membership import RecursiveSet

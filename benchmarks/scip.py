@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pyscipopt
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid import Dataset, Diagnosis, Hammerstein, Model, diagnose
-from smid.clutch.plant import ClutchPlant, clutch_record
-from smid.hybrid.plants import MISMATCHES, arm_base, reactor_base, simulate_arm, simulate_reactor
 from smid.signals import multisine, qprts
+from smid.theses.clutch.plant import ClutchPlant, clutch_record
+from smid.theses.hybrid.plants import MISMATCHES, arm_base, reactor_base, simulate_arm, simulate_reactor
 
 Story = tuple[Model, Dataset, float]
 EXPECTED = {

@@ -14,9 +14,15 @@ import time
 
 import numpy as np
 
-from smid.clutch import POSITION_NOISE_BOUND, load_clutch_records, simulate_clutch, simulate_position
-from smid.clutch.plant import NOISE_BOUND
-from smid.clutch.sensor_study import (
+from smid.data import Dataset
+from smid.data.bundled import load_clutch_records
+from smid.data.resample import resample
+from smid.display.table import Table
+from smid.networks import Array
+from smid.sensors import PTX, BoundedSensor
+from smid.theses.clutch import POSITION_NOISE_BOUND, simulate_clutch, simulate_position
+from smid.theses.clutch.plant import NOISE_BOUND
+from smid.theses.clutch.sensor_study import (
     HELD_OUT,
     THESIS_FIGURES,
     cross_errors,
@@ -30,11 +36,6 @@ from smid.clutch.sensor_study import (
     train_single_sensor,
     train_thesis_sensors,
 )
-from smid.clutch.virtual_sensors import PTX, BoundedSensor
-from smid.data import Dataset
-from smid.data.resample import resample
-from smid.networks import Array
-from smid.table import Table
 
 OTHER_SIZES = ((0, 6), (1, 3), (1, 6), (2, 4), (3, 8))
 TEMPERATURES = (-20.0, 0.0, 20.0, 40.0, 60.0, 75.0)

@@ -1,7 +1,7 @@
 """Make the simulated records of current, pressure and position in the folder ``clutch``.
 
 The names are those of the data sets of the clutch thesis (figures 3.3, 3.4 and 3.13 to 3.20), which are not public.
-The plant is the same for all: `smid.clutch.plant` with all its ingredients, then `smid.clutch.position`.  What differs
+The plant is the same for all: `smid.theses.clutch.plant` with all its ingredients, then `smid.theses.clutch.position`.  What differs
 is the current and the temperature:
 
 - ``ramp_a`` and ``ramp_b`` go up and down at many slopes; ``ramp_b`` turns half way more often.
@@ -25,9 +25,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from smid.clutch import POSITION_NOISE_BOUND, simulate_clutch, simulate_position
-from smid.clutch.plant import NOISE_BOUND
 from smid.signals import ramp, step
+from smid.theses.clutch import POSITION_NOISE_BOUND, simulate_clutch, simulate_position
+from smid.theses.clutch.plant import NOISE_BOUND
 
 Array = NDArray[np.float64]
 
@@ -165,7 +165,7 @@ def render(record: Record) -> str:
     header = [
         "# SIMULATED clutch record, not a measurement.",
         f"# Made by data/make_clutch_records.py, seed {record.seed}.",
-        "# Plant: smid.clutch.plant with all its ingredients, then smid.clutch.position.",
+        "# Plant: smid.theses.clutch.plant with all its ingredients, then smid.theses.clutch.position.",
         f"# Noise: uniform, within {NOISE_BOUND} bar and {POSITION_NOISE_BOUND} mm. Sampling: irregular, about 2 ms.",
         "time [s],current [mA],pressure [bar],position [mm],temperature [degC]",
     ]

@@ -2,7 +2,7 @@
 
 The ramps were made by the Hammerstein model of the clutch thesis (make_clutch_ramps.py). On steps that model fails:
 there the thesis found a pole of 0.9562 instead of 0.65142 (equation 3.22, section 3.2). This record comes from
-`smid.clutch.plant`, the same actuator with one thing more: its pole depends on the pressure, slow near zero and fast
+`smid.theses.clutch.plant`, the same actuator with one thing more: its pole depends on the pressure, slow near zero and fast
 above, ::
 
     d p/dt = (x - p) / tau(p),   tau(p) = fast + (slow - fast) exp(-p / 3 bar)
@@ -25,7 +25,7 @@ import numpy as np
 from make_clutch_ramps import NOISE_BOUND, SAMPLING_TIME, uniform_noise
 from numpy.typing import NDArray
 
-from smid.clutch.plant import ClutchPlant, simulate_clutch
+from smid.theses.clutch.plant import ClutchPlant, simulate_clutch
 
 FILE_NAME = "clutch_20C_steps.csv"
 TEMPERATURE = 20.0  # degC
@@ -57,7 +57,7 @@ def render() -> str:
     header = [
         "# SIMULATED clutch record, not a measurement.",
         f"# Made by data/make_clutch_steps.py, seed {SEED}.",
-        "# Plant: the model of the ramps, but with a pole that depends on the pressure (smid.clutch.plant).",
+        "# Plant: the model of the ramps, but with a pole that depends on the pressure (smid.theses.clutch.plant).",
         f"# Noise: uniform, |eta| <= {NOISE_BOUND} bar. Sampling time: {SAMPLING_TIME} s.",
         "time [s],current [mA],pressure [bar],temperature [degC]",
     ]

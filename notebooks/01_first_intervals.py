@@ -24,8 +24,8 @@ from textwrap import fill
 from matplotlib import pyplot as plt
 
 import smid
-from smid.records import record_path, true_parameters
-from smid.reports.style import style
+from smid.data.bundled import record_path, true_parameters
+from smid.display.style import style
 
 # %% [markdown]
 # ## A record

@@ -31,14 +31,14 @@ from scipy.optimize import linprog
 from scipy.signal import lfilter
 
 import smid
-from relaxations.bounding import relax
-from relaxations.certificate import certify
-from relaxations.certificate_file import write_certificate
-from relaxations.conic import multipliers
+from relaxations.moments.conic import multipliers
+from relaxations.proof.bounding import relax
+from relaxations.proof.certificate import certify
+from relaxations.proof.certificate_file import write_certificate
+from relaxations.proof.proof_steps import Bound
 from relaxations.solvers import solve
-from relaxations.steps import Bound
-from smid.records import load_clutch, true_parameters
-from smid.reports.style import BLUE, GREEN, INK, ORANGE, RED, style
+from smid.data.bundled import load_clutch, true_parameters
+from smid.display.style import BLUE, GREEN, INK, ORANGE, RED, style
 
 # %% [markdown]
 # ## The problem

@@ -27,11 +27,11 @@ from matplotlib import pyplot as plt
 
 import smid
 from relaxations import library
-from relaxations.bounding import relax
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import minimise, variables
-from relaxations.minimise import minimise as minimise_problem
-from smid.reports.style import INK, style
+from relaxations.proof.bounding import relax
+from relaxations.search.minimise import minimise as minimise_problem
+from smid.display.style import INK, style
 
 # %% [markdown]
 # ## A bound and a point

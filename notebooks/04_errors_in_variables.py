@@ -25,7 +25,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 import smid
-from smid.reports.style import BLUE, GREEN, INK, RED, style
+from smid.display.style import BLUE, GREEN, INK, RED, style
 
 TRUTH = {"a1": -0.8, "b0": 1.0}
 BOUND = 0.1  # of each sensor

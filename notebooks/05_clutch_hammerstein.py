@@ -25,9 +25,9 @@
 # %matplotlib inline
 import matplotlib.pyplot as plt
 
-from smid.clutch import load_clutch_records
-from smid.clutch.hammerstein_study import PART, hammerstein_study
-from smid.clutch.overview import record_overview
+from smid.data.bundled import load_clutch_records
+from smid.theses.clutch.hammerstein_study import PART, hammerstein_study
+from smid.theses.clutch.overview import record_overview
 
 # %%
 records = load_clutch_records()

@@ -20,9 +20,9 @@
 
 # %%
 # %matplotlib inline
-from smid.clutch import load_clutch_records
-from smid.clutch.recursive_study import recursive_study
-from smid.clutch.set_study import set_study
+from smid.data.bundled import load_clutch_records
+from smid.theses.clutch.recursive_study import recursive_study
+from smid.theses.clutch.set_study import set_study
 
 # %%
 study = recursive_study(load_clutch_records(("20C_ramp_a", "20C_step_a", "20C_step_b")))

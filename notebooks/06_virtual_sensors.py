@@ -17,8 +17,8 @@
 
 # %%
 # %matplotlib inline
-from smid.clutch import load_clutch_records
-from smid.clutch.sensor_study import (
+from smid.data.bundled import load_clutch_records
+from smid.theses.clutch.sensor_study import (
     cross_errors,
     interval_study,
     sensor_traces,
@@ -70,5 +70,5 @@ print(intervals)
 intervals.plot()
 
 # %% [markdown]
-# **Try next:** `train_single_sensor(sensor=PTX(plays=1))`, with PTX of `smid.clutch.virtual_sensors`, and see which
+# **Try next:** `train_single_sensor(sensor=PTX(plays=1))`, with PTX of `smid.sensors`, and see which
 # records suffer. Then: [the reactor](07_reactor_topologies.ipynb), where first principles are known in part.

@@ -27,30 +27,20 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from smid import Dataset
-from smid.hybrid import (
-    EXTRA,
-    SIMPLE,
-    BackCouplingWarning,
-    embedded,
-    estimate,
-    network_of,
-    parallel,
-    reactor_plant,
-    required,
-    series,
-)
-from smid.hybrid.cooled_reactor import arrhenius, cooled_reactor
-from smid.hybrid.reactor import (
+from smid.display.style import style
+from smid.hybrid import EXTRA, SIMPLE, BackCouplingWarning, embedded, estimate, network_of, parallel, required, series
+from smid.models import signal, simulate, t
+from smid.signals import noisy_staircase
+from smid.theses.hybrid import reactor_plant
+from smid.theses.hybrid.cooled_reactor import arrhenius, cooled_reactor
+from smid.theses.hybrid.reactor import (
     output_errors,
     reactor_record,
     requirement_study,
     time_constant_study,
     white_reactor,
 )
-from smid.hybrid.reactor.records import free_run
-from smid.models import signal, simulate, t
-from smid.reports.style import style
-from smid.signals import noisy_staircase
+from smid.theses.hybrid.reactor.records import free_run
 
 # %% [markdown]
 # ## Two networks with one past output each

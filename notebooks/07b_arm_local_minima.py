@@ -20,7 +20,8 @@
 # %matplotlib inline
 import numpy as np
 
-from smid.hybrid.arm import (
+from smid.signals import TABLE_F1
+from smid.theses.hybrid.arm import (
     ARM,
     FreeRunError,
     ModulatingFilter,
@@ -38,8 +39,7 @@ from smid.hybrid.arm import (
     thesis_record,
     true_friction,
 )
-from smid.hybrid.arm.figures import friction_figure, response_figure
-from smid.signals import TABLE_F1
+from smid.theses.hybrid.arm.figures import friction_figure, response_figure
 
 record = held_record(TABLE_F1["six_unequal"])
 

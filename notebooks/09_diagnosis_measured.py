@@ -31,7 +31,7 @@ from matplotlib import pyplot as plt
 
 import smid
 from smid.data import RECORDS, load_record
-from smid.reports.style import style
+from smid.display.style import style
 
 
 def record(name):

@@ -23,23 +23,14 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from smid import Dataset
-from smid.design import (
-    arm_information,
-    arm_inputs,
-    arm_sines,
-    arm_tailored,
-    arm_widths,
-    d_optimal,
-    input_study,
-    model_information,
-    shrinking_input,
-)
-from smid.design.input_study import NARROW, TAILORED
-from smid.hybrid import simulate_reactor
-from smid.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.hybrid.certified import certify_arm, certify_reactor
+from smid.design import d_optimal, model_information, shrinking_input
 from smid.models import Reactor
 from smid.signals import prbs, qprts, sine
+from smid.theses.hybrid import simulate_reactor
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.theses.hybrid.certified import certify_arm, certify_reactor
+from smid.theses.hybrid.inputs import arm_information, arm_inputs, arm_sines, arm_tailored, arm_widths, input_study
+from smid.theses.hybrid.inputs.input_study import NARROW, TAILORED
 
 H, N, NOISE = 0.02, 300, 0.002  # s, samples, rad
 

@@ -20,8 +20,6 @@
 import numpy as np
 
 from smid.data import DataError, Dataset, excitation, require_excitation
-from smid.hybrid import simulate_reactor
-from smid.hybrid.arm.exact_motion import exact_motion
 from smid.signals import (
     TABLE_F1,
     constant,
@@ -35,6 +33,8 @@ from smid.signals import (
     staircase,
     tailored,
 )
+from smid.theses.hybrid import simulate_reactor
+from smid.theses.hybrid.arm.exact_motion import exact_motion
 
 # %% [markdown]
 # ## Figure 2.5: the spread in a stirred tank

@@ -26,8 +26,8 @@ import sympy
 
 import smid
 from smid.diagnosis import EFFECTS, Effect, Extension, check_effect
-from smid.diagnosis.effects.clock import with_clock
-from smid.diagnosis.effects.naming import find, fresh
+from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.naming import find, fresh
 from smid.models import Line, Measurement, Model, ModelError, Parameter, load_model, signal, t
 
 NOISE = 0.1  # K

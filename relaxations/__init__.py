@@ -1,10 +1,10 @@
 """Polynomial optimization with moment/SOS relaxations whose bounds are proven in rounded arithmetic.
 
-The modules follow the theory: :mod:`~relaxations.polynomial` -> :mod:`~relaxations.problem` ->
-:mod:`~relaxations.lift` or :mod:`~relaxations.lasserre` -> :mod:`~relaxations.conic` ->
-:mod:`~relaxations.certificate` and :mod:`~relaxations.witness` -> :mod:`~relaxations.hierarchy`.
+The modules follow the theory: :mod:`~relaxations.algebra.polynomial` -> :mod:`~relaxations.problem.problem` ->
+:mod:`~relaxations.moments.lift` or :mod:`~relaxations.moments.lasserre` -> :mod:`~relaxations.moments.conic` ->
+:mod:`~relaxations.proof.certificate` and :mod:`~relaxations.points.witness` -> :mod:`~relaxations.search.hierarchy`.
 
 Problems come from :mod:`~relaxations.formats` (operators, text, GAMS, JSON, SDPA) and :mod:`~relaxations.library`
-(named problems with known optima). :mod:`~relaxations.certificate_file` writes certificates, and ``python -m
+(named problems with known optima). :mod:`~relaxations.proof.certificate_file` writes certificates, and ``python -m
 relaxations.check FILE`` checks them. Nothing is imported here, for the check must stand without the rest.
 """

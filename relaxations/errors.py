@@ -1,7 +1,11 @@
-"""The user's mistakes, told in one line with cause and cure."""
+"""Mistakes of the user. Each is told in one line that names the cause and the cure."""
 
 
-class ProblemError(ValueError):
+class UserError(ValueError):
+    """Base of the errors that a user can mend: in the problem, the model or the data."""
+
+
+class ProblemError(UserError):
     """The polynomial problem, or what is asked of it, cannot be treated as given.
 
     Examples

@@ -10,10 +10,10 @@ from math import prod
 import numpy as np
 
 from benchmarks.frontier.analytic_problems import AnalyticProblem, problems
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.formats.expressions import problem_of
-from relaxations.minimise import Minimum, Reason, minimise
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.search.minimise import Minimum, Reason, minimise
 
 TOLERANCE = 1e-6
 ROUNDED = Fraction(1, 10**12)  # of the sum of a constraint's terms: a point is printed in floats
@@ -94,7 +94,7 @@ def run() -> str:
     cases = problems()
     head = (
         f"{len(cases)} problems of ours (`benchmarks/frontier/analytic_problems.py`), their minimum or their emptiness "
-        f"decided in fractions, by `relaxations.minimise` with a tolerance of {TOLERANCE:g}."
+        f"decided in fractions, by `relaxations.search.minimise` with a tolerance of {TOLERANCE:g}."
     )
     return "\n".join(["## Problems whose minimum is known in fractions", "", head, table(map(_judged, cases))])
 

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.signal import lfilter
 
 from benchmarks.scip import scip_end
-from relaxations.bounding import relax
 from relaxations.errors import ProblemError
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
 from smid import Dataset, ErrorsInVariables, FeasibleSet, identify
-from smid.box import with_finite_box
+from smid.identification.finite_box import with_finite_box
 
 SAMPLES, BOUND, GAP = 30, 0.05, 1e-4
 A1, B0, B1 = -0.9, 0.35, 0.15  # DC gain 5, zero at -0.43

@@ -17,8 +17,8 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from benchmarks.records import Known, errors_in_variables, hammerstein, output_error
-from relaxations.lift import complicating_variables
-from relaxations.problem import PolynomialProblem
+from relaxations.moments.lift import complicating_variables
+from relaxations.problem.problem import PolynomialProblem
 from smid import FeasibleSet, identify
 
 GAP = 1e-3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from relaxations.library import load, names
-from relaxations.minimise import minimise
+from relaxations.search.minimise import minimise
 
 CLOSE = 1e-6
 SECONDS = 900.0  # a problem at most
@@ -14,7 +14,7 @@ def run() -> str:
     lines = [
         "## Named problems",
         "",
-        f"`relaxations.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
+        f"`relaxations.search.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
         "optimum's magnitude, or one.",
         "",
         "| problem | variables | optimum - bound | point - optimum | order | branches | s | stopped |",

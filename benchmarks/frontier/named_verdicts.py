@@ -9,8 +9,8 @@ import numpy as np
 
 from benchmarks.frontier.analytic import TOLERANCE, judged, table
 from relaxations.library import NamedProblem, load, names
-from relaxations.minimise import Minimum, minimise
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.search.minimise import Minimum, minimise
 
 KNOWN = 1e-6  # of the optimum's magnitude: the optima of the library are known to about seven digits
 REACH = 10.0  # box of the library's variables that have none
@@ -32,7 +32,7 @@ def run() -> str:
     cases = [(name, case, in_box) for name in names() if (in_box := boxed(case := load(name))) is not None]
     head = (
         f"{len(cases)} of the {len(names())} named problems, in a box of {REACH:g} where they have none. The others "
-        f"have no known minimiser in such a box. `relaxations.minimise` with a tolerance of {TOLERANCE:g} and at most "
+        f"have no known minimiser in such a box. `relaxations.search.minimise` with a tolerance of {TOLERANCE:g} and at most "
         f"{SECONDS:g} s."
     )
     return "\n".join(["## Named problems: whether a statement is false", "", head, table(_judged(cases))])

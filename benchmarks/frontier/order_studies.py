@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 
 from benchmarks.records import errors_in_variables, hammerstein, output_error
-from relaxations.bounding import relax
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.library import load
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
 from smid import FeasibleSet
-from smid.box import with_finite_box
+from smid.identification.finite_box import with_finite_box
 
 LIBRARY = ("gms_Bex3_1_4", "gms_st_e09", "gms_Bex9_2_8", "gms_gbd", "gms_st_e24", "floudas_3_2")
 

@@ -12,10 +12,10 @@ from functools import partial
 import numpy as np
 
 from benchmarks.records import Known, errors_in_variables, hammerstein, output_error
-from relaxations.bounding import relax
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
 from smid import FeasibleSet
-from smid.box import with_finite_box
+from smid.identification.finite_box import with_finite_box
 
 ROUNDS = 3
 CASES = (

@@ -18,14 +18,14 @@ from itertools import combinations
 
 import numpy as np
 
-from relaxations.bounding import relax
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.lasserre import groups
 from relaxations.library import load
-from relaxations.local_search import local_minimum
-from relaxations.orders import not_flat
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.moments.lasserre import groups
+from relaxations.points.local_search import local_minimum
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
+from relaxations.search.orders import not_flat
 
 ORDER = 2
 STARTS = 20

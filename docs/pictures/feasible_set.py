@@ -11,8 +11,8 @@ from matplotlib.patches import Rectangle
 from scipy.optimize import linprog
 
 import smid
+from smid.display.style import BLUE, GRID, INK, ORANGE, RED, style
 from smid.models.simulate import simulate
-from smid.reports.style import BLUE, GRID, INK, ORANGE, RED, style
 
 A1, B0, NOISE_BOUND = -0.7, 0.5, 0.25
 SAMPLES, SEED, SLICES = 12, 4, 400

@@ -15,7 +15,7 @@ The parts, from the bottom:
 - :mod:`relaxations.check.report`: what is printed.
 
 A false theorem would have to pass the arithmetic, the statement, the rules and the proof: these are the kernel.
-:mod:`relaxations.certificate_file` writes such files.
+:mod:`relaxations.proof.certificate_file` writes such files.
 """
 
 from __future__ import annotations

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.balls import Balls
+from relaxations.algebra.ball_arithmetic import Balls
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
-from relaxations.statement import listed, statement
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.problem.statement import listed, statement
 
 FORMAT = "relaxations problem"
 VERSION = 1

@@ -22,12 +22,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-import relaxations.minimise
-from relaxations.balls import Balls, concatenate
+import relaxations.search.minimise
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
 
 Names = tuple[str, ...]  # a monomial: names with repetition, sorted
 Number = int | float | Fraction
@@ -318,7 +318,7 @@ def stated_problem(
 
 def minimise(
     objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any
-) -> relaxations.minimise.Minimum:
+) -> relaxations.search.minimise.Minimum:
     """Enclose a minimum: from below by a certificate, from above by a verified point.
 
     Parameters
@@ -327,11 +327,11 @@ def minimise(
     constraints : sequence of Constraint
         Together they must bound every variable.
     **options
-        Those of :func:`relaxations.minimise.minimise`: method, order, tolerance, nodes, seconds, solver, progress.
+        Those of :func:`relaxations.search.minimise.minimise`: method, order, tolerance, nodes, seconds, solver, progress.
 
     Returns
     -------
-    relaxations.minimise.Minimum
+    relaxations.search.minimise.Minimum
 
     Raises
     ------
@@ -347,7 +347,7 @@ def minimise(
     >>> {name: round(value, 3) for name, value in found.point.items()}
     {'x': 0.5, 'y': 1.0}
     """
-    return relaxations.minimise.minimise(*problem_of(objective, constraints), **options)
+    return relaxations.search.minimise.minimise(*problem_of(objective, constraints), **options)
 
 
 def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:

@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import Constraint, Expression, problem_of, variables
 from relaxations.formats.text import Token, parse_tokens, tokens
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
 
 End = Fraction | float | None
 

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from relaxations.balls import Array, Index
-from relaxations.conic import Cones, ConicProgram
+from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.errors import ProblemError
+from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers import ConicSolution, solve
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?")
@@ -96,7 +96,7 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
 
     Examples
     --------
-    >>> from relaxations.bounding import relax
+    >>> from relaxations.proof.bounding import relax
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> (x,) = variables("x")
     >>> problem, _ = problem_of(x, [x**2 <= 1])

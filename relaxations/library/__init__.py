@@ -15,11 +15,11 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import Constraint, stated_problem, variables
 from relaxations.formats.text import parse
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from itertools import combinations
 
 import numpy as np
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques, row_variables
 
 MOST = 4000  # further products would cost more than they tighten
@@ -40,7 +40,7 @@ def with_products(problem: PolynomialProblem, objective: Polynomials | None = No
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x, y = sympy.symbols("x y")
     >>> problem, _ = from_sympy(None, [], [x * y - 1], [x, y], {x: (0, 2), y: (0, 2)})
     >>> with_products(problem).inequalities.n_rows  # (x or 2 - x) times (y or 2 - y)

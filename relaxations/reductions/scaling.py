@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.balls import EPSILON, Array
+from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.problem.problem import PolynomialProblem
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Scaling:
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x = sympy.Symbol("x")
     >>> problem, objective = from_sympy(x**2, [], [], [x], {x: (2, 6)})
     >>> scaling = Scaling.of_box(problem)
@@ -51,7 +51,7 @@ class Scaling:
         if loose.any() and magnitude is None:
             raise ProblemError(
                 f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: "
-                "give it lower and upper bounds, or derive them with relaxations.boxes.derive_box"
+                "give it lower and upper bounds, or derive them with relaxations.search.boxes.derive_box"
             )
         reach = np.ones(problem.n_variables) if magnitude is None else magnitude
         low, high = np.where(loose, -reach, problem.lower), np.where(loose, reach, problem.upper)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 
 
 def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) -> tuple[tuple[int, ...], ...]:
@@ -31,7 +31,7 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x = sympy.symbols("x0:3")
     >>> problem, _ = from_sympy(None, [], [x[0] * x[1], x[1] * x[2]], x)
     >>> cliques(problem)

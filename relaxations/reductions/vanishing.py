@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.balls import Array, Index
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 
 Product = tuple[int, ...]  # the variables of which one vanishes
 
@@ -31,7 +31,7 @@ def products(problem: PolynomialProblem) -> tuple[Product, ...]:
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x, y = sympy.symbols("x y")
     >>> products(from_sympy(None, [], [x * y, x + y - 1], [x, y])[0])
     ((0, 1),)
@@ -60,7 +60,7 @@ def settle(problem: PolynomialProblem, found: tuple[Product, ...]) -> Polynomial
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x, y = sympy.symbols("x y")
     >>> problem, _ = from_sympy(None, [], [x * y], [x, y], {x: (1, 2), y: (0, 3)})
     >>> settle(problem, products(problem)).upper  # x stays away from zero
@@ -126,7 +126,7 @@ def piece(problem: PolynomialProblem, objective: Polynomials, found: tuple[Produ
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x, y = sympy.symbols("x y")
     >>> problem, objective = from_sympy(x + y, [], [x * y], [x, y], {x: (0, 1), y: (0, 1)})
     >>> part = piece(problem, objective, products(problem), np.array([0.1, 0.8]))
@@ -172,7 +172,7 @@ def cases(problem: PolynomialProblem, product: Product) -> list[PolynomialProble
 
     Examples
     --------
-    >>> import sympy; from relaxations.problem import from_sympy
+    >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> x, y = sympy.symbols("x y")
     >>> problem, _ = from_sympy(None, [], [x * y], [x, y], {x: (0, 1), y: (0, 2)})
     >>> [case.upper.tolist() for case in cases(problem, (0, 1))]

@@ -4,7 +4,7 @@ Nothing changes for a feasible point, and much for a solver: the dual of the wid
 
     maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*,
 
-the certificate's own bound (:mod:`relaxations.certificate`), and it has interior points whatever the relaxation looks
+the certificate's own bound (:mod:`relaxations.proof.certificate`), and it has interior points whatever the relaxation looks
 like. So a solver that diverges on the program itself, for no dual point is feasible or the optimum is not attained,
 maximises what will be certified. The price is two rows for each moment.
 
@@ -21,8 +21,8 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from relaxations.balls import Index
-from relaxations.conic import ConicProgram
+from relaxations.algebra.ball_arithmetic import Index
+from relaxations.moments.conic import ConicProgram
 
 
 def boxed(program: ConicProgram) -> tuple[ConicProgram, Index]:
@@ -40,7 +40,7 @@ def boxed(program: ConicProgram) -> tuple[ConicProgram, Index]:
 
     Examples
     --------
-    >>> from relaxations.conic import Cones
+    >>> from relaxations.moments.conic import Cones
     >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([2.0]), Cones(0, 1, (), ()), ())  # 2 + y >= 0
     >>> wider, rows = boxed(program)
     >>> wider.rhs - wider.matrix @ np.array([0.5])  # and 1 - y >= 0, 1 + y >= 0

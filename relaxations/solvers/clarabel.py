@@ -9,9 +9,9 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from relaxations.balls import Array
-from relaxations.conic import Cones, ConicProgram
+from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import check_time, remaining
+from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers.quiet import held_back
 from relaxations.solvers.stop import Stop
 
@@ -65,7 +65,7 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
 
     Examples
     --------
-    >>> from relaxations.conic import Cones
+    >>> from relaxations.moments.conic import Cones
     >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
     >>> stop, status, moments, dual = run("clarabel", program, np.array([1.0]))
     >>> stop.name, moments.round(4), dual.round(4)

@@ -15,9 +15,9 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from relaxations.balls import Array
-from relaxations.conic import ConicProgram
+from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import remaining
+from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
 
 _STOPS = {0: Stop.SOLVED, 1: Stop.LIMIT, 2: Stop.INFEASIBLE, 3: Stop.UNBOUNDED, 4: Stop.FAILED}
@@ -46,7 +46,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
     Examples
     --------
-    >>> from relaxations.conic import Cones
+    >>> from relaxations.moments.conic import Cones
     >>> program = ConicProgram(sparse.csc_matrix([[-2.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + 2 y >= 0
     >>> stop, status, moments, dual = run("highs", program, np.array([1.0]))
     >>> stop.name, moments.round(4), dual.round(4)

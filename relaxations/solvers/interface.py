@@ -8,10 +8,10 @@ from importlib import import_module
 
 import numpy as np
 
-from relaxations.balls import Array
-from relaxations.conic import ConicProgram
+from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
+from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.back_ends import (
     DIRECT,
     INTERIOR,
@@ -182,7 +182,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
 
     Examples
     --------
-    >>> from relaxations.bounding import relax
+    >>> from relaxations.proof.bounding import relax
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> (x,) = variables("x")
     >>> problem, _ = problem_of(x, [x >= -1, x <= 1])

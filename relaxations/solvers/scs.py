@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from relaxations.balls import Array, Index
-from relaxations.conic import ConicProgram
+from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.deadline import remaining
+from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
 
 TOLERANCE = 1e-7  # absolute and relative; its default of 1e-4 costs a bound another digit or two
@@ -49,7 +49,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
     Examples
     --------
-    >>> from relaxations.conic import Cones
+    >>> from relaxations.moments.conic import Cones
     >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
     >>> stop, status, moments, dual = run("scs", program, np.array([1.0]))
     >>> stop.name, moments.round(4), dual.round(4)

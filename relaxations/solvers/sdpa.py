@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from relaxations.balls import Array
-from relaxations.conic import Cones, ConicProgram
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers.quiet import held_back
 from relaxations.solvers.stop import Stop
 

@@ -9,7 +9,7 @@ class Stop(Enum):
     Examples
     --------
     >>> import numpy as np
-    >>> from relaxations.bounding import relax
+    >>> from relaxations.proof.bounding import relax
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> from relaxations.solvers import solve
     >>> x, y = variables("x y")

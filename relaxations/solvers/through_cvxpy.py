@@ -8,9 +8,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from relaxations.balls import Array
-from relaxations.conic import ConicProgram
+from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import remaining
+from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
 
 _STOPS = {
@@ -58,7 +58,7 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
     Examples
     --------
     >>> from scipy import sparse
-    >>> from relaxations.conic import Cones
+    >>> from relaxations.moments.conic import Cones
     >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
     >>> stop, status, moments, dual = run("CLARABEL", program, np.array([1.0]))
     >>> stop.name, moments.round(4), dual.round(4)

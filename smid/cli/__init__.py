@@ -1,4 +1,4 @@
-"""The command line: ``smid demo``, ``smid identify``, ``smid error-bound``, ``smid validate``, ``smid diagnose``."""
+"""The command line ``smid``."""
 
 from smid.cli.app import main
 

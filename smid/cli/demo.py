@@ -12,22 +12,21 @@ from pathlib import Path
 
 import click
 
-from relaxations.hierarchy import Reason
-from smid.cli.face import INTERRUPTED, Progress
+from relaxations.search.hierarchy import Reason
+from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.options import json_option
 from smid.cli.outputs import Outputs, pdf_warnings_told
-from smid.clutch import load_clutch_records
 from smid.data import Dataset
+from smid.data.bundled import load_clutch, load_clutch_records, true_parameters
 from smid.diagnosis import Diagnosis, diagnose
-from smid.error_bound import ErrorBound, error_bound
-from smid.estimate import Estimate
-from smid.identify import identify
+from smid.fitting.validate import Validation, validate
+from smid.identification.error_bound import ErrorBound, error_bound
+from smid.identification.estimate import Estimate
+from smid.identification.identify import identify
 from smid.models import Hammerstein
-from smid.records import load_clutch, true_parameters
 from smid.reports import check_report
 from smid.reports import report as write_report
 from smid.reports.documents import identify_document
-from smid.validate import Validation, validate
 
 RECORD, OTHER = "clutch_20C_ramp_a", "clutch_20C_ramp_b"
 STEPS = "clutch_20C_steps"

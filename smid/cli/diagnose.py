@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import click
 
-from smid.binding import bind
-from smid.cli.face import INTERRUPTED, Progress
+from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data
 from smid.cli.options import json_option, record_options, report_option, seconds_option
 from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.diagnosis import EFFECTS, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
+from smid.fitting.binding import bind
 from smid.models import load_model
 from smid.reports import report as write_report
 from smid.reports.documents import diagnose_document

@@ -15,14 +15,14 @@ import click
 import numpy as np
 
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import Proof, Reason
+from relaxations.search.hierarchy import Proof, Reason
 from relaxations.solvers.interface import available_solvers
+from smid.cli.console import BAD_INPUT
 from smid.cli.documents import DOCTOR
-from smid.cli.face import BAD_INPUT
 from smid.cli.options import json_option
 from smid.cli.outputs import Outputs
 from smid.data import Dataset
-from smid.identify import identify
+from smid.identification.identify import identify
 from smid.models import OutputError
 from smid.reports import versions
 from smid.reports.pdf import find_browser

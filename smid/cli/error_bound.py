@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import click
 
-from relaxations.hierarchy import Reason
-from smid.cli.face import INTERRUPTED, Progress
+from relaxations.search.hierarchy import Reason
+from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import data_options, json_option, report_option, seconds_option, solver_options
 from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_error_bound, verbose_option
-from smid.error_bound import error_bound as least_bound
+from smid.identification.error_bound import error_bound as least_bound
 from smid.reports import data_report
 from smid.reports.documents import error_bound_document
 

@@ -8,9 +8,8 @@ import click
 import numpy as np
 
 from relaxations.deadline import time_limit
-from relaxations.hierarchy import Reason
-from smid.binding import bind
-from smid.cli.face import EMPTY, INTERRUPTED, Progress
+from relaxations.search.hierarchy import Reason
+from smid.cli.console import EMPTY, INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import (
     NoiseBound,
@@ -25,18 +24,19 @@ from smid.cli.options import (
 from smid.cli.outputs import Outputs
 from smid.cli.verbose import log_error_bound, log_estimate, verbose_option
 from smid.data import Dataset
-from smid.error_bound import ErrorBound
-from smid.error_bound import error_bound as least_bound
-from smid.estimate import Estimate
-from smid.feasible import check_data
-from smid.identify import EmptyFeasibleSetError
-from smid.identify import identify as identify_model
+from smid.feasible.feasible_set import check_data
+from smid.fitting.binding import bind
+from smid.fitting.validate import Validation
+from smid.fitting.validate import validate as validate_model
+from smid.identification.error_bound import ErrorBound
+from smid.identification.error_bound import error_bound as least_bound
+from smid.identification.estimate import Estimate
+from smid.identification.identify import EmptyFeasibleSetError
+from smid.identification.identify import identify as identify_model
 from smid.models import Model, ModelError
 from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
-from smid.validate import Validation
-from smid.validate import validate as validate_model
 
 DEFAULT = NoiseBound(1.2, True)
 """Just above the least bound the intervals are narrow because the set is, not because the data say so."""

@@ -10,10 +10,10 @@ from pathlib import Path
 import click
 
 from relaxations.solvers.interface import check_solver
-from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.data.read_csv import read_csv, read_text
-from smid.feasible import check_data
+from smid.feasible.feasible_set import check_data
+from smid.fitting.binding import bind
 from smid.models import Model, load_model
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from smid.identify import METHODS
+from smid.identification.identify import METHODS
 
 Command = Callable[..., Any]
 FILE = click.Path(dir_okay=False)

@@ -10,8 +10,8 @@ from typing import TypeVar
 
 import click
 
-from relaxations.hierarchy import Reason
-from smid.cli.face import INTERRUPTED, Progress
+from relaxations.search.hierarchy import Reason
+from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import (
     FILE,
@@ -27,9 +27,9 @@ from smid.cli.options import (
 from smid.cli.outputs import Outputs
 from smid.cli.studies import publish
 from smid.data import DataError, Dataset
-from smid.error_bound import error_bound as least_bound
-from smid.estimate import round_up
-from smid.identify import METHODS
+from smid.identification.error_bound import error_bound as least_bound
+from smid.identification.estimate import round_up
+from smid.identification.identify import METHODS
 from smid.models import Model
 from smid.reports import report as write_report
 from smid.reports.chapter import together

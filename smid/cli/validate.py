@@ -11,11 +11,11 @@ from smid.cli.loading import load_data
 from smid.cli.options import FILE, json_option, report_option
 from smid.cli.outputs import Outputs
 from smid.data.read_csv import read_text
+from smid.fitting.validate import validate as validate_model
 from smid.models import Model
 from smid.reports import data_report
 from smid.reports.documents import validate_document
 from smid.reports.page import capitalised
-from smid.validate import validate as validate_model
 
 
 @click.command()

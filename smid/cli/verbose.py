@@ -6,10 +6,10 @@ import logging
 
 import click
 
-from smid.cli.face import LOGGER
+from smid.cli.console import LOGGER
 from smid.diagnosis import Diagnosis
-from smid.error_bound import ErrorBound
-from smid.estimate import Estimate
+from smid.identification.error_bound import ErrorBound
+from smid.identification.estimate import Estimate
 
 
 def _listen(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:

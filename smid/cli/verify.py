@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import click
 
-from smid.cli.face import EMPTY
+from smid.cli.console import EMPTY
 from smid.cli.loading import load_data
 from smid.cli.options import FILE, json_option
 from smid.cli.outputs import Outputs
+from smid.display.versions import versions
 from smid.models import load_model
 from smid.verification import NotProvenError
 from smid.verification import verify as verify_proof
 from smid.verification.verify import read_origin
-from smid.versions import versions
 
 VERIFY = "smid.verify/1"
 

@@ -20,7 +20,7 @@ from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.plot import plot
 from smid.data.resample import Resampling
 from smid.data.validate import validate
-from smid.result import Part, Result, optional
+from smid.display.result import Part, Result, optional
 
 if TYPE_CHECKING:
     import pandas
@@ -548,7 +548,7 @@ class Dataset(Result):
     def _picture(self) -> Figure | None:
         if self.n_samples > MOST_DRAWN:
             return None
-        from smid.reports.style import WIDTH, style
+        from smid.display.style import WIDTH, style
 
         with style():
             figure = self.plot()

@@ -1,7 +1,9 @@
 """The error raised for a mistake in the data."""
 
+from relaxations.errors import UserError
 
-class DataError(ValueError):
+
+class DataError(UserError):
     """The data, or the way they were asked for, cannot be used; the message names cause and cure.
 
     Examples

@@ -28,8 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from smid.data.dataset import Dataset
 from smid.data.errors import DataError
-from smid.result import Part, Result
-from smid.table import Table
+from smid.display.result import Part, Result
+from smid.display.table import Table
 
 LARGEST_DRIFT = 1.0
 LARGEST_VARIANCE_RATIO = 4.0

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from smid.table import Table
+from smid.display.table import Table
 
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset

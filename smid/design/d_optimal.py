@@ -16,8 +16,8 @@ from scipy.optimize import Bounds, differential_evolution
 
 from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation
+from smid.display.result import Part, Result, plain
 from smid.models import ModelError
-from smid.result import Part, Result, plain
 
 __all__ = ["Design", "d_optimal"]
 

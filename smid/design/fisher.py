@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from smid.display.result import Part, Tabular, plain
+from smid.display.table import Table
 from smid.models import Model, ModelError
 from smid.models.running import at_sampling_time
 from smid.models.sensitivities import compile_free_run
-from smid.result import Part, Tabular, plain
-from smid.table import Table
 
 __all__ = ["FisherInformation", "fisher_information", "model_information"]
 

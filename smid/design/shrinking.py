@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from smid.design.family import InputFamily
+from smid.display.result import Part, Result, plain
 from smid.models import ModelError
-from smid.result import Part, Result, plain
 
 __all__ = ["Shrinking", "shrinking_input"]
 

@@ -6,9 +6,9 @@ from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.check import check_effect
 from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
-from smid.diagnosis.faults import Fault, data_faults
+from smid.diagnosis.evidence.faults import Fault, data_faults
+from smid.diagnosis.evidence.misfit import Misfit, misfit
 from smid.diagnosis.gain import Gain
-from smid.diagnosis.misfit import Misfit, misfit
 from smid.diagnosis.proven import prove_parameters
 
 __all__ = [

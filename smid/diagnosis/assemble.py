@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
-from smid.diagnosis.compare import correlation_length, structure
 from smid.diagnosis.effects.effect import Detection, Effect, Site
-from smid.diagnosis.search import Found
-from smid.diagnosis.standing import Ranked, Record, Stage
-from smid.diagnosis.trial import Trial
-from smid.fit import Fitting
+from smid.diagnosis.search.compare import correlation_length, structure
+from smid.diagnosis.search.merit import Ranked, Record, Stage
+from smid.diagnosis.search.search import Found
+from smid.diagnosis.search.trial import Trial
+from smid.fitting.fit import Fitting
 
 _SPREAD = 3.0  # standard deviations either side
 _MOST_RIVALS = 5

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from smid.result import Part, Result, plain
-from smid.table import Table
+from smid.display.result import Part, Result, plain
+from smid.display.table import Table
 
 
 @dataclass(frozen=True)

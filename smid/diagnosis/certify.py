@@ -16,11 +16,11 @@ import numpy as np
 
 from relaxations.deadline import TimeIsUp
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import intervals
-from smid.box import with_finite_box
+from relaxations.search.hierarchy import intervals
 from smid.data import DataError, Dataset
 from smid.diagnosis.effects.effect import Array
-from smid.feasible import FeasibleSet
+from smid.feasible.feasible_set import FeasibleSet
+from smid.identification.finite_box import with_finite_box
 from smid.models import Model, ModelError
 
 _WINDOWS = (40, 100)

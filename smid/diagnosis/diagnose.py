@@ -12,24 +12,24 @@ from dataclasses import replace
 import numpy as np
 
 from relaxations.deadline import TimeIsUp, check_seconds, time_limit
-from smid.binding import bind
 from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import causes, detected
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import prove_empty
-from smid.diagnosis.compare import rms, structure
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Array, Detection, Effect
+from smid.diagnosis.evidence.faults import Fault, data_faults
+from smid.diagnosis.evidence.misfit import Misfit, misfit
 from smid.diagnosis.experiment import separating_experiment
-from smid.diagnosis.faults import Fault, data_faults
 from smid.diagnosis.gain import gain
-from smid.diagnosis.misfit import Misfit, misfit
-from smid.diagnosis.search import Found, search
-from smid.diagnosis.standing import Record
-from smid.diagnosis.trial import Base
-from smid.feasible import check_data, check_noise_bound
-from smid.fit import fit
+from smid.diagnosis.search.compare import rms, structure
+from smid.diagnosis.search.merit import Record
+from smid.diagnosis.search.search import Found, search
+from smid.diagnosis.search.trial import Base
+from smid.feasible.feasible_set import check_data, check_noise_bound
+from smid.fitting.binding import bind
+from smid.fitting.fit import fit
 from smid.models import Model, ModelError
 
 Progress = Callable[[str], None]

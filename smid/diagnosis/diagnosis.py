@@ -13,12 +13,12 @@ from smid.data import Dataset
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import Emptiness
 from smid.diagnosis.effects.effect import Array, Mask
+from smid.diagnosis.evidence.faults import Fault
+from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
-from smid.diagnosis.faults import Fault
 from smid.diagnosis.gain import Gain
-from smid.diagnosis.misfit import Misfit
+from smid.display.result import Part, Tabular
 from smid.models import Model
-from smid.result import Part, Tabular
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

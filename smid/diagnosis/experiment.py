@@ -13,7 +13,7 @@ import numpy as np
 
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Array
-from smid.fit import Fit
+from smid.fitting.fit import Fit
 from smid.models.simulate import simulate
 from smid.signals import multisine, noise, prbs, ramp, staircase
 

@@ -12,7 +12,7 @@ from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects.effect import Array, Mask
 from smid.diagnosis.experiment import SeparatingExperiment
-from smid.reports.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
+from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
 
 _LONG = 400  # samples beyond which two curves a noise apart can no longer be told from each other
 _CLOSE = 120  # samples of the close view

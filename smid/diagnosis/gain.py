@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from smid.diagnosis.compare import rms
 from smid.diagnosis.effects.effect import Array
-from smid.result import Part, Result
-from smid.table import Table
+from smid.diagnosis.search.compare import rms
+from smid.display.result import Part, Result
+from smid.display.table import Table
 
 
 @dataclass(frozen=True, repr=False)

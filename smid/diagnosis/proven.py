@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from smid.diagnosis.cause import Cause, CauseParameter
 from smid.diagnosis.diagnosis import Diagnosis
-from smid.estimate import ParameterInterval
-from smid.identify import Progress, identify
+from smid.identification.estimate import ParameterInterval
+from smid.identification.identify import Progress, identify
 
 
 def prove_parameters(

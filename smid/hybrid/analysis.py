@@ -26,6 +26,7 @@ import sympy
 from numpy.typing import ArrayLike
 from sympy.solvers.solveset import NonlinearError
 
+from smid.display.result import Part, Result
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.models import Model, ModelError, simulate
@@ -33,7 +34,6 @@ from smid.models.errors import refuse_unknown
 from smid.models.linear_block import DELAY, RATE, exact_values, response
 from smid.models.symbols import references
 from smid.networks import Array
-from smid.result import Part, Result
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 

@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data import DataError, Dataset
-from smid.fit import Fit, Fitting, prediction
+from smid.display.result import Part, Result, plain
+from smid.fitting.fit import Fit, Fitting, prediction
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
@@ -46,7 +47,6 @@ from smid.networks import (
     nguyen_widrow,
     sum_normal_equations,
 )
-from smid.result import Part, Result, plain
 
 __all__ = ["ERRORS", "HybridEstimate", "estimate"]
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from smid.binding import bind
 from smid.data import Dataset
+from smid.display.result import Part, Result
+from smid.fitting.binding import bind
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.neural import NeuralTerm
 from smid.models import Measurement, Model, ModelError
 from smid.models.symbols import rename_signals
-from smid.result import Part, Result
 
 __all__ = ["HYBRID", "HybridModel", "bound_to", "measure_instead", "output_measurement"]
 
@@ -84,7 +84,7 @@ def measure_instead(model: Model, old: Measurement, name: str) -> Model:
 
 
 def bound_to(hybrid: HybridModel, data: Dataset) -> HybridModel:
-    """Fit a hybrid model's channel names and sampling time to the data's, as `smid.binding.bind` does a model's."""
+    """Fit a hybrid model's channel names and sampling time to the data's, as `smid.fitting.binding.bind` does a model's."""
     model, white = bind(hybrid.model, data), bind(hybrid.white, data)
     names = dict(zip(hybrid.model.inputs, model.inputs, strict=True))
     term = replace(hybrid.term, inputs=tuple(rename_signals(item, names) for item in hybrid.term.inputs))

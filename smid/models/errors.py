@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from relaxations.errors import UserError
+
 __all__ = ["ModelError", "refuse_unknown"]
 
 
-class ModelError(ValueError):
+class ModelError(UserError):
     """A model, or what was asked of it, makes no sense; the message names the cause and the cure.
 
     Examples

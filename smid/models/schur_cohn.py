@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import sympy
 
-from relaxations.problem import with_fractions
+from relaxations.problem.problem import with_fractions
 from smid.models.symbols import number
 
 __all__ = ["schur_cohn"]

@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 from sympy.core.function import Application
 
-from relaxations.balls import outwards
+from relaxations.algebra.ball_arithmetic import outwards
 from smid.models.errors import ModelError
 
 __all__ = [

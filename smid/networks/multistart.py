@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.descend import Descent, ProgressCallback, Stop, descend
 from smid.networks.least_squares import LeastSquares, Method
 from smid.networks.network import Array
-from smid.result import Part, Result
 
 __all__ = ["MultiStart", "multistart"]
 

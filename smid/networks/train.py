@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from smid.data import DataError
+from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.descend import ProgressCallback
 from smid.networks.least_squares import Method, NormalEquations, sum_normal_equations
@@ -24,7 +25,6 @@ from smid.networks.network import Array, TanhNetwork, weight_count
 from smid.networks.scaling import fold, scaling_of
 from smid.networks.split import Split, random_split
 from smid.networks.start import nguyen_widrow
-from smid.result import Part, Result
 
 __all__ = ["NetworkError", "Training", "train"]
 

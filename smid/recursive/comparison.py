@@ -9,12 +9,12 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
+from smid.display.result import Part, Tabular
+from smid.display.table import Table, figure
 from smid.models import ModelError
 from smid.recursive.arx import Arx
 from smid.recursive.method import Method
 from smid.recursive.tracking import Tracking, track
-from smid.result import Part, Tabular
-from smid.table import Table, figure
 
 __all__ = ["Comparison", "compare"]
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from smid.display.result import Part, Result
+from smid.display.table import Table, figure
 from smid.models import ModelError
 from smid.recursive.arx import LARGEST, Array, Arx, refusal
 from smid.recursive.method import DivergenceError, Method
 from smid.recursive.poles import put_inside, stable
-from smid.result import Part, Result
-from smid.table import Table, figure
 
 __all__ = ["History", "RecursiveEstimator"]
 

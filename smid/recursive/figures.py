@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.recursive.comparison import Comparison
 from smid.recursive.gain_study import GainStudy
 from smid.recursive.tracking import Tracking
-from smid.reports.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 
 __all__ = ["comparison_figure", "gain_figure", "tracking_figure"]
 

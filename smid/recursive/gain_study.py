@@ -14,12 +14,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
+from smid.display.result import Part, Tabular
+from smid.display.table import Table, figure
 from smid.recursive.arx import Arx
 from smid.recursive.normalised_gradient import NormalisedGradient
 from smid.recursive.tracking import Tracking, track
 from smid.recursive.unnormalised_gradient import UnnormalisedGradient
-from smid.result import Part, Tabular
-from smid.table import Table, figure
 
 __all__ = ["GainStudy", "gain_study"]
 

@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relaxations.balls import EPSILON, TINY, Array, Index
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array, Index
 from smid.models import ModelError
 
 __all__ = ["Polytope"]

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from relaxations.balls import Array
+from relaxations.algebra.ball_arithmetic import Array
 from smid.data import DataError
+from smid.display.style import BLUE, GRID, INK, RED, SKY, WIDTH, style
 from smid.recursive.set_history import SetHistory
-from smid.reports.style import BLUE, GRID, INK, RED, SKY, WIDTH, style
 
 __all__ = ["set_figure"]
 

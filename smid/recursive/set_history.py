@@ -9,10 +9,10 @@ from typing import Any
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from relaxations.balls import Array
-from smid.estimate import round_down, round_up
-from smid.result import Part, Result, Tabular
-from smid.table import Table
+from relaxations.algebra.ball_arithmetic import Array
+from smid.display.result import Part, Result, Tabular
+from smid.display.table import Table
+from smid.identification.estimate import round_down, round_up
 
 __all__ = ["Change", "SetHistory"]
 

@@ -30,9 +30,9 @@ from typing import Literal
 
 import numpy as np
 
-from relaxations.balls import EPSILON, Array
-from relaxations.hierarchy import Proof
-from smid.estimate import ParameterInterval
+from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.search.hierarchy import Proof
+from smid.identification.estimate import ParameterInterval
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.recursive.arx import LARGEST, Arx, refusal

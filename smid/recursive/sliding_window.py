@@ -16,10 +16,10 @@ from collections import deque
 
 import numpy as np
 
-from relaxations.hierarchy import Proof
+from relaxations.search.hierarchy import Proof
 from smid.data import Dataset
-from smid.estimate import ParameterInterval
-from smid.identify import EmptyFeasibleSetError, identify
+from smid.identification.estimate import ParameterInterval
+from smid.identification.identify import EmptyFeasibleSetError, identify
 from smid.models import Model, ModelError
 from smid.recursive.arx import LARGEST, refusal
 from smid.recursive.set_history import Change, SetHistory

@@ -21,12 +21,12 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from smid.data import Dataset
+from smid.display.result import Part, Tabular, plain
+from smid.display.table import Table, figure
 from smid.recursive.arx import Array, Arx
 from smid.recursive.estimator import History, RecursiveEstimator
 from smid.recursive.free_run import FreeRun, free_run
 from smid.recursive.method import DivergenceError, Method
-from smid.result import Part, Tabular, plain
-from smid.table import Table, figure
 
 __all__ = ["Residual", "Tracking", "track"]
 

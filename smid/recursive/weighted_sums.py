@@ -30,7 +30,7 @@ from itertools import product
 import numpy as np
 from scipy.signal import lfilter
 
-from relaxations.balls import EPSILON, TINY, Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
 from smid.recursive.polytope import Polytope
 
 __all__ = ["WeightedSums", "principal_axes"]

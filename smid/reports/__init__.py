@@ -1,10 +1,10 @@
 """Reports: figures, and one self-contained page as HTML, PDF, Markdown or JSON."""
 
+from smid.display.versions import versions
 from smid.reports.estimate_page import data_report
 from smid.reports.formats import check_report
 from smid.reports.pdf import PdfWarning
 from smid.reports.report import report
 from smid.reports.writing import check_writable, write_text
-from smid.versions import versions
 
 __all__ = ["PdfWarning", "check_report", "check_writable", "data_report", "report", "versions", "write_text"]

@@ -10,8 +10,8 @@ from typing import Any, Self
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from smid.table import Table
-from smid.versions import versions
+from smid.display.table import Table
+from smid.display.versions import versions
 
 __all__ = [
     "Block",

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure, spoken
+from smid.display.table import Table
 from smid.models import Parameter
 from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
 from smid.reports.documents import diagnose_document
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
-from smid.table import Table
 
 __all__ = ["diagnosis_page"]
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
-from smid.error_bound import ErrorBound
-from smid.estimate import Estimate
-from smid.identify import EmptyFeasibleSetError
+from smid.display.versions import versions
+from smid.fitting.validate import Validation
+from smid.identification.error_bound import ErrorBound
+from smid.identification.estimate import Estimate
+from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model
-from smid.validate import Validation
-from smid.versions import versions
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis

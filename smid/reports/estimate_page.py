@@ -8,18 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.hierarchy import Proof
+from relaxations.search.hierarchy import Proof
 from smid.data import Dataset
-from smid.error_bound import ErrorBound
-from smid.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
+from smid.display.table import Table
+from smid.fitting.figures import simulation_figure
+from smid.fitting.validate import Score, Validation, validate
+from smid.identification.error_bound import ErrorBound
+from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
+from smid.identification.figures import intervals_figure
 from smid.models import Model, ModelError
 from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
 from smid.reports.documents import Document, identify_document
-from smid.reports.figures import intervals_figure, simulation_figure
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
-from smid.table import Table
-from smid.validate import Score, Validation, validate
 
 __all__ = ["data_report", "estimate_page"]
 

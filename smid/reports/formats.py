@@ -6,12 +6,12 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
+from smid.display.style import save_svg
 from smid.reports.content import Page, Picture
 from smid.reports.documents import as_text
 from smid.reports.html import as_html
 from smid.reports.markdown import as_markdown
 from smid.reports.pdf import print_pdf
-from smid.reports.style import save_svg
 from smid.reports.writing import check_writable, write_text
 
 __all__ = ["check_report", "write_page"]

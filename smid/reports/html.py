@@ -7,9 +7,9 @@ from collections.abc import Callable
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from smid.display.style import inline_svg
+from smid.display.table import Table
 from smid.reports.content import Equations, Facts, Heading, Items, Page, Picture, Remark
-from smid.reports.style import inline_svg
-from smid.table import Table
 
 __all__ = ["as_html"]
 

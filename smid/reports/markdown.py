@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
+from smid.display.table import Table
 from smid.reports.content import Block, Equations, Facts, Heading, Items, Page, Picture, Remark, Section
-from smid.table import Table
 
 __all__ = ["as_markdown"]
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 
+from matplotlib.figure import Figure
+
 from smid.data import Dataset
+from smid.display.style import WIDTH, style
 from smid.models import Model
 from smid.reports import mathml
 from smid.reports.content import Block, Equations, Facts, Picture, Rich, Section, joined
-from smid.reports.figures import data_figure
 
 __all__ = ["capitalised", "data_section", "equations", "is_simulated", "parameter", "priors"]
 
@@ -92,3 +94,20 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
             )
     if drawn:
         yield Picture(data_figure(data), "The samples that were used.", "The samples over time")
+
+
+def data_figure(dataset: Dataset) -> Figure:
+    """Draw every channel over time, outputs on top.
+
+    Parameters
+    ----------
+    dataset : Dataset
+
+    Returns
+    -------
+    Figure
+    """
+    with style():
+        figure = dataset.plot()
+        figure.set_size_inches(WIDTH, 0.6 + 1.3 * len(figure.axes))
+    return figure

@@ -7,11 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
-from smid.error_bound import ErrorBound
-from smid.estimate import Estimate
+from smid.fitting.validate import Validation
+from smid.identification.error_bound import ErrorBound
+from smid.identification.estimate import Estimate
 from smid.reports.estimate_page import estimate_page
 from smid.reports.formats import check_report, write_page
-from smid.validate import Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from smid.data import DataError, excitation
-from smid.reports.style import BLUE, GRID, ORANGE, WIDTH, style
+from smid.display.style import BLUE, GRID, ORANGE, WIDTH, style
 from smid.signals.generators import check_samples
 
 __all__ = ["plot_spread"]

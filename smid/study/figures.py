@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from smid.reports.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
+from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.study.cell import Cell
 from smid.study.outcome import Outcome
 

@@ -11,10 +11,10 @@ from itertools import product
 from pathlib import Path
 
 from relaxations.solvers.interface import check_solver
-from smid.binding import bind
 from smid.data import DataError, Dataset
-from smid.feasible import check_data, check_noise_bound
-from smid.identify import METHODS
+from smid.feasible.feasible_set import check_data, check_noise_bound
+from smid.fitting.binding import bind
+from smid.identification.identify import METHODS
 from smid.models import Model, ModelError
 from smid.study.cell import Cell, Job, Settings
 from smid.study.outcome import Outcome, Status

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.hierarchy import Proof
-from smid.estimate import ParameterInterval
-from smid.result import plain
+from relaxations.search.hierarchy import Proof
+from smid.display.result import plain
+from smid.identification.estimate import ParameterInterval
 
 __all__ = ["Outcome", "Status"]
 
@@ -61,7 +61,7 @@ class Outcome:
 
     Examples
     --------
-    >>> from smid.estimate import ParameterInterval
+    >>> from smid.identification.estimate import ParameterInterval
     >>> found = ParameterInterval("gain", "bar/mA", 1.0, 3.0, 1.5, 2.9, Proof.PROVEN, Proof.PROVEN)
     >>> Outcome(Status.CERTIFIED, "every end meets its witness", (found,)).gap  # 0.5 of a width of 2
     0.25

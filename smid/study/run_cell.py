@@ -6,10 +6,10 @@ import time
 from dataclasses import replace
 
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import Reason
+from relaxations.search.hierarchy import Reason
 from smid.data import DataError
-from smid.estimate import Estimate
-from smid.identify import EmptyFeasibleSetError, identify
+from smid.identification.estimate import Estimate
+from smid.identification.identify import EmptyFeasibleSetError, identify
 from smid.models import ModelError
 from smid.study.cell import Job
 from smid.study.errors import StudyError

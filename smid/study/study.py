@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from smid.data import DataError, Dataset
-from smid.estimate import ParameterInterval, round_down, round_up, shown_digits
+from smid.display.result import Part, Tabular
+from smid.display.table import Table, figure
+from smid.identification.estimate import ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model
-from smid.result import Part, Tabular
 from smid.study.cell import Cell, Settings
 from smid.study.figures import study_figure
 from smid.study.outcome import Outcome, Status
-from smid.table import Table, figure
 
 __all__ = ["Study"]
 

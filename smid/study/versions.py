@@ -8,22 +8,23 @@ from importlib.metadata import version
 from pathlib import Path
 
 import relaxations
-from smid.versions import PACKAGES
+from smid.display.versions import PACKAGES
 
 __all__ = ["computing_versions"]
 
-# Release numbers stand still while the code is worked on, so the sources themselves are hashed: those that intervals
-# come from, and not the pages and commands that show them.
-_SMID, _RELAXATIONS = Path(__file__).parents[1], Path(relaxations.__path__[0])
-_SOURCES = ((_RELAXATIONS, "**/*.py"), (_SMID, "*.py"), (_SMID, "data/*.py"), (_SMID, "models/*.py"))
+# Release numbers stay the same while the code changes, so the sources are hashed: the rooms that intervals come from,
+# and not the pages and commands that show them. The paths are hashed as well, so that a move makes a study stale.
+HASHED = ("data", "models", "networks", "fitting", "feasible", "identification", "verification")
+"""Rooms of `smid` that decide what an interval is; all of `relaxations` does."""
 
 
 @cache
 def _own() -> tuple[tuple[str, str], ...]:
+    smid = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for folder, pattern in _SOURCES:
-        for path in sorted(folder.glob(pattern)):
-            digest.update(path.read_bytes())
+    for folder in (Path(relaxations.__path__[0]), *(smid / room for room in HASHED)):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
     return ("code", digest.hexdigest()[:16]), *((name, version(name)) for name in PACKAGES)
 
 

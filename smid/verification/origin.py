@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.balls import Array
+from relaxations.algebra.ball_arithmetic import Array
 from smid.data import Dataset
 from smid.models import Model
 from smid.models.expressions import to_text
@@ -34,7 +34,7 @@ def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[
 
     Examples
     --------
-    >>> from smid.binding import bind
+    >>> from smid.fitting.binding import bind
     >>> from smid.models import OutputError
     >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1]}, output={"y": [0.0, 1, 0.5]}, sampling_time=1.0)
     >>> origin = origin_of(bind(OutputError(), data), data, {"y": 0.1})

@@ -13,12 +13,12 @@ from relaxations import check
 from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
 from relaxations.check.statement import Theorem
-from smid.binding import bind
 from smid.data import DataError, Dataset
+from smid.display.result import Part, Result
+from smid.display.table import Table
+from smid.fitting.binding import bind
 from smid.models import Model, ModelError
 from smid.models.expressions import from_text
-from smid.result import Part, Result
-from smid.table import Table
 from smid.verification.implied import NotProvenError, check_implied
 from smid.verification.origin import DIGITS, data_statement, model_statement
 
@@ -102,7 +102,7 @@ def verify(
     Examples
     --------
     >>> import tempfile
-    >>> from smid.identify import identify
+    >>> from smid.identification.identify import identify
     >>> from smid.models import OutputError
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 
 
 def unit_problem(n, equalities=(), inequalities=()):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize_scalar
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 
 
 @dataclass(frozen=True)

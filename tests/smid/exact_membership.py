@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import isinf
 
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
 
 
 def what_excludes(problem: PolynomialProblem, point: Mapping[str, Fraction]) -> list[str]:

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import relaxations.bounding as bounding
+import relaxations.proof.bounding as bounding
 from relaxations.errors import ProblemError
-from relaxations.hierarchy import Proof
+from relaxations.search.hierarchy import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
 from smid import (
     DataError,

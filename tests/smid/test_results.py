@@ -18,16 +18,28 @@ import pytest
 
 import smid
 from relaxations.formats.expressions import problem_of, variables
-from relaxations.minimise import minimise
-from smid.clutch.overview import record_overview
-from smid.clutch.sensor_study import ErrorTable, IntervalRow, IntervalStudy, SensorTraces, SingleSensorStudy, table_5_3
-from smid.clutch.virtual_sensors import CFPX, PTX, bound_error
+from relaxations.search.minimise import minimise
 from smid.data import excitation
-from smid.design import InputFamily, InputStudy, d_optimal, fisher_information, shrinking_input
-from smid.design.input_study import InputRow
+from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
+from smid.display.result import Tabular, optional, plain
 from smid.hybrid import BackCouplings, HybridEstimate, required, series
-from smid.hybrid.arm import (
+from smid.hybrid.estimate import ERRORS
+from smid.identification.lowest_order import OrderStep
+from smid.models import Reactor
+from smid.networks import MultiStart, TanhNetwork, train
+from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
+from smid.sensors import CFPX, PTX, bound_error
+from smid.theses.clutch.overview import record_overview
+from smid.theses.clutch.sensor_study import (
+    ErrorTable,
+    IntervalRow,
+    IntervalStudy,
+    SensorTraces,
+    SingleSensorStudy,
+    table_5_3,
+)
+from smid.theses.hybrid.arm import (
     Alternation,
     ArmStudy,
     CostSurface,
@@ -36,17 +48,13 @@ from smid.hybrid.arm import (
     NetworkRuns,
     WhiteEstimate,
 )
-from smid.hybrid.certified import CertifiedArm, CertifiedReactor
-from smid.hybrid.certified.enclosure import Enclosure
-from smid.hybrid.estimate import ERRORS
-from smid.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
-from smid.hybrid.reactor.output_errors import CELLS
-from smid.hybrid.reactor.requirements import Learned
-from smid.lowest_order import OrderStep
-from smid.models import Reactor
-from smid.networks import MultiStart, TanhNetwork, train
-from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
-from smid.result import Tabular, optional, plain
+from smid.theses.hybrid.certified import CertifiedArm, CertifiedReactor
+from smid.theses.hybrid.certified.enclosure import Enclosure
+from smid.theses.hybrid.inputs import InputStudy
+from smid.theses.hybrid.inputs.input_study import InputRow
+from smid.theses.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
+from smid.theses.hybrid.reactor.output_errors import CELLS
+from smid.theses.hybrid.reactor.requirements import Learned
 
 NOUNS = {
     *("Model", "TanhNetwork", "VirtualSensor", "PTX", "BoundedSensor"),  # they are applied, and saved their own way
@@ -154,7 +162,7 @@ def networks():
     yield hybrid
     weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
     estimated = dataclasses.replace(hybrid, model=hybrid.model.with_values(weights))
-    fit = smid.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
+    fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
     yield HybridEstimate(estimated, fit, MultiStart(training.search.descents))
 
 
@@ -233,7 +241,7 @@ def test_html_is_well_formed_and_of_no_colour(pages):
 def test_html_and_text_tell_the_same(pages):
     for result, page in pages:
         cells = [cell.text for cell in page.iter("td") if cell.text]
-        if type(result).__str__ is smid.result.Result.__str__:
+        if type(result).__str__ is smid.display.result.Result.__str__:
             assert all(cell in str(result) for cell in cells), type(result)
 
 

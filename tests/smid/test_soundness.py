@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import relaxations.bounding
+import relaxations.proof.bounding
 from benchmarks.soundness.random_problems import random_problem
-from relaxations.certificate import Certificate
+from relaxations.proof.certificate import Certificate
 from smid import EmptyFeasibleSetError, identify
 
 PROBLEMS, CHUNK = 25, 5  # `python -m benchmarks.soundness` runs thousands
@@ -38,13 +38,13 @@ def test_truth_lies_inside_every_interval(first: int) -> None:
 
 def test_a_weakened_certificate_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the residual out of the bound, as trusting the solver does, and the check above must fail."""
-    honest = relaxations.bounding.certify
+    honest = relaxations.proof.bounding.certify
 
     def careless(relaxation, objective, multipliers):  # type: ignore[no-untyped-def]
         proof = honest(relaxation, objective, multipliers)
         return Certificate(proof.bound + proof.residual, proof.residual, multipliers)
 
-    monkeypatch.setattr(relaxations.bounding, "certify", careless)
+    monkeypatch.setattr(relaxations.proof.bounding, "certify", careless)
 
     def caught(seed: int) -> bool:
         try:

@@ -15,14 +15,14 @@ import numpy as np
 import sympy
 
 from relaxations import check
-from relaxations.bounding import relax
-from relaxations.boxes import derive_box
-from relaxations.branching import branch_and_bound
-from relaxations.certificate_file import write_certificate
-from relaxations.hierarchy import intervals
-from relaxations.polynomial import Polynomials
-from relaxations.problem import PolynomialProblem, from_sympy, polynomials_from_sympy
-from relaxations.steps import Bound, Cut, Hull, Kinks, Part, Quotient, Row, Sides, Step
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem, from_sympy, polynomials_from_sympy
+from relaxations.proof.bounding import relax
+from relaxations.proof.certificate_file import write_certificate
+from relaxations.proof.proof_steps import Bound, Cut, Hull, Kinks, Part, Quotient, Row, Sides, Step
+from relaxations.search.boxes import derive_box
+from relaxations.search.branching import branch_and_bound
+from relaxations.search.hierarchy import intervals
 
 __all__ = ["RECIPES"]
 

@@ -1,12 +1,12 @@
-"""Coulomb friction: a constant force against motion, which sticks; see `smid.diagnosis.effects.motion`."""
+"""Coulomb friction: a constant force against motion, which sticks; see `smid.diagnosis.effects.parts.motion`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.motion import dry_motions, time_of, with_dry_friction
-from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.diagnosis.effects.parts.motion import dry_motions, time_of, with_dry_friction
+from smid.diagnosis.effects.parts.naming import find, fresh, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, signal_of
-from smid.diagnosis.effects.plant import output_signal, state_lines, with_increment
-from smid.diagnosis.effects.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, signal_of
+from smid.diagnosis.effects.parts.plant import output_signal, state_lines, with_increment
+from smid.diagnosis.effects.parts.varying import extensions, sentence, told
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]

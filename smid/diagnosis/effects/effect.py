@@ -2,7 +2,7 @@
 
 An effect does not know the model it is put on.  It asks the model for its input and output, and gives one or more
 *extensions*: models with a few parameters more that equal the old model where those with a null value sit at it.  The
-search fits them all and keeps the best; see `smid.diagnosis.search`.
+search fits them all and keeps the best; see `smid.diagnosis.search.search`.
 """
 
 from __future__ import annotations

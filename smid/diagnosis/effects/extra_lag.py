@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter, signal, t
 
 __all__ = ["EFFECT"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import free_name, fresh
-from smid.diagnosis.effects.plant import base_parameters, scaled
+from smid.diagnosis.effects.parts.naming import free_name, fresh
+from smid.diagnosis.effects.parts.plant import base_parameters, scaled
 from smid.models import Model
 
 __all__ = ["EFFECT", "TIME_UNITS", "released"]

@@ -28,8 +28,8 @@ from math import exp
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
-from smid.diagnosis.effects.stop import stop
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.stop import stop
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 

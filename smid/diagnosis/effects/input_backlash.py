@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
-from smid.diagnosis.effects.stop import stop
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.stop import stop
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.hinges import curves, slope_changes
-from smid.diagnosis.effects.naming import free_name, quantity
+from smid.diagnosis.effects.parts.hinges import curves, slope_changes
+from smid.diagnosis.effects.parts.naming import free_name, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]

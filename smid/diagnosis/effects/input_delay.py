@@ -13,8 +13,8 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.plant import static_end
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.plant import static_end
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]

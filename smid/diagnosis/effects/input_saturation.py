@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Mapping
 
 import sympy
 
-from smid.diagnosis.effects.channels import usable
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import free_name, fresh, quantity
-from smid.diagnosis.effects.plant import state_lines
+from smid.diagnosis.effects.parts.channels import usable
+from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
+from smid.diagnosis.effects.parts.plant import state_lines
 from smid.models import Model
 from smid.models.symbols import number
 

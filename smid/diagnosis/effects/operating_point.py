@@ -13,9 +13,9 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import fresh, quantity, signal_of
-from smid.diagnosis.effects.plant import output_signal
-from smid.diagnosis.effects.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.naming import fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.plant import output_signal
+from smid.diagnosis.effects.parts.varying import extensions, sentence, told
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 

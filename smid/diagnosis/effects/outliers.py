@@ -1,6 +1,6 @@
 """Glitches: a few samples of the output that have nothing to do with the process.
 
-They are found in the residual, where a step of the input leaves no jump: `smid.diagnosis.faults.outlier_mask`. No fit
+They are found in the residual, where a step of the input leaves no jump: `smid.diagnosis.evidence.faults.outlier_mask`. No fit
 may see them, or it would bend to them.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
-from smid.diagnosis.faults import outlier_mask
+from smid.diagnosis.evidence.faults import outlier_mask
 from smid.models import Model
 
 _MOST = 0.1  # share of the samples; more are no glitches

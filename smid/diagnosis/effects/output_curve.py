@@ -21,9 +21,9 @@ from scipy.signal import lfilter
 
 from smid.data import DataError
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
-from smid.diagnosis.effects.hinges import curves, slope_changes
-from smid.diagnosis.effects.naming import find, free_name, fresh, is_brought, quantity
-from smid.fit import fit
+from smid.diagnosis.effects.parts.hinges import curves, slope_changes
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, is_brought, quantity
+from smid.fitting.fit import fit
 from smid.models import Model, Parameter
 from smid.models.symbols import number
 

@@ -17,9 +17,9 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.hinges import Curve
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
-from smid.diagnosis.effects.plant import StateLine, output_signal, state_lines
+from smid.diagnosis.effects.parts.hinges import Curve
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_lines
 from smid.models import Model, signal, t
 from smid.models.simulate import simulate
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping
 
 import sympy
 
-from smid.diagnosis.effects.clock import with_clock
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.varying import extensions, told
+from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.varying import extensions, told
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 

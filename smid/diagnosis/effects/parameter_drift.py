@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from smid.diagnosis.effects.clock import with_clock
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import quantity
-from smid.diagnosis.effects.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.naming import quantity
+from smid.diagnosis.effects.parts.varying import extensions, sentence, told
 from smid.models import Model
 from smid.models.symbols import number
 

@@ -12,10 +12,10 @@ from collections.abc import Iterator, Mapping
 
 import sympy
 
-from smid.diagnosis.effects.clock import with_clock
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.spectrum import amplitudes, peaks
+from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.spectrum import amplitudes, peaks
 from smid.models import Model
 
 __all__ = ["EFFECT"]

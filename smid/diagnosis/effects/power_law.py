@@ -17,8 +17,8 @@ from itertools import chain
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, fresh
-from smid.diagnosis.effects.plant import StateLine, base_parameters, scaled, state_lines
+from smid.diagnosis.effects.parts.naming import find, fresh
+from smid.diagnosis.effects.parts.plant import StateLine, base_parameters, scaled, state_lines
 from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
 

@@ -1,6 +1,6 @@
 """The recorded output is rounded to whole steps q.
 
-Rounding adds an error of RMS q / sqrt(12). The step is read off the data (`smid.diagnosis.faults.quantisation_step`);
+Rounding adds an error of RMS q / sqrt(12). The step is read off the data (`smid.diagnosis.evidence.faults.quantisation_step`);
 it is a cause, not a mere note, where rounding is most of what the model leaves. The gain is not in the RMSE, which no
 model can lower, but in the noise bound: it must hold half a step.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
-from smid.diagnosis.faults import quantisation_step
+from smid.diagnosis.evidence.faults import quantisation_step
 from smid.models import Model
 
 _LEAST_SHARE = 0.35  # of the residual's variance; a step of 3 noise RMS gives 0.43

@@ -15,7 +15,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 

@@ -18,8 +18,8 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity, signal_of
-from smid.diagnosis.effects.spectrum import peaks
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.spectrum import peaks
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 

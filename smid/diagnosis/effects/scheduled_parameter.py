@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from smid.diagnosis.effects.channels import usable
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import quantity
-from smid.diagnosis.effects.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.channels import usable
+from smid.diagnosis.effects.parts.naming import quantity
+from smid.diagnosis.effects.parts.varying import extensions, sentence, told
 from smid.models import Model
 
 __all__ = ["EFFECT"]

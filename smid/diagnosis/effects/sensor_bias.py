@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.plant import state_lines
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
+from smid.diagnosis.effects.parts.plant import state_lines
 from smid.models import Model
 
 __all__ = ["EFFECT"]

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 
 import sympy
 
-from smid.diagnosis.effects.clock import with_clock
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.naming import free_name, fresh, quantity
+from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
 from smid.models import Model
 from smid.models.symbols import number
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.motion import dry_motions, time_of, with_dry_friction
-from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.diagnosis.effects.parts.motion import dry_motions, time_of, with_dry_friction
+from smid.diagnosis.effects.parts.naming import find, fresh, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.gain import released
-from smid.diagnosis.effects.naming import fresh
-from smid.diagnosis.effects.plant import state_lines, with_increment
+from smid.diagnosis.effects.parts.naming import fresh
+from smid.diagnosis.effects.parts.plant import state_lines, with_increment
 from smid.models import Model
 
 __all__ = ["EFFECT"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.motion import Motion, motions
-from smid.diagnosis.effects.naming import find, fresh, quantity
+from smid.diagnosis.effects.parts.motion import Motion, motions
+from smid.diagnosis.effects.parts.naming import find, fresh, quantity
 from smid.models import Model
 from smid.models.symbols import plain_symbols
 

@@ -3,19 +3,11 @@
 import numpy as np
 import pytest
 
-from smid.design import (
-    InputFamily,
-    arm_information,
-    arm_sines,
-    arm_tailored,
-    d_optimal,
-    fisher_information,
-    model_information,
-    shrinking_input,
-)
-from smid.hybrid.arm.exact_motion import exact_motion
+from smid.design import InputFamily, d_optimal, fisher_information, model_information, shrinking_input
 from smid.models import ModelError, OutputError, Reactor
 from smid.signals import TABLE_F1, constant, prbs
+from smid.theses.hybrid.arm.exact_motion import exact_motion
+from smid.theses.hybrid.inputs import arm_information, arm_sines, arm_tailored
 
 H = 0.02
 

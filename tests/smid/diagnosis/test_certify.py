@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from lag_records import BOUND, LAG, dead_zone, lag, record, steps
 from scipy.optimize import linprog
 
 from smid import Dataset
 from smid.diagnosis.certify import prove_empty
-from smid.fit import fit
+from smid.fitting.fit import fit
+from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
 
 
 def proof(data: Dataset, noise_bound: float):

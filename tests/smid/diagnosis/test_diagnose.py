@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from lag_records import BOUND, LAG, dead_zone, known_lag, lag, record, steps
 
 from smid import Model
 from smid.diagnosis import Diagnosis, diagnose
+from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, known_lag, lag, record, steps
 
 GAIN = {
     f"{figure}_{when}"

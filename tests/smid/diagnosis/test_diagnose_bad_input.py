@@ -5,13 +5,13 @@ import sys
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from lag_records import BOUND, LAG, autoregressive, dead_zone, lag, record, steps
 
 from smid import DataError, Dataset, ModelError, OutputError, Parameter
 from smid.cli import main
 from smid.diagnosis import EFFECTS, diagnose
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
+from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, lag, record, steps
 
 U = steps(0, 200)
 GOOD = record(U, lag(U))

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from lag_records import lag, record, steps
 
 from smid import OutputError, Parameter
 from smid.diagnosis.experiment import separating_experiment
-from smid.fit import Fit
+from smid.fitting.fit import Fit
 from smid.models import Model, simulate
+from tests.smid.diagnosis.lag_records import lag, record, steps
 
 VALUES = {"a1": -0.8, "b0": 0.5}
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lag_records import BOUND, LAG, lag, record, steps
 
 from smid.diagnosis import diagnose
 from smid.diagnosis.gain import gain
+from tests.smid.diagnosis.lag_records import BOUND, LAG, lag, record, steps
 
 
 def test_by_hand():

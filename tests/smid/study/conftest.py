@@ -1,7 +1,8 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_to_kill import study
+
+from tests.smid.study.study_to_kill import study
 
 
 @pytest.fixture(scope="session")

@@ -7,10 +7,9 @@ import signal
 import sys
 from pathlib import Path
 
-from study_records import MODEL, QUICK, record
-
 from smid import order_study
 from smid.study.store import FILE
+from tests.smid.study.study_records import MODEL, QUICK, record
 
 BOUNDS = (0.1, 0.12, 0.14, 0.16, 0.18, 0.2)
 

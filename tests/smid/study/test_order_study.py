@@ -4,12 +4,12 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_records import MODEL, QUICK, TRUTH, proven, record
 
 from smid import DataError, ModelError, identify, order_study
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.study import Status, StudyError
 from smid.study.versions import computing_versions
+from tests.smid.study.study_records import MODEL, QUICK, TRUTH, proven, record
 
 
 @pytest.fixture

@@ -1,0 +1,1 @@
+"""Arithmetic that proofs rest on: sparse polynomials, and interval arithmetic that rounds outwards."""

@@ -1,0 +1,358 @@
+"""Many sparse polynomials at once: triplets (row, monomial, coefficient) in NumPy arrays.
+
+A monomial is the sorted list of its variables with repetition, padded in front with -1: ``x3**2 * x7`` of a family of
+degree 4 is ``[-1, 3, 3, 7]``. A product of monomials is then a concatenation and a sort, so thousands of constraints
+are multiplied, localised and collected without a Python loop over monomials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+
+Factors = NDArray[np.int64]
+
+
+def pad(factors: Factors, degree: int) -> Factors:
+    """Widen monomials to ``degree`` columns.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+    degree : int
+
+    Returns
+    -------
+    ndarray of int64, shape (n, max(k, degree))
+        With -1 in the columns put in front.
+
+    Examples
+    --------
+    >>> pad(np.array([[3, 7]]), 4)  # x3 x7
+    array([[-1, -1,  3,  7]])
+    """
+    missing = degree - factors.shape[1]
+    return factors if missing <= 0 else np.pad(factors, ((0, 0), (missing, 0)), constant_values=-1)
+
+
+def trim(factors: Factors) -> Factors:
+    """Drop the leading columns that hold padding only.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+
+    Returns
+    -------
+    ndarray of int64, shape (n, largest degree)
+
+    Examples
+    --------
+    >>> trim(np.array([[-1, -1, 2], [-1, 0, 0]]))  # x2 and x0^2
+    array([[-1,  2],
+           [ 0,  0]])
+    """
+    used = (factors >= 0).any(axis=0)
+    return factors[:, int(np.argmax(used)) :] if used.any() else factors[:, :0]
+
+
+def multiply(left: Factors, right: Factors) -> Factors:
+    """Return the products of monomials row by row.
+
+    Parameters
+    ----------
+    left, right : ndarray of int64, shapes (n, j) and (n, k)
+        One of them may have a single row, which then multiplies every row of the other.
+
+    Returns
+    -------
+    ndarray of int64, shape (n, largest degree)
+
+    Examples
+    --------
+    >>> multiply(np.array([[-1, 1], [0, 2]]), np.array([[1]]))  # x1 and x0 x2, times x1
+    array([[-1,  1,  1],
+           [ 0,  1,  2]])
+    """
+    rows = max(len(left), len(right))
+    joined = np.concatenate(
+        [np.broadcast_to(f, (rows, f.shape[1])) for f in (left, right)],
+        axis=1,
+    )
+    return trim(np.sort(joined, axis=1))
+
+
+def unique(factors: Factors) -> tuple[Factors, Index]:
+    """Return the distinct monomials, the constant first, and each input row's place among them.
+
+    Parameters
+    ----------
+    factors : ndarray of int64, shape (n, k)
+
+    Returns
+    -------
+    monomials : ndarray of int64, shape (m, k)
+        Each once.
+    place : ndarray of int64, shape (n,)
+        ``monomials[place]`` are the factors again.
+
+    Examples
+    --------
+    >>> monomials, place = unique(np.array([[0, 1], [-1, -1], [0, 1]]))
+    >>> monomials
+    array([[-1, -1],
+           [ 0,  1]])
+    >>> place
+    array([1, 0, 1])
+    """
+    if factors.shape[1] == 0:
+        return factors[:1], np.zeros(len(factors), dtype=np.int64)
+    base = int(factors.max(initial=0)) + 2
+    per_word = max(1, int(62 / np.log2(base)))
+    columns = factors.shape[1]
+    words = []
+    for start in range(0, columns, per_word):
+        word = np.zeros(len(factors), dtype=np.int64)
+        for column in range(start, min(start + per_word, columns)):
+            word = word * base + (factors[:, column] + 1)
+        words.append(word)
+    if len(words) == 1:
+        _, first, inverse = np.unique(words[0], return_index=True, return_inverse=True)
+    else:
+        _, first, inverse = np.unique(np.stack(words, axis=1), axis=0, return_index=True, return_inverse=True)
+    return factors[first], inverse.reshape(-1).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """``n_rows`` polynomials over shared variables.
+
+    Parameters
+    ----------
+    n_rows : int
+    rows : ndarray of int64, shape (n_terms,)
+        The polynomial to which each term belongs.
+    factors : ndarray of int64, shape (n_terms, degree)
+        The term's monomial: sorted variable numbers, padded in front with -1.
+    coefficients : Balls, shape (n_terms,)
+        Coefficients with their rounding error.
+
+    Examples
+    --------
+    >>> p = Polynomials.from_terms([{(0, 1): 2.0, (): -1.0}])   # 2 x0 x1 - 1
+    >>> p.degree
+    2
+    >>> p.evaluate(np.array([3.0, 4.0]))
+    array([23.])
+    """
+
+    n_rows: int
+    rows: Index
+    factors: Factors
+    coefficients: Balls
+
+    @staticmethod
+    def empty() -> Polynomials:
+        """Return a family without members."""
+        none = np.zeros(0, dtype=np.int64)
+        return Polynomials(0, none, none.reshape(0, 0), Balls.exact(none))
+
+    @staticmethod
+    def from_terms(polynomials: Sequence[Mapping[tuple[int, ...], float]]) -> Polynomials:
+        """Build from one mapping {variables with repetition: coefficient} per polynomial."""
+        terms = [(row, key, value) for row, p in enumerate(polynomials) for key, value in p.items()]
+        degree = max((len(key) for _, key, _ in terms), default=0)
+        factors = np.full((len(terms), degree), -1, dtype=np.int64)
+        for k, (_, key, _) in enumerate(terms):
+            if key:
+                factors[k, degree - len(key) :] = sorted(key)
+        rows = np.array([row for row, _, _ in terms], dtype=np.int64)
+        return Polynomials(len(polynomials), rows, factors, Balls.exact([value for *_, value in terms])).collect()
+
+    @staticmethod
+    def join(parts: Sequence[Polynomials]) -> Polynomials:
+        """Stack families one after the other."""
+        if not parts:
+            return Polynomials.empty()
+        degree = max(p.factors.shape[1] for p in parts)
+        offsets = np.cumsum([0, *(p.n_rows for p in parts)])
+        return Polynomials(
+            int(offsets[-1]),
+            np.concatenate([p.rows + o for p, o in zip(parts, offsets[:-1], strict=True)]),
+            np.concatenate([pad(p.factors, degree) for p in parts]),
+            concatenate([p.coefficients for p in parts]),
+        )
+
+    @staticmethod
+    def variables(indices: Index, coefficients: Array | float = 1.0, constants: Array | float = 0.0) -> Polynomials:
+        """Return the affine family ``constants + coefficients * x[indices]``."""
+        count = len(indices)
+        own = np.arange(count)
+        return Polynomials(
+            count,
+            np.concatenate([own, own]),
+            np.concatenate([np.full((count, 1), -1), np.asarray(indices, dtype=np.int64).reshape(-1, 1)]),
+            Balls.exact(np.concatenate([np.broadcast_to(constants, count), np.broadcast_to(coefficients, count)])),
+        ).collect()
+
+    @cached_property
+    def term_degrees(self) -> Index:
+        """Return the degree of every term."""
+        return np.asarray((self.factors >= 0).sum(axis=1), dtype=np.int64)
+
+    @property
+    def degree(self) -> int:
+        """Return the largest degree of any member."""
+        return int(self.term_degrees.max(initial=0))
+
+    def row_degrees(self) -> Index:
+        """Return the degree of each member, shape (n_rows,)."""
+        degrees = np.zeros(self.n_rows, dtype=np.int64)
+        np.maximum.at(degrees, self.rows, self.term_degrees)
+        return degrees
+
+    def take(self, rows: Index) -> Polynomials:
+        """Return the members with the given numbers, in that order."""
+        place = np.full(self.n_rows, -1, dtype=np.int64)
+        place[rows] = np.arange(len(rows))
+        kept = place[self.rows] >= 0
+        return Polynomials(len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept])
+
+    def renumbered(self, numbers: Index) -> Polynomials:
+        """Return the family in other variables: variable k becomes ``numbers[k]``.
+
+        Examples
+        --------
+        >>> Polynomials.variables(np.array([0, 1])).renumbered(np.array([4, 2])).factors.ravel()
+        array([4, 2])
+        """
+        moved = np.where(self.factors >= 0, numbers[self.factors], -1)
+        return Polynomials(self.n_rows, self.rows, np.sort(moved, axis=1), self.coefficients)
+
+    def collect(self) -> Polynomials:
+        """Add up equal monomials of a row and drop exact zeros."""
+        monomials, which = unique(self.factors)
+        key, place = np.unique(self.rows * max(len(monomials), 1) + which, return_inverse=True)
+        total = self.coefficients.segment_sum(place.reshape(-1), len(key))
+        kept = (total.mid != 0) | (total.rad != 0)
+        key = key[kept]
+        rows, which = np.divmod(key, max(len(monomials), 1))
+        return Polynomials(self.n_rows, rows, trim(monomials[which]), total[kept])
+
+    def times_monomials(self, monomials: Factors) -> Polynomials:
+        """Multiply every member by every monomial: member ``i`` times monomial ``j`` is row ``i * len + j``."""
+        count = len(monomials)
+        terms = len(self.rows)
+        factors = multiply(np.repeat(self.factors, count, axis=0), np.tile(monomials, (terms, 1)))
+        return Polynomials(
+            self.n_rows * count,
+            np.repeat(self.rows, count) * count + np.tile(np.arange(count), terms),
+            factors,
+            self.coefficients[np.repeat(np.arange(terms), count)],
+        )
+
+    def times(self, other: Polynomials) -> Polynomials:
+        """Multiply member by member, coefficients with their rounding.
+
+        Examples
+        --------
+        >>> x = Polynomials.variables(np.array([0, 1]), 1.0, 1.0)  # 1 + x0, 1 + x1
+        >>> x.times(x).evaluate(np.array([1.0, 2.0]))
+        array([4., 9.])
+        """
+        order = np.argsort(other.rows, kind="stable")
+        counts = np.bincount(other.rows, minlength=other.n_rows)
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        repeat = counts[self.rows]
+        mine = np.repeat(np.arange(len(self.rows)), repeat)
+        within = np.arange(len(mine)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+        theirs = order[first[self.rows[mine]] + within]
+        return Polynomials(
+            self.n_rows,
+            self.rows[mine],
+            multiply(self.factors[mine], other.factors[theirs]),
+            self.coefficients[mine] * other.coefficients[theirs],
+        ).collect()
+
+    def substitute_affine(self, centre: Array, scale: Array) -> Polynomials:
+        """Return the family in ``t`` where ``x = centre + scale * t`` elementwise, rounding enclosed."""
+        rows, factors, coefficients = self.rows, self.factors, self.coefficients
+        for column in range(self.factors.shape[1]):
+            variable = factors[:, column]
+            real = variable >= 0
+            slope = Balls.exact(np.where(real, scale[variable], 1.0))
+            moved = real & (centre[variable] != 0)
+            constant = coefficients[moved] * Balls.exact(centre[variable[moved]])
+            # A padding column must not touch the coefficient, not even by a rounding.
+            linear = coefficients * slope
+            linear = Balls(
+                np.where(slope.mid == 1, coefficients.mid, linear.mid),
+                np.where(slope.mid == 1, coefficients.rad, linear.rad),
+            )
+            dropped = factors[moved].copy()
+            dropped[:, column] = -1
+            rows = np.concatenate([rows, rows[moved]])
+            factors = np.concatenate([factors, dropped])
+            coefficients = concatenate([linear, constant])
+        return Polynomials(self.n_rows, rows, trim(np.sort(factors, axis=1)), coefficients).collect()
+
+    def below(self, value: float) -> Polynomials:
+        """Return ``value - member`` for every member: nonnegative where the member is at most the value."""
+        minus = Polynomials(self.n_rows, self.rows, self.factors, -self.coefficients)
+        both = Polynomials.join([minus, Polynomials.from_terms([{(): value}] * self.n_rows)])
+        return Polynomials(self.n_rows, both.rows % self.n_rows, both.factors, both.coefficients).collect()
+
+    def scale_rows(self, powers_of_two: Array) -> Polynomials:
+        """Multiply each member by an exact power of two."""
+        return Polynomials(self.n_rows, self.rows, self.factors, self.coefficients.scaled(powers_of_two[self.rows]))
+
+    def evaluate(self, point: Array) -> Array:
+        """Return the values at a point (plain floating point, no enclosure)."""
+        values = self.coefficients.mid * np.prod(np.where(self.factors >= 0, point[self.factors], 1.0), axis=1)
+        return np.asarray(np.bincount(self.rows, values, self.n_rows), dtype=np.float64)
+
+    def jacobian(self, point: Array) -> tuple[Index, Index, Array]:
+        """Return the triplets (row, variable, value) of the derivatives at a point; entries may repeat."""
+        rows, columns, values = [], [], []
+        powers = np.where(self.factors >= 0, point[self.factors], 1.0)
+        for column in range(self.factors.shape[1]):
+            real = self.factors[:, column] >= 0
+            rows.append(self.rows[real])
+            columns.append(self.factors[real, column])
+            others = np.delete(powers[real], column, axis=1)
+            values.append(self.coefficients.mid[real] * np.prod(others, axis=1))
+        if not rows:
+            none = np.zeros(0, dtype=np.int64)
+            return none, none, np.zeros(0)
+        return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+
+    def at_zero(self, variables: Index, n_variables: int) -> Polynomials:
+        """Put zero for some variables, and number the others anew."""
+        kept = np.setdiff1d(np.arange(n_variables), variables)
+        place = np.full(n_variables + 1, -1, dtype=np.int64)  # the last entry is for padding, -1
+        place[kept] = np.arange(len(kept))
+        left = ~np.isin(self.factors, variables).any(axis=1)
+        return Polynomials(self.n_rows, self.rows[left], trim(place[self.factors[left]]), self.coefficients[left])
+
+    def occurring(self) -> Index:
+        """Return the numbers of the variables that occur, sorted."""
+        return np.unique(self.factors[self.factors >= 0])
+
+    def terms(self) -> list[list[tuple[float, float, list[int]]]]:
+        """Return (midpoint, radius, variables) of each term, row by row, as Python objects."""
+        members: list[list[tuple[float, float, list[int]]]] = [[] for _ in range(self.n_rows)]
+        for row, mid, rad, factor in zip(
+            self.rows.tolist(),
+            self.coefficients.mid.tolist(),
+            self.coefficients.rad.tolist(),
+            self.factors.tolist(),
+            strict=True,
+        ):
+            members[row].append((mid, rad, [v for v in factor if v >= 0]))
+        return members

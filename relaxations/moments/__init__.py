@@ -1,0 +1,1 @@
+"""Relaxations: moment matrices (Lasserre), the parametric lift, and the conic programs they become."""

@@ -1,0 +1,328 @@
+"""A relaxation with an objective as a conic program, and multipliers read back out of a solver's dual.
+
+    minimise  q'y   subject to   A y + s = b,   s in K,
+
+over the moments ``y`` without the constant one. Rows of A come in the order: equalities (zero cone), 1 x 1 blocks
+(nonnegative orthant), 2 x 2 blocks (second-order cones: ``[[a, c], [c, e]]`` is semidefinite exactly when
+``(a + e, a - e, 2 c)`` lies in the Lorentz cone), wider blocks (scaled upper triangle, columns stacked).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.errors import ProblemError
+from relaxations.moments.moment import Blocks, Relaxation
+
+# Measured with Clarabel: 64 to 82 on blocks of widths 3 to 105, and 350 to 440 on lifts of 30 thousand to 1.4 million
+# terms, half of it for the assembly.
+BYTES_PER_PAIR = 80  # of entries of a block
+BYTES_PER_TERM = 400  # of the rows and blocks
+FEWER = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
+
+
+@dataclass(frozen=True)
+class Cones:
+    """Sizes of the cones, in the order of the rows.
+
+    Parameters
+    ----------
+    zero : int
+        Rows of equalities.
+    nonnegative : int
+        Rows of the nonnegative orthant.
+    second_order : tuple of int
+        Rows of each Lorentz cone: 3, that of a 2 x 2 block.
+    semidefinite : tuple of int
+        Width w of each block, which has ``w (w + 1) / 2`` rows.
+
+    Examples
+    --------
+    >>> from relaxations.proof.bounding import relax
+    >>> from relaxations.library import load
+    >>> problem = load("gms_st_e01").problem  # in two variables
+    >>> relax(problem, "dense", 1).program.cones
+    Cones(zero=0, nonnegative=3, second_order=(), semidefinite=(3,))
+    >>> relax(problem, "dense", 2).program.cones
+    Cones(zero=0, nonnegative=0, second_order=(), semidefinite=(6, 3, 3, 3))
+    """
+
+    zero: int
+    nonnegative: int
+    second_order: tuple[int, ...]
+    semidefinite: tuple[int, ...]  # widths
+
+
+@dataclass(frozen=True)
+class ConicProgram:
+    """``minimise q'y + offset : A y + s = b, s in K``; shared by all objectives over one relaxation.
+
+    Parameters
+    ----------
+    matrix : sparse matrix, shape (n_rows, n_moments - 1)
+        A; without a column for the constant moment.
+    rhs : ndarray, shape (n_rows,)
+        b.
+    cones : Cones
+        K, in the order of the rows.
+    slices : tuple of slice
+        Rows of each Blocks group of the relaxation; empty where the program comes from elsewhere.
+    """
+
+    matrix: sparse.csc_matrix
+    rhs: Array
+    cones: Cones
+    slices: tuple[slice, ...]  # rows of each Blocks group of the relaxation
+
+    @property
+    def n_rows(self) -> int:
+        """Return the number of rows of A."""
+        return int(self.matrix.shape[0])
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """What a certificate needs of a dual solution.
+
+    Parameters
+    ----------
+    equalities : ndarray, shape (n_equalities,)
+    factors : tuple of ndarray, each (count, size, rank)
+        The semidefinite multiplier of block k of a group is ``F_k F_k'``: nothing else can come of it.
+    """
+
+    equalities: Array
+    factors: tuple[Array, ...]
+
+
+def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) -> None:
+    """Refuse a relaxation that does not fit the machine's memory.
+
+    A solver keeps a dense matrix over the entries of each block, and its factors.
+
+    Parameters
+    ----------
+    widths : mapping of int to int
+        How many blocks there are of each width.
+    terms : int
+        Of all rows and blocks, one for each coefficient times moment.
+    what, cure : str
+        What asks for them and what to choose instead, for the message.
+
+    Raises
+    ------
+    ProblemError
+        Where they need more than four fifths of the memory there is.
+
+    Examples
+    --------
+    >>> check_memory({5: 1, 35: 20}, 10_000, "order 2", "lower the order")
+    >>> check_memory({5000: 1}, 0, "order 9", "lower the order")
+    Traceback (most recent call last):
+        ...
+    relaxations.errors.ProblemError: order 9 asks for semidefinite blocks of width 5000 and about 12505 TB of memory...
+    """
+    pairs = sum(count * (width * (width + 1) // 2) ** 2 for width, count in widths.items())
+    needed = BYTES_PER_PAIR * pairs + BYTES_PER_TERM * terms
+    blocks = f"semidefinite blocks of width {max(widths)} and " if widths else ""
+    check_bytes(needed, f"{what} asks for {blocks}", cure)
+
+
+def check_bytes(needed: float, what: str, cure: str) -> None:
+    """Refuse what does not fit the machine's memory.
+
+    Parameters
+    ----------
+    needed : float
+    what, cure : str
+        What asks for them ("... asks for ") and what to choose instead, for the message.
+
+    Raises
+    ------
+    ProblemError
+        Where it is more than four fifths of the memory there is.
+
+    Examples
+    --------
+    >>> check_bytes(1e17, "the map of the world asks for ", "draw it smaller")
+    Traceback (most recent call last):
+        ...
+    relaxations.errors.ProblemError: the map of the world asks for about 100000 TB of memory; this machine has ...
+    """
+    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
+    if needed > 0.8 * available:
+        raise ProblemError(f"{what}about {_size(needed)} of memory; this machine has {_size(available)}: {cure}")
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e12:.0f} TB" if count >= 1e13 else f"{count / 1e9:.3g} GB"
+
+
+def conic_program(relaxation: Relaxation) -> ConicProgram:
+    """Lay out the constraints of a relaxation for a solver.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+
+    Returns
+    -------
+    ConicProgram
+
+    Examples
+    --------
+    The moments of x and x^2 on [-1, 1]: ``1 - y_2 >= 0``, and ``[[1, y_1], [y_1, y_2]]`` as a Lorentz cone.
+
+    >>> from relaxations.moments.lasserre import lasserre
+    >>> from relaxations.problem.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> program = conic_program(lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1))
+    >>> program.rhs - program.matrix @ np.array([0.5, 0.25])  # s, at the moments of the point 1/2
+    array([0.75, 1.25, 0.75, 1.  ])
+    >>> program.cones
+    Cones(zero=0, nonnegative=1, second_order=(3,), semidefinite=())
+    """
+    row_parts, moment_parts, value_parts = (
+        [relaxation.equality_row],
+        [relaxation.equality_moment],
+        [relaxation.equality_coefficient.mid],
+    )
+    start = relaxation.n_equalities
+    nonnegative = 0
+    second_order: list[int] = []
+    semidefinite: list[int] = []
+    slices: dict[int, slice] = {}
+    groups = sorted(range(len(relaxation.blocks)), key=lambda g: min(_width(relaxation.blocks[g]), 3))
+    for g in groups:
+        blocks = relaxation.blocks[g]
+        rows, moments, values, height = _rows(blocks)
+        row_parts.append(rows + start)
+        moment_parts.append(moments)
+        value_parts.append(-values)
+        slices[g] = slice(start, start + height)
+        start += height
+        width = _width(blocks)
+        if width == 1:
+            nonnegative += blocks.count
+        elif width == 2:
+            second_order += [3] * blocks.count
+        else:
+            semidefinite += [width] * blocks.count
+    full = sparse.csc_matrix(
+        (np.concatenate(value_parts), (np.concatenate(row_parts), np.concatenate(moment_parts))),
+        shape=(start, relaxation.n_moments),
+    )
+    return ConicProgram(
+        full[:, 1:],
+        -full[:, [0]].toarray().ravel(),
+        Cones(relaxation.n_equalities, nonnegative, tuple(second_order), tuple(semidefinite)),
+        tuple(slices[g] for g in range(len(relaxation.blocks))),
+    )
+
+
+def _width(blocks: Blocks) -> int:
+    return blocks.size if blocks.congruence is None else int(blocks.congruence.shape[2])
+
+
+def _rows(blocks: Blocks) -> tuple[Index, Index, Array, int]:
+    """Return the triplets of ``s(y)`` for a group, and its number of rows."""
+    width = _width(blocks)
+    if blocks.congruence is None:
+        block, i, j, moment, value = blocks.block, blocks.i, blocks.j, blocks.moment, blocks.coefficient.mid
+    else:
+        block, i, j, moment, value = _congruent(blocks)
+    if width == 1:
+        return block, moment, value, blocks.count
+    if width == 2:
+        diagonal = i == j
+        first = 3 * block
+        rows = np.concatenate([first[diagonal], first[diagonal] + 1, first[~diagonal] + 2])
+        values = np.concatenate(
+            [value[diagonal], np.where(i[diagonal] == 0, 1.0, -1.0) * value[diagonal], 2.0 * value[~diagonal]]
+        )
+        moments = np.concatenate([moment[diagonal], moment[diagonal], moment[~diagonal]])
+        return rows, moments, values, 3 * blocks.count
+    triangle = width * (width + 1) // 2
+    rows = block * triangle + j * (j + 1) // 2 + i
+    return rows, moment, np.where(i == j, 1.0, np.sqrt(2.0)) * value, blocks.count * triangle
+
+
+def _congruent(blocks: Blocks) -> tuple[Index, Index, Index, Index, Array]:
+    """Return the entries of V' M V, block by block."""
+    assert blocks.congruence is not None
+    i, j = np.triu_indices(_width(blocks))
+    parts = []
+    for k in range(blocks.count):
+        mine = blocks.block == k
+        v = blocks.congruence[k]
+        left, right = v[blocks.i[mine]], v[blocks.j[mine]]
+        off = (blocks.i[mine] != blocks.j[mine])[:, None]
+        value = left[:, i] * right[:, j] + np.where(off, right[:, i] * left[:, j], 0.0)
+        value *= blocks.coefficient.mid[mine][:, None]
+        entry, kept = np.nonzero(np.abs(value) > 1e-14)
+        moment = blocks.moment[mine][entry]
+        parts.append((np.full(len(entry), k), i[kept], j[kept], moment, value[entry, kept]))
+    block, rows, columns, moment, value = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return block, rows, columns, moment, value
+
+
+def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> Multipliers:
+    """Turn a solver's dual vector into factors of semidefinite matrices: the projection into the dual cone.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+    program : ConicProgram
+        Made of it.
+    dual : ndarray, shape (n_rows,)
+        Finite.
+
+    Returns
+    -------
+    Multipliers
+
+    Examples
+    --------
+    >>> from relaxations.moments.lasserre import lasserre
+    >>> from relaxations.problem.problem import from_sympy
+    >>> import sympy
+    >>> x = sympy.Symbol("x")
+    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1)
+    >>> dual = np.array([4.0, 0.0, 1.0, 0.0])  # for 1 - x^2 the number 4, for the moment matrix diag(1, -1)
+    >>> moment_matrix, box = multipliers(relaxation, conic_program(relaxation), dual).factors
+    >>> (moment_matrix @ moment_matrix.swapaxes(1, 2))[0].round(12)
+    array([[1., 0.],
+           [0., 0.]])
+    >>> box
+    array([[[2.]]])
+    """
+    factors = []
+    for blocks, rows in zip(relaxation.blocks, program.slices, strict=True):
+        width = _width(blocks)
+        z = dual[rows]
+        matrix = np.zeros((blocks.count, width, width))
+        if width == 1:
+            matrix[:, 0, 0] = z
+        elif width == 2:
+            z = z.reshape(-1, 3)
+            matrix[:, 0, 0], matrix[:, 1, 1] = z[:, 0] + z[:, 1], z[:, 0] - z[:, 1]
+            matrix[:, 0, 1] = matrix[:, 1, 0] = z[:, 2]
+        else:
+            j, i = np.tril_indices(width)  # columns of the upper triangle, stacked
+            z = z.reshape(blocks.count, -1)
+            matrix[:, i, j] = matrix[:, j, i] = z * np.where(i == j, 1.0, np.sqrt(0.5))
+        if width == 1:
+            root = np.sqrt(np.maximum(matrix, 0.0))
+        else:
+            values, vectors = np.linalg.eigh(matrix)
+            root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        factors.append(root if blocks.congruence is None else blocks.congruence @ root)
+    # The solver adds z to q where the certificate subtracts lambda h m.
+    return Multipliers(-dual[: relaxation.n_equalities], tuple(factors))

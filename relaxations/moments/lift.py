@@ -1,0 +1,343 @@
+"""The parametric lift: moments in the few complicating variables, everything else enters linearly.
+
+Let ``p`` be a smallest set of variables such that every constraint is affine in the others, ``z``. The lift of order
+d keeps the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d`` only:
+
+- an equality ``h(p, z) = 0`` of degree k in p gives ``L(h p^a) = 0`` for ``|a| <= 2d - k``;
+- an inequality ``g(p, z) >= 0`` with ``2d - k = 2m`` gives ``L(g b_m b_m') >= 0`` and, for every i,
+  ``L(g (1 - p_i^2) b_{m-1} b_{m-1}') >= 0``; with ``2d - k = 2m + 1`` it gives
+  ``L(g (1 +- p_i) b_m b_m') >= 0``, which imply the one without a box factor. On an interval these are all
+  nonnegative polynomials of that degree (Lukacs);
+- the box ``1 +- z_i >= 0`` counts as an inequality of degree 0, and so does ``1 >= 0``.
+
+At every fixed ``p`` the problem is linear in ``z``; by linear programming duality with multipliers that are polynomial
+in ``p`` the bounds converge as d grows.
+
+``method="rlt"``, reformulation-linearisation, has the same moments and equalities, and products with bound factors in
+place of matrices,
+
+    L(g prod_i (1 - p_i)^{k_i} (1 + p_i)^{l_i}) >= 0,    sum_i k_i + l_i = 2d - k;
+
+those with fewer factors are sums of these, for ``(1 - p_i) + (1 + p_i) = 2``. It is a linear program. With one
+complicating variable the lift of the same order is at least as tight; with several, neither implies the other.
+
+References
+----------
+C. W. Scherer and C. W. J. Hol, "Matrix sum-of-squares relaxations for robust semi-definite programs",
+Mathematical Programming 107 (2006) 189-211. H. D. Sherali and W. P. Adams, "A hierarchy of relaxations between the
+continuous and convex hull representations for zero-one programming problems", SIAM J. Discrete Math. 3 (1990) 411-430.
+D. Handelman, "Representing polynomials by positive linear functions on compact convex polyhedra", Pacific J. Math. 132
+(1988) 35-62.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import reduce
+from itertools import combinations_with_replacement
+from math import comb
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.polynomial import Polynomials, unique
+from relaxations.deadline import check_time
+from relaxations.errors import ProblemError
+from relaxations.moments.conic import FEWER, check_memory
+from relaxations.moments.moment import Localiser, Relaxation, assemble, localise, monomials_up_to
+from relaxations.problem.problem import PolynomialProblem
+
+METHODS = ("lift", "rlt")
+MOST_COMPLICATING = 6
+
+
+def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICATING) -> Index | None:
+    """Return the smallest set of variables without which every monomial is affine; None if over ``most``.
+
+    A monomial is affine in the rest exactly when the set covers every pair of its factors: a minimum vertex cover of
+    the graph of pairs, found by branching on the vertex of highest degree.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    most : int
+        Largest set to look for.
+
+    Returns
+    -------
+    ndarray of int, sorted, or None
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> a, x, y = sympy.symbols("a x y")
+    >>> problem, _ = from_sympy(None, [], [x + a * y - 1], [a, x, y])
+    >>> complicating_variables(problem)
+    array([0])
+    """
+    needed, rest = _pairs(problem)
+    # A vertex with so many neighbours that these cannot all be in the cover is.
+    needed |= {v for v, n in rest.items() if len(n) > most}
+    rest = {v: left for v, n in rest.items() if v not in needed and (left := n - needed)}
+    for size in range(most - len(needed) + 1):
+        cover = _vertex_cover(rest, size)
+        if cover is not None:
+            return np.array(sorted(needed | cover), dtype=np.int64)
+    return None
+
+
+def _pairs(problem: PolynomialProblem) -> tuple[set[int], dict[int, set[int]]]:
+    """Return the variables that occur squared, and among the others who shares a monomial with whom."""
+    squared: set[int] = set()
+    neighbours: dict[int, set[int]] = {}
+    for family in (problem.equalities, problem.inequalities):
+        high = unique(family.factors[family.term_degrees >= 2])[0]
+        for left in range(high.shape[1]):
+            for right in range(left + 1, high.shape[1]):
+                pair = high[high[:, left] >= 0][:, [left, right]]
+                for u, v in np.unique(pair, axis=0).tolist():
+                    if u == v:
+                        squared.add(u)
+                    else:
+                        neighbours.setdefault(u, set()).add(v)
+                        neighbours.setdefault(v, set()).add(u)
+    return squared, {v: n - squared for v, n in neighbours.items() if v not in squared}
+
+
+def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None:
+    if not neighbours:
+        return set()
+    if size == 0:
+        return None
+    vertex = max(neighbours, key=lambda v: (len(neighbours[v]), -v))
+    for chosen in ({vertex}, neighbours[vertex]):
+        if len(chosen) <= size:
+            remaining = {v: n - chosen for v, n in neighbours.items() if v not in chosen}
+            cover = _vertex_cover({v: n for v, n in remaining.items() if n}, size - len(chosen))
+            if cover is not None:
+                return cover | chosen
+    return None
+
+
+def nonlinear_variables(problem: PolynomialProblem) -> Index:
+    """Return some set of variables, found greedily, without which every monomial is affine; of any size.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Returns
+    -------
+    ndarray of int, sorted
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> x = sympy.symbols("x0:4")
+    >>> problem, _ = from_sympy(None, [], [x[0] * x[1] + x[1] * x[2] - 1, x[3] ** 2 - x[0]], x)
+    >>> nonlinear_variables(problem)
+    array([1, 3])
+    """
+    squared, rest = _pairs(problem)
+    chosen = set(squared)
+    while any(rest.values()):
+        most = max(rest, key=lambda v: len(rest[v]))
+        chosen.add(most)
+        rest = {v: n - {most} for v, n in rest.items() if v != most}
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+def least_order(problem: PolynomialProblem, complicating: Index) -> int:
+    """Return the least order at which every constraint fits.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    complicating : ndarray of int
+        Degrees are counted in these variables alone.
+
+    Returns
+    -------
+    int
+        At least 1.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> a, y = sympy.symbols("a y")
+    >>> problem, _ = from_sympy(None, [], [a**3 * y - 1], [a, y])
+    >>> least_order(problem, np.array([0]))
+    2
+    """
+    degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities))
+    return max(1, -(-degree // 2))
+
+
+def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxation:
+    """Build the parametric lift of a scaled problem (all variables in [-1, 1]), or its linear variant.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
+    order : int
+        d >= 1.
+    method : {"lift", "rlt"}
+
+    Returns
+    -------
+    Relaxation
+
+    Raises
+    ------
+    ProblemError
+        As :func:`lifted_variables` says.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> a, *y = sympy.symbols("a y0:10")
+    >>> recursion = [after - a * before for before, after in zip(y, y[1:])]
+    >>> problem, _ = from_sympy(None, [], recursion, [a, *y], {v: (-1, 1) for v in (a, *y)})
+    >>> lift(problem, 2).largest_block  # however many y there are; monomials up to degree 2 in all: 78
+    3
+    >>> lift(problem, 2, "rlt").largest_block
+    1
+    """
+    complicating = lifted_variables(problem, order, method)
+    equalities = []
+    for degree, members in _by_degree(problem.equalities, complicating):
+        equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
+
+    localisers: list[Localiser] = []
+    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+        for factor, half in _multiples(complicating, 2 * order - degree, method):
+            check_time()
+            localisers.append(localise(_times(members, factor), monomials_up_to(complicating, half)))
+    singles = np.arange(problem.n_variables, dtype=np.int64).reshape(-1, 1)
+    return assemble(method, order, problem.n_variables, complicating, equalities, localisers, [singles])
+
+
+def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift") -> Index:
+    """Return the complicating variables of a lift, and refuse one that cannot be built.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    order : int
+    method : {"lift", "rlt"}
+
+    Returns
+    -------
+    ndarray of int, sorted
+
+    Raises
+    ------
+    ProblemError
+        Where no small set of complicating variables exists, the order is too low for the degrees, or the machine's
+        memory too small.
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> a, x, y = sympy.symbols("a x y")
+    >>> problem, _ = from_sympy(None, [], [x + a * y - 1], [a, x, y])
+    >>> lifted_variables(problem, 1)
+    array([0])
+    """
+    complicating = complicating_variables(problem)
+    if complicating is None:
+        raise ProblemError(
+            f"more than {MOST_COMPLICATING} variables would have to be complicating: the parametric lift does not "
+            "apply; choose method='sparse'"
+        )
+    least = least_order(problem, complicating)
+    if order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    n = len(complicating)
+    terms = 0
+    for degree, members in _by_degree(problem.equalities, complicating):
+        terms += len(members.rows) * comb(n + 2 * order - degree, n)
+    widths: Counter[int] = Counter()
+    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+        for factor, half in _multiples(complicating, 2 * order - degree, method):
+            width = comb(n + half, n)
+            widths[width] += members.n_rows
+            terms += len(members.rows) * len(factor.rows) * (width * (width + 1) // 2)
+    moments = (1 + problem.n_variables - n) * comb(n + 2 * order, n)
+    names = ", ".join(problem.names[k] for k in complicating)
+    check_memory(
+        widths,
+        terms,
+        f"the {method} of order {order} in {names or 'no variable'} has {moments} moments and {terms} terms; it",
+        f"lower the order, or {FEWER}",
+    )
+    return complicating
+
+
+def _bounded(problem: PolynomialProblem, complicating: Index) -> Polynomials:
+    """Return 1, the inequalities, and the box of the variables that do not complicate."""
+    own = np.setdiff1d(np.arange(problem.n_variables), complicating)
+    box = [Polynomials.variables(own, sign, 1.0) for sign in (-1.0, 1.0)]
+    return Polynomials.join([Polynomials.from_terms([{(): 1.0}]), problem.inequalities, *box])
+
+
+def _multiples(complicating: Index, degree: int, method: str) -> list[tuple[Polynomials, int]]:
+    """Return the box factors of an inequality that may be raised by a degree, each with the degree of its basis."""
+    if method == "rlt":
+        return [(factor, 0) for factor in _bound_factors(complicating, degree)]
+    half, odd = divmod(degree, 2)
+    if odd and len(complicating):
+        return [
+            (Polynomials.from_terms([{(): 1.0, (p,): s}]), half) for p in complicating.tolist() for s in (1.0, -1.0)
+        ]
+    found = [(Polynomials.from_terms([{(): 1.0}]), half)]
+    if half:
+        found += [(Polynomials.from_terms([{(): 1.0, (p, p): -1.0}]), half - 1) for p in complicating.tolist()]
+    return found
+
+
+def _bound_factors(complicating: Index, degree: int) -> list[Polynomials]:
+    """Return all products of so many factors ``1 - p_i`` and ``1 + p_i``; their coefficients are whole numbers."""
+    found = [Polynomials.from_terms([{(): 1.0}])]
+    single = [Polynomials.from_terms([{(): 1.0, (p,): sign}]) for p in complicating.tolist() for sign in (-1.0, 1.0)]
+    if single:
+        found = [
+            reduce(Polynomials.times, chosen, found[0]) for chosen in combinations_with_replacement(single, degree)
+        ]
+    return found
+
+
+def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
+    """Return the degree of each member in the complicating variables.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+    complicating : ndarray of int
+
+    Returns
+    -------
+    ndarray of int, shape (n_rows,)
+
+    Examples
+    --------
+    >>> family = Polynomials.from_terms([{(0, 0, 1): 1.0, (1,): 2.0}, {(1,): 1.0}])  # x0^2 x1 + 2 x1, x1
+    >>> degrees_in(family, np.array([0]))
+    array([2, 0])
+    """
+    degrees = np.zeros(polynomials.n_rows, dtype=np.int64)
+    np.maximum.at(degrees, polynomials.rows, np.isin(polynomials.factors, complicating).sum(axis=1))
+    return degrees
+
+
+def _by_degree(polynomials: Polynomials, complicating: Index) -> list[tuple[int, Polynomials]]:
+    degrees = degrees_in(polynomials, complicating)
+    return [(int(k), polynomials.take(np.flatnonzero(degrees == k))) for k in np.unique(degrees)]
+
+
+def _times(members: Polynomials, factor: Polynomials) -> Polynomials:
+    """Return all members times one polynomial."""
+    parts, count = members.times_monomials(factor.factors), len(factor.factors)
+    coefficients = parts.coefficients * factor.coefficients[parts.rows % count]
+    return Polynomials(members.n_rows, parts.rows // count, parts.factors, coefficients)

@@ -1,0 +1,1 @@
+"""Feasible points: local searches that suggest them, and proofs that they satisfy every constraint."""

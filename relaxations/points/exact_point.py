@@ -1,0 +1,271 @@
+"""A feasible point in fractions, where constraints hold only exactly: vertices, products that vanish, networks.
+
+At many optima as many constraints are active as there are variables, or more. Then no interval around the point is
+feasible, and equalities that share their variables define them only together. Here what lies at an end of the box is
+held there, what is nearly active is made active, and what is affine in the other variables is solved in fractions;
+what remains is compared without rounding.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from fractions import Fraction
+from math import ceil, floor, nextafter, prod
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import check_time
+from relaxations.points.witness import Witness
+from relaxations.problem.problem import PolynomialProblem
+
+LARGEST = 200  # variables; fractions grow as they are eliminated
+_NEAR = 1e-7  # of the box, or of a constraint's terms: the tolerance of what found the point, with room
+
+# Where constraints touch, a point holds in fractions only where its coordinates are those that touch: often simple
+# fractions. A search finds them to this share of the box, the square root of its tolerance where they touch.
+_SIMPLE = (1e-9, 1e-6, 1e-4)
+
+Row = list[tuple[Fraction, Fraction, list[int]]]  # (coefficient, its radius, variables) of each term
+_Definition = tuple[int, dict[int, Fraction], Fraction]
+
+
+def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
+    """Prove that a feasible point exists near ``point``, in fractions; None if it cannot be shown.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    Witness or None
+        None also beyond 200 variables.
+
+    Examples
+    --------
+    Three equalities of which each follows from the others, at a vertex:
+
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y, z = variables("x y z")
+    >>> equal = [x + y == 1, y + z == 1, x - z == 0]
+    >>> problem, objective = problem_of(z, [*equal, x >= 0, x <= 1, y >= 0, y <= 1, z >= 0, z <= 1])
+    >>> found = exact_point(problem, objective, np.array([1e-9, 1.0, 0.0]))
+    >>> found.point, 0 <= found.value < 1e-300
+    (array([0., 1., 0.]), True)
+    """
+    if problem.n_variables > LARGEST:
+        return None
+    equalities, inequalities = rows(problem.equalities), rows(problem.inequalities)
+    if any(radius for row in equalities for _, radius, _ in row):
+        return None
+    width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 1.0)
+    for share in (0.0, *_SIMPLE):
+        near = [simplest(x, Fraction(share * w)) for x, w in zip(point.tolist(), width.tolist(), strict=True)]
+        found = _completed(problem, objective, point, near, equalities, inequalities)
+        if found is not None:
+            return found
+    return None
+
+
+def _completed(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    point: Array,
+    near: list[Fraction],
+    equalities: list[Row],
+    inequalities: list[Row],
+) -> Witness | None:
+    """Return the point that the constraints define where what they leave open is ``near``; None where one fails."""
+    values, distance = held(problem, point)
+    active = [row for row in inequalities if is_active(row, point)]
+    _hold_products([*equalities, *active], values, near)
+    echelon = _eliminated(equalities, active, values, distance)
+    if echelon is None:
+        return None
+    exact = [x if v is None else v for v, x in zip(values, near, strict=True)]
+    for pivot, slope, constant in reversed(echelon):
+        exact[pivot] = -constant - sum((s * exact[v] for v, s in slope.items()), start=Fraction(0))
+    inside = all(
+        low <= v <= high for v, low, high in zip(exact, problem.lower.tolist(), problem.upper.tolist(), strict=True)
+    )
+    if not inside or any(_range(row, exact)[0] < 0 for row in inequalities):
+        return None
+    value = _range(rows(objective)[0], exact)[1]
+    try:
+        return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
+    except OverflowError:  # a value that no float holds
+        return None
+
+
+def rows(polynomials: Polynomials) -> list[Row]:
+    """Return the terms of each member in fractions.
+
+    Parameters
+    ----------
+    polynomials : Polynomials
+
+    Returns
+    -------
+    list of list of (Fraction, Fraction, list of int)
+
+    Examples
+    --------
+    >>> rows(Polynomials.from_terms([{(0, 1): 0.5}]))
+    [[(Fraction(1, 2), Fraction(0, 1), [0, 1])]]
+    """
+    return [[(Fraction(mid), Fraction(rad), factor) for mid, rad, factor in row] for row in polynomials.terms()]
+
+
+def simplest(value: float, reach: Fraction) -> Fraction:
+    """Return the fraction of the least denominator that is at most ``reach`` away from a number.
+
+    Parameters
+    ----------
+    value : float
+        Finite.
+    reach : Fraction
+        At least zero.
+
+    Returns
+    -------
+    Fraction
+
+    Examples
+    --------
+    >>> simplest(0.6000001, Fraction(1, 1000)), simplest(0.5, Fraction(0))
+    (Fraction(3, 5), Fraction(1, 2))
+    """
+    low, high = Fraction(value) - reach, Fraction(value) + reach
+    if low == high:
+        return low
+    # A step of Stern and Brocot: whole numbers first, then the reciprocal of what is left.
+    wholes = []
+    while True:
+        whole = ceil(low)
+        if whole <= high:
+            found = Fraction(min(max(0, whole), floor(high)))
+            break
+        wholes.append(whole - 1)
+        low, high = 1 / (high - whole + 1), 1 / (low - whole + 1)
+    for whole in reversed(wholes):
+        found = whole + 1 / found
+    return found
+
+
+def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
+    """Return the values of what lies at an end of the box, None for the rest, and each distance from the ends.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    values : list of Fraction or None
+    distances : list of float
+        In widths of the box.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x >= 0, x <= 1, y >= 0, y <= 4])
+    >>> held(problem, np.array([1e-9, 1.0]))
+    ([Fraction(0, 1), None], [1e-09, 0.25])
+    """
+    width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 1.0)
+    to_lower, to_upper = np.abs(point - problem.lower), np.abs(problem.upper - point)
+    ends = np.where(to_lower <= to_upper, problem.lower, problem.upper)
+    distance = np.minimum(to_lower, to_upper) / np.maximum(width, 1e-300)
+    values = [Fraction(e) if d <= _NEAR else None for e, d in zip(ends.tolist(), distance.tolist(), strict=True)]
+    return values, distance.tolist()
+
+
+def is_active(row: Row, point: Array) -> bool:
+    """Return whether an inequality without rounding in its coefficients is nearly zero at a point.
+
+    Parameters
+    ----------
+    row : list of (Fraction, Fraction, list of int)
+        As :func:`rows` returns it.
+    point : ndarray, shape (n_variables,)
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> row = rows(Polynomials.from_terms([{(): 1.0, (0,): -2.0}]))[0]
+    >>> is_active(row, np.array([0.5])), is_active(row, np.array([0.4]))
+    (True, False)
+    """
+    terms = [float(c) * prod(float(point[v]) for v in variables) for c, _, variables in row]
+    return not any(r for _, r, _ in row) and abs(sum(terms)) <= _NEAR * sum(map(abs, terms))
+
+
+def _hold_products(family: list[Row], values: list[Fraction | None], near: list[Fraction]) -> None:
+    """Hold variables until every row is affine in those left, first what stands in the most products."""
+    while True:
+        free = [[v for v in variables if values[v] is None] for row in family for _, _, variables in row]
+        count = Counter(v for term in free if len(term) > 1 for v in term)
+        if not count:
+            return
+        most = max(count, key=lambda v: (count[v], -v))
+        values[most] = near[most]
+
+
+def _eliminated(
+    equalities: list[Row], active: list[Row], values: list[Fraction | None], distance: list[float]
+) -> list[_Definition] | None:
+    """Return what the rows say of the variables without a value; None where an equality fails.
+
+    Each definition ``(pivot, slope, constant)`` says ``pivot + slope @ others + constant = 0``, the others free or
+    defined later. What is only nearly active may fail: it is compared in the end.
+    """
+    echelon: list[_Definition] = []
+    for place, row in enumerate([*equalities, *active]):
+        check_time()
+        slope, constant = _affine(row, values)
+        for pivot, others, rest in echelon:
+            share = slope.pop(pivot, Fraction(0))
+            if share:
+                slope = {v: slope.get(v, 0) - share * others.get(v, 0) for v in {*slope, *others}}
+                constant -= share * rest
+        slope = {v: s for v, s in slope.items() if s}
+        if slope:
+            pivot = max(slope, key=lambda v: distance[v])  # what has room on both sides
+            lead = slope.pop(pivot)
+            echelon.append((pivot, {v: s / lead for v, s in slope.items()}, constant / lead))
+        elif constant and place < len(equalities):
+            return None
+    return echelon
+
+
+def _affine(row: Row, values: list[Fraction | None]) -> tuple[dict[int, Fraction], Fraction]:
+    """Return slopes and constant of a row in the variables that have no value yet."""
+    slope: dict[int, Fraction] = {}
+    constant = Fraction(0)
+    for coefficient, _, variables in row:
+        known = [values[v] for v in variables]
+        product = prod((k for k in known if k is not None), start=coefficient)
+        free = [v for v, k in zip(variables, known, strict=True) if k is None]
+        if free:
+            slope[free[0]] = slope.get(free[0], Fraction(0)) + product
+        else:
+            constant += product
+    return slope, constant
+
+
+def _range(row: Row, exact: list[Fraction]) -> tuple[Fraction, Fraction]:
+    """Return between which ends a row lies at an exact point."""
+    products = [(c, r, prod((exact[v] for v in variables), start=Fraction(1))) for c, r, variables in row]
+    middle = sum((c * p for c, _, p in products), start=Fraction(0))
+    radius = sum((r * abs(p) for _, r, p in products), start=Fraction(0))
+    return middle - radius, middle + radius

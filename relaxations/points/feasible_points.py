@@ -1,0 +1,152 @@
+"""Feasible points for a minimum: what a local search suggests, and what is proven of it.
+
+A local search calls a point feasible whose constraints hold to nine digits. Such a point says where to look, never what
+the minimum is: only the value at a point that is proven to be feasible bounds it from above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import TimeIsUp
+from relaxations.moments.lift import nonlinear_variables
+from relaxations.points.exact_point import exact_point
+from relaxations.points.local_search import local_minimum
+from relaxations.points.newton_point import newton_point
+from relaxations.points.witness import MARGINS, Witness, definition_order, find_witness, verify
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.reductions.vanishing import Piece, Product, piece
+
+_NEAR = 1e-4  # of the box: points nearer than this to each other are one
+
+
+@dataclass
+class FeasiblePoints:
+    """The points that are known of a problem, suggested and proven.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    vanishing : tuple of tuple of int
+        The problem's :func:`relaxations.reductions.vanishing.products`.
+    tolerance : float
+        Of the minimum, a share of its magnitude or of one.
+    suggested, proven : list of (float, ndarray)
+        Values and points.
+    tried : list of (float, ndarray)
+        Those suggested whose proof was tried.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x + y, [x * y == 1, x >= 0, x <= 4, y >= 0, y <= 4])
+    >>> points = FeasiblePoints(problem, objective, (), 1e-6)
+    >>> points.search(np.array([3.0, 1.0]))
+    >>> round(points.hope, 6), points.best
+    (2.0, inf)
+    >>> points.prove()
+    >>> 2 <= points.best < 2 + 1e-6
+    True
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    vanishing: tuple[Product, ...]
+    tolerance: float
+    suggested: list[tuple[float, Array]] = field(default_factory=list)
+    proven: list[tuple[float, Array]] = field(default_factory=list)
+    tried: list[tuple[float, Array]] = field(default_factory=list)
+
+    @property
+    def best(self) -> float:
+        """Return the least value at a proven point; infinite without one."""
+        return min((value for value, _ in self.proven), default=np.inf)
+
+    @property
+    def hope(self) -> float:
+        """Return the least value at any point, also where nothing is proven of it."""
+        return min((value for value, _ in self.suggested), default=np.inf)
+
+    def less(self, value: float) -> float:
+        """Return a value less what counts as no gap; infinity as it is."""
+        return value - self.tolerance * max(1.0, abs(value)) if np.isfinite(value) else value
+
+    def search(self, start: Array | None) -> None:
+        """Search from a point, and keep what is found."""
+        if start is None or not np.isfinite(start).all():
+            return
+        part = piece(self.problem, self.objective, self.vanishing, start)
+        point = local_minimum(part.problem, part.objective, start[part.kept])
+        if point is not None:
+            self.suggested.append((float(part.objective.evaluate(point)[0]), part.whole(point)))
+
+    def prove(self) -> None:
+        """Prove the least value that can be proven, beginning with the best that is suggested."""
+        for value, point in sorted(self.suggested, key=lambda p: p[0]):
+            if value >= self.less(self.best):
+                return
+            self._prove(value, point)
+
+    def distinct(self) -> list[tuple[float, Array]]:
+        """Return the proven points whose values are nearly the best, one at each place, the best first."""
+        self.prove()
+        near = self.best + max(self.tolerance, 1e-6) * max(1.0, abs(self.best))
+        for value, point in sorted(self.suggested, key=lambda p: p[0]):
+            if value <= near and not any(self._apart(point, other) < _NEAR for _, other in self.proven):
+                self._prove(value, point)
+        kept: list[tuple[float, Array]] = []
+        for value, point in sorted(self.proven, key=lambda p: p[0]):
+            if value <= near and not any(self._apart(point, other) < _NEAR for _, other in kept):
+                kept.append((value, point))
+        return kept
+
+    def _apart(self, point: Array, other: Array) -> float:
+        """Return the distance of two points in widths of the box."""
+        width = self.problem.upper - self.problem.lower
+        return float((np.abs(point - other) / np.where(width > 0, width, 1.0)).max(initial=0.0))
+
+    def _prove(self, value: float, point: Array) -> None:
+        """Prove a point, or one beside it; what was tried with a value as good is not tried again."""
+        if any(self.less(other) <= value and self._apart(point, place) < _NEAR for other, place in self.tried):
+            return
+        self.tried.append((value, point))
+        part = piece(self.problem, self.objective, self.vanishing, point)
+        found = _best_beside(part, point[part.kept], value, self.tolerance)
+        if found is not None:
+            self.proven.append((found.value, part.whole(found.point)))
+
+
+def _best_beside(part: Piece, point: Array, value: float, tolerance: float) -> Witness | None:
+    """Prove a point feasible, or the best of several beside it that keep a distance from every limit."""
+    best: Witness | None = None
+    with suppress(TimeIsUp):  # what is verified by then counts
+        for found in _beside(part.problem, part.objective, point):
+            if found is not None and (best is None or found.value < best.value):
+                best = found
+            if best is not None and best.value <= value + 0.1 * tolerance * max(1.0, abs(value)):
+                break
+    return best
+
+
+def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+    yield exact_point(problem, objective, point)
+    yield newton_point(problem, objective, point)
+    if definition_order(problem.equalities) is None:
+        return
+    yield verify(problem, objective, point)
+    yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
+    for margin in MARGINS:
+        beside = local_minimum(problem, objective, point, margin)
+        yield None if beside is None else verify(problem, objective, beside)
+    # At last with every variable of a monomial of degree two and more held where it is.
+    high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
+    yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)

@@ -1,0 +1,185 @@
+"""One step of sequential linear programming, in few unknowns where the equalities define all others.
+
+The noise of an output follows from the parameters and the state before the record: of its thousands of unknowns a
+linear program keeps a handful, and what it says of the rest are inequalities. Where the input's noise is free too,
+too many are left, and the program is solved as it stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import linprog
+from scipy.sparse.linalg import spsolve_triangular
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import check_time, remaining
+from relaxations.problem.problem import PolynomialProblem
+
+# HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
+# take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
+# up, and with it one candidate of the search.
+_LONGEST = 5.0  # seconds
+_HIGHS = {
+    "presolve": False,
+    "primal_feasibility_tolerance": 1e-10,
+    "dual_feasibility_tolerance": 1e-10,
+}
+_FEW = 30  # unknowns of a program that may be dense
+
+
+@dataclass(frozen=True)
+class _Program:
+    """Minimise ``cost @ d`` where ``equal @ d = right``, ``rows @ d <= limits`` and ``lower <= d <= upper``."""
+
+    cost: Array
+    equal: sparse.csr_matrix
+    right: Array
+    rows: sparse.csr_matrix | Array
+    limits: Array
+    lower: Array
+    upper: Array
+
+
+def linear_step(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    point: Array,
+    radius: float,
+    margin: float,
+    order: list[tuple[int, int]] | None = None,
+) -> tuple[Array, float, float] | None:
+    """Solve the linear program at a point with the complicating variables free within a radius.
+
+    First the violation is driven to zero (one elastic variable), then the objective is minimised.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to magnitudes near one.
+    objective : Polynomials
+        One row.
+    complicating : ndarray of int
+        Variables that the radius holds.
+    point : ndarray, shape (n_variables,)
+    radius : float
+    margin : float
+        Distance kept from every limit.
+    order : list of (int, int), optional
+        Pairs (equality, variable it defines), see :func:`relaxations.points.witness.definition_order`.
+
+    Returns
+    -------
+    (ndarray, float, float) or None
+        The new point, the violation of the linearised constraints and the objective's value; None without a solution.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> linear_step(problem, objective, np.array([0]), np.array([1.0, 1.0]), 0.1, 0.0)[0].round(4)
+    array([1.1, 0.9])
+    """
+    base = np.clip(np.where(np.isfinite(point), point, 0.0), problem.lower, problem.upper)
+    width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 0.0)
+    lower, upper = problem.lower + 0.5 * margin * width, problem.upper - 0.5 * margin * width
+    lower[complicating] = np.maximum(lower[complicating], base[complicating] - radius)
+    upper[complicating] = np.minimum(upper[complicating], base[complicating] + radius)
+    lower[complicating] = np.minimum(lower[complicating], upper[complicating])
+    cost = _linearised(objective, base)[0].toarray().ravel()
+    equal, value = _linearised(problem.equalities, base)
+    unequal, slack = _linearised(problem.inequalities, base)
+    program = _Program(cost, equal, -value, -unequal, slack - margin, lower - base, upper - base)
+
+    found = _condensed(program, order)
+    smaller, whole = (program, np.eye(0)) if found is None else found
+    solved = _solve(smaller, bool(problem.equalities.n_rows))
+    if solved is None:
+        return None
+    step, violation = solved
+    moved = base + (step if found is None else whole @ np.r_[step, 1.0])
+    return moved, violation, float(objective.evaluate(moved)[0])
+
+
+def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[_Program, Array] | None:
+    """Return the program in the variables that no equality defines, and the map to all: ``d = map @ (free, 1)``.
+
+    None where there are too many of them, or the equalities do not define the others at this point.
+    """
+    n = len(program.cost)
+    if not order or n - len(order) > _FEW:
+        return None
+    rows, defined = (np.array(side) for side in zip(*order, strict=True))
+    free = np.setdiff1d(np.arange(n), defined)
+    ordered = program.equal[rows]
+    columns = np.column_stack([-ordered[:, free].toarray(), program.right[rows]])
+    if (np.abs(ordered[np.arange(len(rows)), defined]) < 1e-12).any():
+        return None
+    whole = np.zeros((n, free.size + 1))
+    whole[free, np.arange(free.size)] = 1.0
+    whole[defined] = spsolve_triangular(ordered[:, defined].tocsr(), columns, lower=True)
+    if not np.isfinite(whole).all():
+        return None
+    below, above = np.isfinite(program.lower[defined]), np.isfinite(program.upper[defined])
+    limited = [
+        (whole[defined][above], program.upper[defined][above]),
+        (-whole[defined][below], -program.lower[defined][below]),
+        (program.rows @ whole, program.limits),
+    ]
+    affine = np.concatenate([matrix for matrix, _ in limited])
+    limits = np.concatenate([limit for _, limit in limited]) - affine[:, -1]
+    nothing = sparse.csr_matrix((0, free.size))
+    smaller = _Program(
+        (program.cost @ whole)[:-1],
+        nothing,
+        np.zeros(0),
+        affine[:, :-1],
+        limits,
+        program.lower[free],
+        program.upper[free],
+    )
+    return smaller, whole
+
+
+def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
+    """Return the step and what it violates, zero if nothing has to be."""
+    check_time()
+    options = {**_HIGHS, "time_limit": min(_LONGEST, remaining())}
+    bounds = np.stack([program.lower, program.upper], axis=1)
+    equal, rows = program.equal, program.rows
+    plain = linprog(  # type: ignore[call-overload]
+        program.cost,
+        A_ub=rows if rows.shape[0] else None,
+        b_ub=program.limits if rows.shape[0] else None,
+        A_eq=equal if equal.shape[0] else None,
+        b_eq=program.right if equal.shape[0] else None,
+        bounds=bounds,
+        method="highs",
+        options=options,
+    )
+    if plain.status == 0:
+        return plain.x, 0.0
+    if plain.status != 2 or not may_relax:
+        return None
+    matrix = sparse.vstack([equal, -equal, sparse.csr_matrix(rows)])
+    elastic = sparse.csr_matrix(np.ones((matrix.shape[0], 1)))
+    relaxed = linprog(  # type: ignore[call-overload]
+        np.r_[np.zeros(len(program.cost)), 1.0],
+        A_ub=sparse.hstack([matrix, -elastic]),
+        b_ub=np.concatenate([program.right, -program.right, program.limits]),
+        bounds=np.r_[bounds, [[0.0, np.inf]]],
+        method="highs",
+        options=options,
+    )
+    return (relaxed.x[:-1], float(relaxed.x[-1])) if relaxed.status == 0 else None
+
+
+def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:
+    rows, columns, values = polynomials.jacobian(point)
+    matrix = sparse.csr_matrix((values, (rows, columns)), shape=(polynomials.n_rows, len(point)))
+    return matrix, polynomials.evaluate(point)

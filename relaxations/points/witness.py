@@ -1,0 +1,377 @@
+"""Witnesses: points that are proven to lie in the feasible set, and a local search that looks for good ones.
+
+*Verification.* Equalities cannot be checked at floats: some variables are taken at their float values, and each
+equality then *defines* one further variable, in an order found by peeling (a variable that occurs in one remaining
+equality only, linearly, is defined by it). For the models of :mod:`smid` that is simulation: parameters, initial state
+and input noise are given, each sample's output noise follows. The defined variables are computed as intervals, in
+precision that is raised until they are narrow, for rounding errors grow along an oscillating recursion far faster in
+intervals than in floating point. If every box and inequality then holds for the whole interval, a feasible point
+exists, and the objective's upper end over the intervals bounds the optimum from above.
+
+*Search.* Sequential linear programming: linearise, solve with a trust region on the complicating variables, restore
+feasibility by a linear program in the others, which is exact where they enter linearly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra import fixed_point
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.fixed_point import Interval
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import check_time
+from relaxations.points.linear_step import linear_step
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.reductions.scaling import Scaling
+
+_BITS, _MOST_BITS = 80, 1 << 15  # of precision: tried first, and at most
+_NARROW = 200  # bits after the point: what does not hold for intervals this narrow does not hold
+# The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
+# push the verified point outside; a wider margin is tried where a narrower one was not enough.
+MARGINS = (1e-9, 1e-7, 1e-5)
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A feasible point, proven to exist.
+
+    Parameters
+    ----------
+    point : ndarray, shape (n_variables,)
+        Midpoints; the exact feasible point differs from them by the width of the last digits.
+    value : float
+        Upper bound, rounded up, of the objective at the exact point.
+    """
+
+    point: Array
+    value: float
+
+
+def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
+    """Prove that a feasible point exists near ``point``; None if it cannot be shown.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+    point : ndarray, shape (n_variables,)
+        Variables that equalities define are computed anew, whatever stands in their place.
+
+    Returns
+    -------
+    Witness or None
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
+    >>> found = verify(problem, objective, np.array([1.0, 0.0]))  # y = 1/3 follows from x = 1, exactly
+    >>> found.point.round(4), 1 / 3 <= found.value < 1 / 3 + 1e-12
+    (array([1.    , 0.3333]), True)
+    >>> verify(problem, objective, np.array([2.0, 0.0])) is None  # outside of the box
+    True
+    """
+    return Verifier(problem)(objective, point)
+
+
+class Verifier:
+    """Verifies points of one problem, see :func:`verify`; what they have in common is done once.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
+    >>> verified = Verifier(problem)
+    >>> [verified(objective, np.array([value, 0.0])) is not None for value in (0.5, 2.0)]
+    [True, False]
+    """
+
+    def __init__(self, problem: PolynomialProblem) -> None:
+        self._problem = problem
+        equalities = problem.exact() if problem.exact is not None else problem.equalities
+        self._order = definition_order(equalities)
+        self._terms = equalities.terms()
+        self._bits = _BITS
+
+    def __call__(self, objective: Polynomials, point: Array) -> Witness | None:
+        """Return a witness near a point, or None."""
+        if self._order is None:
+            return None
+        bits, last = self._bits, None
+        while bits <= _MOST_BITS:
+            values = _define(self._terms, self._order, point, bits)
+            if values is None:
+                return None
+            if _holds(self._problem, values, bits):
+                self._bits = bits  # the next point is likely to need as many
+                middles = np.array([fixed_point.middle(v, bits) for v in values])
+                value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
+                return Witness(middles, value)
+            # Rounding loses as many bits at any precision: what is lost now says how many it takes.
+            lost = max((high - low for low, high in values), default=0).bit_length()
+            width = lost - bits
+            # The data's own rounding stays as wide as it is.
+            if width <= -_NARROW or (last is not None and width >= last):
+                return None
+            bits, last = lost + _NARROW, width
+        return None
+
+
+def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
+    """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order.
+
+    Parameters
+    ----------
+    equalities : Polynomials
+
+    Returns
+    -------
+    list of (int, int), or None
+
+    Examples
+    --------
+    >>> import sympy; from relaxations.problem.problem import from_sympy
+    >>> a, *y = sympy.symbols("a y0:3")
+    >>> problem, _ = from_sympy(None, [], [y[2] - a * y[1], y[1] - a * y[0]], [a, *y])
+    >>> definition_order(problem.equalities)  # a simulation: the second gives y1, then the first y2
+    [(1, 2), (0, 3)]
+    """
+    linear = equalities.term_degrees == 1
+    own = equalities.factors.max(axis=1, initial=-1)
+    in_row: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    plain: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    twice: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    bilinear: list[set[int]] = [set() for _ in range(equalities.n_rows)]
+    for row, factor, is_linear, variable in zip(
+        equalities.rows.tolist(), equalities.factors.tolist(), linear.tolist(), own.tolist(), strict=True
+    ):
+        if is_linear:
+            plain[row].add(variable)
+        real = [v for v in factor if v >= 0]
+        in_row[row].update(real)
+        if not is_linear:
+            bilinear[row].update(real)
+        twice[row].update(v for v in real if real.count(v) > 1)
+    rows_of: dict[int, set[int]] = {}
+    for row, variables in enumerate(in_row):
+        for v in variables:
+            rows_of.setdefault(v, set()).add(row)
+
+    order: list[tuple[int, int]] = []
+    queue = [v for v, rows in rows_of.items() if len(rows) == 1]
+    remaining = equalities.n_rows
+    while remaining:
+        check_time()
+        # A constant divisor first: it cannot vanish. A variable one only where nothing else is left.
+        pick = next((v for v in reversed(queue) if _defines(v, rows_of, plain, bilinear)), None)
+        if pick is None:
+            pick = next((v for v in queue if len(rows_of[v]) == 1 and v not in twice[next(iter(rows_of[v]))]), None)
+        if pick is None:
+            return None
+        row = next(iter(rows_of[pick]))
+        order.append((row, pick))
+        remaining -= 1
+        queue = [v for v in queue if v != pick]
+        for v in in_row[row]:
+            rows_of[v].discard(row)
+            if len(rows_of[v]) == 1:
+                queue.append(v)
+            elif not rows_of[v] and v in queue:
+                queue.remove(v)
+    return order[::-1]
+
+
+def _defines(v: int, rows_of: dict[int, set[int]], plain: list[set[int]], bilinear: list[set[int]]) -> bool:
+    if len(rows_of[v]) != 1:
+        return False
+    row = next(iter(rows_of[v]))
+    return v in plain[row] and v not in bilinear[row]
+
+
+def _product(term: tuple[float, float, list[int]], values: list[Interval], bits: int) -> Interval:
+    mid, rad, variables = term
+    result = fixed_point.from_float(mid, bits)
+    if rad:
+        result = fixed_point.widened(result, rad, bits)
+    for v in variables:
+        result = fixed_point.multiply(result, values[v], bits)
+    return result
+
+
+def _define(
+    terms: list[list[tuple[float, float, list[int]]]], order: list[tuple[int, int]], point: Array, bits: int
+) -> list[Interval] | None:
+    """Return every variable as an interval: floats where free, computed where defined."""
+    values = [fixed_point.from_float(x, bits) for x in point.tolist()]
+    for row, variable in order:
+        check_time()
+        rest_low = rest_high = divisor_low = divisor_high = 0
+        for mid, rad, variables in terms[row]:
+            if variable in variables:
+                others = [v for v in variables if v != variable]
+                low, high = _product((mid, rad, others), values, bits)
+                divisor_low, divisor_high = divisor_low + low, divisor_high + high
+            else:
+                low, high = _product((mid, rad, variables), values, bits)
+                rest_low, rest_high = rest_low + low, rest_high + high
+        quotient = fixed_point.divide((-rest_high, -rest_low), (divisor_low, divisor_high), bits)
+        if quotient is None:
+            return None
+        values[variable] = quotient
+    return values
+
+
+def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> list[Interval]:
+    sums = []
+    for member in polynomials.terms():
+        check_time()
+        products = [_product(term, values, bits) for term in member]
+        sums.append((sum(low for low, _ in products), sum(high for _, high in products)))
+    return sums
+
+
+def _holds(problem: PolynomialProblem, values: list[Interval], bits: int) -> bool:
+    for (low, high), lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
+        # A finite end rounded towards the inside: what passes it passes the end itself.
+        if np.isfinite(lower) and low < fixed_point.from_float(lower, bits)[1]:
+            return False
+        if np.isfinite(upper) and high > fixed_point.from_float(upper, bits)[0]:
+            return False
+    return all(low >= 0 for low, _ in _evaluate(problem.inequalities, values, bits))
+
+
+def find_witness(
+    box: PolynomialProblem,
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    start: Array,
+    magnitude: Array | None = None,
+) -> Witness | None:
+    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
+
+    Parameters
+    ----------
+    box : PolynomialProblem
+        The problem on the box to search.
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row, to be made small.
+    complicating : ndarray of int
+        Variables that the trust region holds; the constraints are affine in the others.
+    start : ndarray, shape (n_variables,)
+    magnitude : ndarray, shape (n_variables,), optional
+        Size of the variables that have no box.
+
+    Returns
+    -------
+    Witness or None
+
+    Raises
+    ------
+    ProblemError
+        Where the box is infinite and no magnitudes are given.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> found = find_witness(problem, problem, objective, np.array([0]), np.array([1.0, 1.0]))
+    >>> found.point.round(4), round(found.value, 4)
+    (array([2. , 0.5]), 0.5)
+    """
+    scaling = Scaling.of_box(box, magnitude)
+    scaled = scaling.apply(box)
+    cost = scaling.polynomials(objective)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
+    for margin in MARGINS:
+        point = search(scaled, cost, complicating, begin, margin)
+        if point is None:  # a wider margin leaves even less room
+            return None
+        witness = verify(problem, objective, scaling.recover(point))
+        if witness is not None:
+            return witness
+    return None
+
+
+def search(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    complicating: Index,
+    start: Array,
+    margin: float,
+    radius: float = 0.1,
+    steps: int = 25,
+) -> Array | None:
+    """Improve a point by sequential linear programming; None where no feasible point was met.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Scaled to magnitudes near one; affine in all variables but the ``complicating`` ones.
+    objective : Polynomials
+        One row.
+    complicating : ndarray of int
+        Variables that the trust region holds.
+    start : ndarray, shape (n_variables,)
+        Only its complicating entries are used.
+    margin : float
+        Distance kept from every limit.
+    radius : float
+        First trust-region radius.
+    steps : int
+        At most so many linearisations.
+
+    Returns
+    -------
+    ndarray, shape (n_variables,), or None
+        Feasible to the tolerances of its linear programs; :func:`verify` proves.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> search(problem, objective, np.array([0]), np.array([1.0, 0.0]), margin=1e-9).round(4)
+    array([2. , 0.5])
+    """
+    order = definition_order(problem.equalities)
+
+    def step(point: Array, radius: float) -> tuple[Array, float, float] | None:
+        return linear_step(problem, objective, complicating, point, radius, margin, order)
+
+    best = step(start, 0.0)
+    if best is None:
+        return None
+    point, violation, value = best
+    for _ in range(steps):
+        if radius < 1e-9:
+            break
+        trial = step(point, radius)
+        restored = None if trial is None else step(trial[0], 0.0)
+        if restored is None:
+            radius *= 0.25
+            continue
+        feasible = restored[1] <= 0.0
+        better = restored[1] < violation if violation > 0.0 else feasible and restored[2] < value
+        if not better:
+            radius *= 0.25
+            continue
+        gain = value - restored[2] if violation <= 0.0 else np.inf
+        point, violation, value = restored
+        radius *= 2.0
+        if gain < 1e-10:
+            break
+    return point if violation <= 0.0 else None

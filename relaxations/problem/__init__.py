@@ -1,0 +1,1 @@
+"""Polynomial problems: a box, equalities, inequalities, and their statement in plain lists."""

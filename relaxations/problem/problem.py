@@ -1,0 +1,243 @@
+"""A polynomial problem: a box, equalities, inequalities, and (given at solve time) an objective."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+import sympy
+
+from relaxations.algebra.ball_arithmetic import Array, Balls, concatenate, outwards
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.errors import ProblemError
+
+
+@dataclass(frozen=True)
+class PolynomialProblem:
+    """The set ``{x : lower <= x <= upper, equalities(x) == 0, inequalities(x) >= 0}``.
+
+    Parameters
+    ----------
+    names : tuple of str, length n
+        Names of the variables.
+    lower, upper : ndarray, shape (n,)
+        The box; infinite where nothing is known.
+    equalities, inequalities : Polynomials
+        Members are ``== 0`` and ``>= 0``.
+    exact : callable, optional
+        Gives the equalities with every coefficient as a sum of floats that is (all but) exact, in place of a ball. The
+        radii of balls pile up along a recursion; a witness is verified with these where they are given.
+
+    Raises
+    ------
+    ProblemError
+        When lengths disagree, a bound is NaN, or a lower bound lies above its upper one.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> problem, objective = from_sympy(x**2 - x, [], [], [x], {x: (0, 2)})
+    >>> problem.n_variables, objective.degree
+    (1, 2)
+    """
+
+    names: tuple[str, ...]
+    lower: Array
+    upper: Array
+    equalities: Polynomials
+    inequalities: Polynomials
+    exact: Callable[[], Polynomials] | None = None
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.lower) == len(self.upper):
+            raise ProblemError(
+                f"{len(self.names)} names, {len(self.lower)} lower and {len(self.upper)} upper bounds: "
+                "give one of each per variable"
+            )
+        wrong = np.flatnonzero(~(self.lower <= self.upper))
+        if len(wrong):
+            k = int(wrong[0])
+            raise ProblemError(
+                f"the box of {self.names[k]} is [{self.lower[k]}, {self.upper[k]}]: "
+                "give a lower bound that is not above the upper one"
+            )
+
+    @property
+    def n_variables(self) -> int:
+        """Return the number of variables."""
+        return len(self.names)
+
+    @property
+    def unbounded(self) -> tuple[str, ...]:
+        """Return the names of the variables without a finite box."""
+        return tuple(self.names[k] for k in np.flatnonzero(~np.isfinite(self.upper - self.lower)))
+
+    @property
+    def degree(self) -> int:
+        """Return the largest degree among the constraints."""
+        return max(self.equalities.degree, self.inequalities.degree)
+
+    def with_box(self, lower: Array, upper: Array) -> PolynomialProblem:
+        """Return the problem on another box."""
+        return replace(self, lower=lower, upper=upper)
+
+    def with_inequalities(self, more: Polynomials) -> PolynomialProblem:
+        """Return the problem with further inequalities."""
+        return replace(self, inequalities=Polynomials.join([self.inequalities, more]))
+
+    def variable(self, index: int, sign: float = 1.0) -> Polynomials:
+        """Return the objective ``sign * x[index]``."""
+        return Polynomials.variables(np.array([index]), sign)
+
+
+def from_sympy(
+    objective: sympy.Expr | None,
+    inequalities: Sequence[sympy.Expr],
+    equalities: Sequence[sympy.Expr],
+    variables: Sequence[sympy.Symbol],
+    bounds: Mapping[sympy.Symbol, tuple[float | None, float | None]] | None = None,
+) -> tuple[PolynomialProblem, Polynomials]:
+    """Read a problem written in sympy.
+
+    Parameters
+    ----------
+    objective : sympy expression or None
+        To be minimised; ``None`` is the constant zero.
+    inequalities, equalities : sequences of sympy expressions
+        Meant as ``>= 0`` and ``== 0``.
+    variables : sequence of sympy symbols
+        Order of the variables.
+    bounds : mapping symbol -> (lower, upper), optional
+        ``None`` stands for no bound; a bound that no float holds is rounded outwards.
+
+    Returns
+    -------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row.
+
+    Raises
+    ------
+    ProblemError
+        When there are no variables, an expression is not a polynomial in them, bounds are given for another symbol, or
+        a lower bound lies above its upper one.
+
+    Examples
+    --------
+    >>> x, y = sympy.symbols("x y")
+    >>> problem, objective = from_sympy(x - y, [1 - x**2 - y**2], [], [x, y], {x: (0, None)})
+    >>> problem.lower, problem.upper
+    (array([  0., -inf]), array([inf, inf]))
+    >>> problem.inequalities.evaluate(np.array([0.6, 0.5])).round(2)
+    array([0.39])
+    """
+    bounds = bounds or {}
+    stray = [str(symbol) for symbol in bounds if symbol not in variables]
+    if stray:
+        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are no variables: list them as variables")
+    pairs = [bounds.get(v, (None, None)) for v in variables]
+    problem = PolynomialProblem(
+        tuple(str(v) for v in variables),
+        np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in pairs]),
+        np.array([np.inf if high is None else _outwards(high, 1) for _, high in pairs]),
+        polynomials_from_sympy(equalities, variables),
+        polynomials_from_sympy(inequalities, variables),
+    )
+    return problem, polynomials_from_sympy([sympy.S(0) if objective is None else objective], variables)
+
+
+def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]) -> Polynomials:
+    """Convert sympy expressions to one family; numbers that no float holds keep their rounding error.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy expressions
+    variables : sequence of sympy symbols
+        Order of the variables.
+
+    Returns
+    -------
+    Polynomials
+        One row for each expression.
+
+    Raises
+    ------
+    ProblemError
+        When there are no variables, an expression is not a polynomial in them, or a coefficient is no finite rational
+        number or overflows.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> family = polynomials_from_sympy([x**2 / 2, x / 3], [x])
+    >>> family.coefficients.rad > 0  # a float holds 1/2, and none holds 1/3
+    array([False,  True])
+    """
+    if not variables:
+        raise ProblemError("a polynomial problem needs variables: list at least one")
+    members, coefficients = [], []
+    for expression in expressions:
+        try:
+            poly = sympy.Poly(with_fractions(sympy.sympify(expression)), *variables)
+        except sympy.PolynomialError as error:
+            raise ProblemError(f"{expression} is no polynomial in {variables}: {error}") from error
+        terms = {}
+        for exponents, value in poly.terms():
+            if value.free_symbols:
+                raise ProblemError(f"{expression} contains {value.free_symbols}: list them as variables")
+            key = tuple(k for k, e in enumerate(exponents) for _ in range(e))
+            terms[key] = _exact_ball(value)
+        members.append({key: 1.0 for key in terms})
+        coefficients.append(terms)
+    shape = Polynomials.from_terms(members)
+    if not len(shape.rows):
+        return shape
+    values = [
+        coefficients[row][tuple(int(v) for v in factor if v >= 0)]
+        for row, factor in zip(shape.rows, shape.factors, strict=True)
+    ]
+    flat = concatenate([Balls(np.atleast_1d(v.mid), np.atleast_1d(v.rad)) for v in values])
+    return Polynomials(len(expressions), shape.rows, shape.factors, flat).collect()
+
+
+def with_fractions(expression: sympy.Expr) -> sympy.Expr:
+    """Turn every finite Float into the fraction that it is: sympy would round when it multiplies floats.
+
+    Parameters
+    ----------
+    expression : sympy expression
+
+    Returns
+    -------
+    sympy expression
+
+    Examples
+    --------
+    >>> with_fractions(0.25 * sympy.Symbol("x"))
+    x/4
+    """
+    floats = [f for f in expression.atoms(sympy.Float) if f.is_finite]
+    return expression.xreplace({f: sympy.Rational(f) for f in floats})
+
+
+def _exact_ball(value: sympy.Expr) -> Balls:
+    """Return the ball around a sympy number; a Float stands for the binary fraction that it is."""
+    if not (value.is_Number and value.is_finite):
+        raise ProblemError(f"the coefficient {value} is no finite rational number: give a decimal or a fraction")
+    try:
+        return Balls.enclose(_fraction(value))
+    except OverflowError:
+        raise ProblemError(f"a coefficient of {len(str(value))} digits overflows: scale the problem") from None
+
+
+def _fraction(value: sympy.Expr) -> Fraction:
+    rational = sympy.Rational(value)
+    return Fraction(int(rational.p), int(rational.q))
+
+
+def _outwards(bound: float, direction: int) -> float:
+    """Return the bound as a float, rounded outwards where no float holds it: no feasible point may be cut off."""
+    number = sympy.sympify(bound)
+    return outwards(_fraction(number), direction) if number.is_finite else float(number)

@@ -1,0 +1,1 @@
+"""Certificates: bounds that follow from multipliers in ball arithmetic, and the files that hold them."""

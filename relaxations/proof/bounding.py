@@ -1,0 +1,345 @@
+"""One relaxation on one box: certified bounds of any objective, and proofs that the set is empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials, pad
+from relaxations.deadline import TimeIsUp, check_time
+from relaxations.errors import ProblemError
+from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers
+from relaxations.moments.lasserre import METHODS, lasserre
+from relaxations.moments.lift import METHODS as LIFTS
+from relaxations.moments.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
+from relaxations.moments.moment import Relaxation
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.certificate import Certificate, certify
+from relaxations.reductions.scaling import Scaling
+from relaxations.solvers import ConicSolution, Stop, attempts, solve
+
+DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
+CLOSE = 1e-6
+
+
+@dataclass(frozen=True)
+class Emptiness:
+    """A proof that no point satisfies all constraints.
+
+    Parameters
+    ----------
+    margin : float
+        How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
+    weights : ndarray, shape (n_equalities of the problem,)
+        Share of each equality in the proof; sums to one.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
+    >>> problem, objective = problem_of(a, [*unit, a * x == 2, a * y == 0.5])
+    >>> relaxed = relax(problem, "lift", 1)
+    >>> outcome = relaxed.bound(objective)
+    >>> proof = relaxed.emptiness(outcome.certificate)
+    >>> outcome.bound, proof.margin > 0
+    (inf, True)
+    >>> bool(proof.weights[0] > 0.9)  # a x = 2 is the one that cannot hold
+    True
+    """
+
+    margin: float
+    weights: Array
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A relaxation on one box, ready for any objective; made by :func:`relax`.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As given.
+    scaling : Scaling
+    scaled : PolynomialProblem
+        In [-1, 1].
+    relaxation : Relaxation
+        Of the scaled problem.
+    program : ConicProgram
+    solver : str
+    """
+
+    problem: PolynomialProblem
+    scaling: Scaling
+    scaled: PolynomialProblem
+    relaxation: Relaxation
+    program: ConicProgram
+    solver: str
+
+    def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
+        """Return the certified lower bound of an objective in the problem's own variables.
+
+        Parameters
+        ----------
+        objective : Polynomials
+            One row.
+        close : float
+            No other solver or setting is tried for a loss below this share of the scaled coefficients.
+        """
+        scaled = self.scaling.polynomials(objective)
+        cost = np.zeros(self.relaxation.n_moments)
+        np.add.at(cost, self.relaxation.moments_of(scaled.factors), scaled.coefficients.mid)
+        # On a small box the objective hardly moves, and the solver's tolerances would be coarse beside that.
+        largest_cost = float(np.max(np.abs(cost[1:]), initial=0.0))
+        unit = 2.0 ** np.floor(np.log2(largest_cost)) if 0 < largest_cost < 1 else 1.0
+        size = float(np.abs(cost[1:]).sum()) or 1.0
+        best, tried = Outcome(-np.inf, None, ""), list[str]()
+        for attempt in attempts(self.solver):
+            try:
+                solution = solve(self.program, cost / unit, attempt)
+            except TimeIsUp:
+                if not tried:
+                    raise
+                break  # what the attempts before prove is not lost
+            best = max(self._certified(scaled, solution, unit), best, key=lambda outcome: outcome.bound)
+            tried.append(f"{attempt}: {solution.status}" if tried else solution.status)
+            if best.bound >= cost @ solution.moments - close * size:
+                break
+        return replace(best, status="; ".join(tried))
+
+    def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> Outcome:
+        """Return what a solution of the objective over ``unit`` proves of the objective, in the scaled variables."""
+        if not np.isfinite(solution.dual).all():
+            return Outcome(-np.inf, None, solution.status)
+        largest = float(np.max(np.abs(solution.dual), initial=0.0))
+        if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
+            # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
+            ray = multipliers(self.relaxation, self.program, solution.dual / largest)
+            proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
+            if proof.bound > 0:
+                return Outcome(np.inf, proof, solution.status)
+        dual = multipliers(self.relaxation, self.program, solution.dual * unit)
+        proof = certify(self.relaxation, objective, dual)
+        point = self.scaling.recover(self.relaxation.first_order(solution.moments))
+        return Outcome(proof.bound, proof, solution.status, point, solution.moments)
+
+    def variances(self, outcome: Outcome) -> Array:
+        """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.
+
+        Where all are zero the moments are those of one point.
+        """
+        squares = np.full(self.relaxation.n_variables, np.nan)
+        if outcome.moments is None:
+            return squares
+        monomials = pad(self.relaxation.monomials, 2)
+        own = (self.relaxation.degrees == 2) & (monomials[:, -1] == monomials[:, -2])
+        squares[monomials[own, -1]] = outcome.moments[own]
+        return np.asarray(squares - self.relaxation.first_order(outcome.moments) ** 2, dtype=np.float64)
+
+    def emptiness(self, proof: Certificate) -> Emptiness:
+        """Return the proof of an empty set with the weight that each equality carries in it."""
+        return Emptiness(proof.bound, equality_weights(self.problem, self.relaxation, proof.multipliers))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven.
+
+    Parameters
+    ----------
+    bound : float
+    certificate : Certificate or None
+        Of the objective; of the constant zero where the set is empty. None where nothing is proven.
+    status : str
+        The solver's words, attempt by attempt.
+    point : ndarray, shape (n_variables,), optional
+        The moments of first order, in the problem's own variables: a guess of a minimiser.
+    moments : ndarray, shape (n_moments,), optional
+        The solver's, of the scaled variables; the constant first.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, objective = problem_of(x**2 - x, [x >= 0, x <= 2])
+    >>> outcome = relax(problem, "dense", 1).bound(objective)
+    >>> outcome.bound <= -0.25, round(outcome.bound, 6), outcome.point.round(3)
+    (True, -0.25, array([0.5]))
+    """
+
+    bound: float
+    certificate: Certificate | None
+    status: str
+    point: Array | None = None
+    moments: Array | None = None
+
+
+def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
+    """Return the method, the order and the complicating variables that a call means.
+
+    ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
+    complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    order : int or None
+        None asks for the default.
+
+    Returns
+    -------
+    method : str
+    order : int
+    complicating : ndarray of int
+        Where no small set of complicating variables exists, a large one: only a local search can use it.
+
+    Raises
+    ------
+    ProblemError
+        For an unknown method, a lift where it does not apply, or an order too low for the degrees.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> problem, _ = problem_of(x, [a * x + a * y == 1])
+    >>> resolve(problem, "auto", None)
+    ('lift', 2, array([0]))
+    """
+    complicating = complicating_variables(problem)
+    if method == "auto":
+        method = "sparse" if complicating is None else "lift"
+    if method not in (*LIFTS, *METHODS):
+        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*LIFTS, *METHODS))}")
+    if method in LIFTS and complicating is None:
+        raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
+    found = nonlinear_variables(problem) if complicating is None else complicating
+    least = lowest(problem, method, found)
+    usual = 1 if method in LIFTS and len(found) > 2 else 2
+    if order is not None and order < least:
+        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    return method, order or max(least, usual), found
+
+
+def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
+    """Return the least order that the degrees allow.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    complicating : ndarray of int
+        Those of the lift; others do not look at them.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a**2 * x == 1])
+    >>> lowest(problem, "lift", np.array([0])), lowest(problem, "sparse", np.array([0]))
+    (1, 2)
+    """
+    return least_order(problem, complicating) if method in LIFTS else max(1, -(-problem.degree // 2))
+
+
+def relax(
+    problem: PolynomialProblem,
+    method: str,
+    order: int | tuple[int, ...],
+    solver: str = "clarabel",
+    objective: Polynomials | None = None,
+    steps: int = 1,
+) -> Relaxed:
+    """Scale a problem with a finite box and build its relaxation.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    order : int or tuple of int
+        One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
+    solver : str
+    objective : Polynomials, optional
+        What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
+        and serves no other then. Products of variables that share no constraint must be known.
+    steps : int
+        Of the extension of supports, for ``"terms"`` and ``"chordal"``.
+
+    Returns
+    -------
+    Relaxed
+
+    Raises
+    ------
+    ProblemError
+        Where the box is infinite, the order too low, the lift does not apply, or the machine's memory is too small.
+    TimeIsUp
+        Where the time limit ends before the relaxation is built.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> relaxed = relax(problem, "lift", 2)
+    >>> [round(relaxed.bound(problem.variable(*end)).bound, 4) for end in ((0, 1), (0, -1), (1, 1))]  # x, -x and y
+    [0.25, -2.0, 0.5]
+    """
+    check_time()
+    scaling = Scaling.of_box(problem)
+    scaled = scaling.apply(problem)
+    if method in LIFTS and isinstance(order, int):
+        relaxation = lift(scaled, order, method)
+    else:
+        known = None if objective is None else scaling.polynomials(objective)
+        relaxation = lasserre(scaled, order, method, known, steps)
+    check_time()
+    return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
+
+
+def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
+    """Return the share of each of the problem's equalities in a dual solution.
+
+    A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
+    :mod:`smid` makes do in the lift; otherwise they share alike.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    relaxation : Relaxation
+        Of it, scaled.
+    dual : Multipliers
+
+    Returns
+    -------
+    ndarray, shape (n_equalities of the problem,)
+        Sums to one.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
+    >>> problem, _ = problem_of(a, [*unit, a * x == 0.5, a * y == 0.5])
+    >>> relaxation = relax(problem, "lift", 1).relaxation
+    >>> relaxation.n_equalities  # each equality, and its multiple with a
+    4
+    >>> equality_weights(problem, relaxation, Multipliers(np.array([1.0, -2.0, 0.0, 1.0]), ()))
+    array([0.75, 0.25])
+    """
+    count = problem.equalities.n_rows
+    alike = np.full(count, 1.0 / max(count, 1))
+    degrees = np.unique(degrees_in(problem.equalities, relaxation.complicating))
+    if relaxation.method not in LIFTS or len(degrees) != 1:
+        return alike
+    weights = np.abs(dual.equalities).reshape(count, -1).sum(axis=1)
+    total = weights.sum()
+    return np.asarray(weights / total if total > 0 else alike, dtype=np.float64)

@@ -1,0 +1,372 @@
+"""The steps of a proof, as they are recorded for a file that others can check (:mod:`relaxations.proof.certificate_file`).
+
+A step holds on the box that the steps before it have proven. Whoever bounds, branches or derives a box takes
+``record``, and calls it with each step in this order; ``steps = []`` and ``record=steps.append`` keep the whole proof.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Outcome, Relaxed
+from relaxations.proof.certificate import Certificate
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A certified bound: of one variable, it tightens the box for the steps after it.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        The relaxation on which the bound was found.
+    objective : Polynomials
+        One row, in the problem's own variables. For a proof of emptiness (an outcome with an infinite bound) the
+        constant zero, ``Polynomials.from_terms([{}])``.
+    certificate : Certificate
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> from relaxations.search.hierarchy import intervals
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
+    >>> steps = []
+    >>> (found,) = intervals(problem, [0], witnesses=False, rounds=1, record=steps.append).intervals
+    >>> [step.certificate.bound == found.lower for step in steps]  # x <= 2 was known
+    [True]
+    """
+
+    relaxed: Relaxed
+    objective: Polynomials
+    certificate: Certificate
+
+    @property
+    def bound(self) -> float:
+        """Return what is proven of the objective."""
+        return self.certificate.bound
+
+    @staticmethod
+    def of(relaxed: Relaxed, objective: Polynomials, outcome: Outcome) -> Bound:
+        """Return what an outcome with a certificate proves of an objective, or of the set where it is empty."""
+        assert outcome.certificate is not None
+        proven = objective if outcome.bound < np.inf else Polynomials.from_terms([{}])
+        return Bound(relaxed, proven, outcome.certificate)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A bound from cuts (:mod:`relaxations.search.benders`): what multipliers of the constraints say of the outer variables.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        As that of :class:`Bound`, of the outer variables.
+    bound : float
+    outer : ndarray of int
+        The variables that stay; the constraints are affine in all others.
+    weights : ndarray, shape (n_cuts,)
+        What is taken of each cut, nonnegative.
+    multipliers : ndarray, shape (n_cuts, n_equalities + n_inequalities)
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> step = Cut(problem, problem.variable(0), 0.5, np.array([0]), np.array([0.5]), np.array([[1.0]]))
+    >>> step.problem.names[step.outer[0]], step.bound  # a x - 1 <= 2 a - 1, of which one half: a >= 1 / 2
+    ('a', 0.5)
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    outer: Index
+    weights: Array
+    multipliers: Array
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a box that was cut.
+
+    Parameters
+    ----------
+    variable : int
+        The one that was cut.
+    lower, upper : float
+        Its range in this part.
+    steps : tuple of Step
+        They prove the bound of the branches, or that the part is empty; none where the box says so.
+    side : {0, 1, -1}
+        Where the variable is a kink (:class:`Kinks`): the side of zero on which the part takes its argument, in place
+        of a range.
+
+    Examples
+    --------
+    >>> left, right = Part(0, -1.0, 0.25, ()), Part(0, 0.25, 1.0, ())  # x0 in [-1, 1] is cut at 1/4
+    >>> left.upper == right.lower
+    True
+    """
+
+    variable: int
+    lower: float
+    upper: float
+    steps: tuple[Step, ...]
+    side: int = 0
+
+
+@dataclass(frozen=True)
+class Branches:
+    """A bound that holds on every part of a box.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+        One row; the constant zero where every part is empty.
+    bound : float
+    parts : tuple of Part
+        They cover the box: their ranges that of one variable, or else the cases of the product.
+    product : tuple of int, optional
+        The variables of a vanishing monomial (:mod:`relaxations.reductions.vanishing`), whose cases the parts are.
+
+    Examples
+    --------
+    x + y >= -1 where x y = 0, case by case:
+
+    >>> from functools import partial
+    >>> from relaxations.proof.bounding import relax
+    >>> from relaxations.search.branching import branch_and_bound
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of(x + y, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
+    >>> steps = []
+    >>> bound = branch_and_bound(problem, objective, np.arange(2), partial(relax, method="sparse", order=1), start=-2.0,
+    ...                          goal=lambda outcome: -1.01, nodes=4, report=lambda *told: None, record=steps.append)
+    >>> (tree,) = steps
+    >>> tree.bound == bound, tree.product, [(part.variable, part.lower, part.upper) for part in tree.parts]
+    (True, (0, 1), [(0, 0.0, 0.0), (1, 0.0, 0.0)])
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    parts: tuple[Part, ...]
+    product: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """A box for the variable x of an equality ``A + B x = 0``: earlier steps bound A, and B away from zero.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    equality : int
+    variable : int
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [y == 2 * x + x * y, y >= 0, y <= 1])
+    >>> Quotient(problem, 0, 0).problem.names  # x = y / (2 + y), once a step has proven that 2 + y >= 2
+    ('x', 'y')
+    """
+
+    problem: PolynomialProblem
+    equality: int
+    variable: int
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A box for variables that have none (:mod:`relaxations.search.boxes`).
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Without the box.
+    cone : PolynomialProblem
+        Its rows times s, with s as the last variable.
+    loose, riding : ndarray of int
+        The variables that get a box, and those that were multiplied by s.
+    scale : ndarray, shape (n_loose,)
+    equalities, inequalities : ndarray of int
+        The rows that were kept.
+    faces : tuple of (int, int, tuple of Step)
+        Variable, side (1 or -1), and the steps that bound s on this face.
+
+    Examples
+    --------
+    >>> from relaxations.search.boxes import derive_box
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [2 * x + y == 1, y >= 0, y <= 1])
+    >>> problem = problem.with_box(np.array([-np.inf, 0.0]), np.array([np.inf, 1.0]))
+    >>> steps = []
+    >>> derive_box(problem, np.ones(2), record=steps.append).derived
+    ('x',)
+    >>> [(variable, side, len(own)) for variable, side, own in steps[0].faces]
+    [(0, 1, 1), (0, -1, 1)]
+    """
+
+    problem: PolynomialProblem
+    cone: PolynomialProblem
+    loose: Index
+    riding: Index
+    scale: Array
+    equalities: Index
+    inequalities: Index
+    faces: tuple[tuple[int, int, tuple[Step, ...]], ...]
+
+
+@dataclass(frozen=True)
+class Kinks:
+    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign.
+
+    Parameters
+    ----------
+    variables : ndarray of int, shape (n_kinks,)
+        An argument reads only kinks before its own.
+    signs : ndarray of bool, shape (n_kinks,)
+    arguments : Polynomials
+        One row each.
+
+    Examples
+    --------
+    >>> kinks = Kinks(np.array([1]), np.array([False]), Polynomials.from_terms([{(0,): 2.0}]))  # x1 = max(0, 2 x0)
+    >>> kinks.arguments.n_rows
+    1
+    """
+
+    variables: Index
+    signs: Array
+    arguments: Polynomials
+
+
+@dataclass(frozen=True)
+class Row:
+    """An inequality between an open kink and its argument, as :mod:`relaxations.check` names and proves it.
+
+    Parameters
+    ----------
+    kind : {"above", "chord", "low", "high", "side"}
+    kink : str
+        Its variable.
+    ends : tuple of float
+        Of the argument: both for a chord, one for the hull of a sign.
+
+    Examples
+    --------
+    >>> Row("chord", "s", (-1.0, 2.0)).ends  # 2 (x + 1) >= 3 s
+    (-1.0, 2.0)
+    """
+
+    kind: str
+    kink: str
+    ends: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Steps on rows into which kinks that the box decides are put.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        Its equalities and first inequalities are those stated, in their order, with the values of the known kinks; the
+        last inequalities are the rows.
+    known : tuple of (str, int)
+        Kink, by its variable, and side.
+    rows : tuple of Row
+    defined : tuple of (int, str)
+        Equality, and a variable that it gives, with a number as its coefficient: the box of the others bounds it.
+    steps : tuple of Step
+
+    Examples
+    --------
+    s = max(0, x - 1) is x - 1 on the box [2, 3] of x, so that x + s = 4 reads 2 x - 1 = 4:
+
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> decided, _ = problem_of(x, [2 * x - 1 == 4, x >= 2, x <= 3])
+    >>> Sides(decided, (("s", 1),), (), (), ()).known
+    (('s', 1),)
+    """
+
+    problem: PolynomialProblem
+    known: tuple[tuple[str, int], ...]
+    rows: tuple[Row, ...]
+    defined: tuple[tuple[int, str], ...]
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Hull:
+    """Some variables lie in the hull of the boxes that the steps of the parts prove.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As stated.
+    variables : ndarray of int
+    parts : tuple of Part
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, _ = problem_of(x, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
+    >>> parts = Part(0, -1.0, 0.0, ()), Part(0, 0.0, 1.0, ())
+    >>> len(Hull(problem, np.array([1]), parts).parts)
+    2
+    """
+
+    problem: PolynomialProblem
+    variables: Index
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A bound that steps prove only for points whose objective is at most a level.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        As stated, with ``level - objective >= 0`` as its last inequality.
+    objective : Polynomials
+        One row.
+    bound : float
+        At most the level.
+    level : float
+    steps : tuple of Step
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> problem, objective = problem_of(x**2, [x >= -1, x <= 1])
+    >>> Level(problem.with_inequalities(objective.below(0.5)), objective, 0.25, 0.5, ()).problem.inequalities.n_rows
+    1
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    level: float
+    steps: tuple[Step, ...]
+
+
+Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull | Level
+Record = Callable[[Step], None]

@@ -1,0 +1,274 @@
+"""Branch and bound in the outer variables with cuts: certified bounds of one of them."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.deadline import STOPS
+from relaxations.search.benders.master import Shrunk, contradiction, least, lower_bound, shrink
+from relaxations.search.benders.search import Asker, Point
+from relaxations.search.benders.split import frame
+
+PASSES = 20  # at a node, each with fewer candidates or one cut more
+FEASIBLE = 1e-9  # of the inner variables' radius: a smaller excess may be the solver's error
+WORTH = 0.8  # a box that shrank to this share in some direction is worth another pass
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A step of the proof, that nonnegative weights of cuts make on the box that the steps before it left.
+
+    Parameters
+    ----------
+    variable : int or None
+        Of the outer ones; None where the box is empty.
+    sign : {1, -1}
+    bound : float
+        Of ``sign * p[variable]``, or of zero.
+    weights : ndarray, shape (n_cuts,)
+        Of the cuts known by then.
+
+    Examples
+    --------
+    >>> Claim(None, 1, 0.5, np.array([1.0])).bound > 0  # 0 >= 1/2: no point is feasible
+    True
+    """
+
+    variable: int | None
+    sign: int
+    bound: float
+    weights: Array
+
+
+@dataclass
+class Node:
+    """A box of the outer variables, what is proven on it, and the parts that it was cut into.
+
+    Parameters
+    ----------
+    lower, upper : ndarray, shape (n_outer,)
+    bound : float
+        Of the end that is looked for.
+    claims : list of Claim
+    parts : list of Node
+    cut : int or None
+        The variable along which this part was cut off,
+    range : tuple of two floats
+        and its range then.
+
+    Examples
+    --------
+    >>> left, right = Node(np.zeros(1), np.ones(1), 0.0, cut=0), Node(np.ones(1), np.full(1, 2.0), 1.0, cut=0)
+    >>> min(part.bound for part in Node(np.zeros(1), np.full(1, 2.0), 0.0, parts=[left, right]).parts)
+    0.0
+    """
+
+    lower: Array
+    upper: Array
+    bound: float
+    claims: list[Claim] = field(default_factory=list)
+    parts: list[Node] = field(default_factory=list)
+    cut: int | None = None
+    range: tuple[float, float] = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """What branch and bound proves of an end.
+
+    Parameters
+    ----------
+    bound : float
+        Of ``sign * p[target]``, certified; infinite where the box holds no feasible point.
+    nodes : int
+        That were looked at.
+    root : Node
+        Of the tree.
+    weights : ndarray, shape (n_equalities + n_inequalities,)
+        The multipliers' share in the parts that are proven empty.
+    margin : float
+        The least by which one of these parts misses the cuts.
+    stop : BaseException or None
+        What ended the search early; the rest is proven all the same.
+    """
+
+    bound: float
+    nodes: int
+    root: Node
+    weights: Array
+    margin: float
+    stop: BaseException | None = None
+
+
+def bound_end(
+    asker: Asker,
+    target: int,
+    sign: int,
+    lower: Array,
+    upper: Array,
+    goal: float,
+    most: int,
+    feasible: Callable[[Point], float],
+    report: Callable[[float], None],
+) -> Bounded:
+    """Bound ``sign * p[target]`` from below over the feasible points of a box.
+
+    Parameters
+    ----------
+    asker : Asker
+        With the cuts known so far; learns more on the way.
+    target : int
+        Of the outer variables.
+    sign : {1, -1}
+    lower, upper : ndarray, shape (n_outer,)
+    goal : float
+        Stop once the bound reaches this.
+    most : int
+        Nodes at most.
+    feasible : callable
+        Called with a point that seems feasible; returns the goal from then on.
+    report : callable
+        Called with each certified bound that is better than the last.
+
+    Returns
+    -------
+    Bounded
+
+    Examples
+    --------
+    >>> from relaxations.search.benders.cuts import Cuts
+    >>> from relaxations.search.benders.split import Split
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x = variables("a x")
+    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
+    >>> split = Split.of(problem, np.array([0]))
+    >>> asker = Asker(Cuts.of(split, np.zeros((0, 1))))
+    >>> box = problem.lower[:1], problem.upper[:1]
+    >>> found = bound_end(asker, 0, 1, *box, 0.4999, 50, lambda point: 0.4999, lambda bound: None)
+    >>> 0.4999 <= found.bound <= 0.5
+    True
+    """
+    first = float(lower[target] if sign > 0 else -upper[target])
+    root = Node(lower, upper, first)
+    heap = [(first, 0, root)]
+    bound, closed, looked, made, margin = first, np.inf, 0, 0, np.inf
+    weights = np.zeros(asker.cuts.multipliers.shape[1])
+    stop: BaseException | None = None
+    try:
+        while heap and heap[0][0] < goal and looked < most:
+            looked += 1
+            node = heapq.heappop(heap)[2]
+            proof, worst, met = _tighten(asker, node, target, sign, goal)
+            if proof is not None:
+                weights += proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
+                margin = min(margin, proof[1])
+            if met is not None:
+                goal = feasible(met)
+            if node.bound >= goal:
+                closed = min(closed, node.bound)
+            else:
+                node.parts = _halves(asker, node, worst)
+                for part in node.parts:
+                    made += 1
+                    heapq.heappush(heap, (part.bound, made, part))
+            if min(closed, heap[0][0] if heap else np.inf) > bound:
+                bound = min(closed, heap[0][0] if heap else np.inf)
+                report(bound)
+    except STOPS as early:  # the tree keeps what is proven so far
+        stop = early
+    return Bounded(bound, looked, root, weights, margin, stop)
+
+
+def _tighten(
+    asker: Asker, node: Node, target: int, sign: int, goal: float
+) -> tuple[tuple[Array, float] | None, int, Point | None]:
+    """Raise a node's bound as far as cuts go.
+
+    Return the proof where it is empty and no point is known elsewhere, the cut to branch for, and a point that seems
+    feasible.
+    """
+    cost = np.zeros(len(node.lower))
+    worst = -1
+    for _ in range(PASSES):
+        node.bound = max(node.bound, float(node.lower[target] if sign > 0 else -node.upper[target]))
+        if node.bound >= goal:
+            break
+        centre, radius = frame(node.lower, node.upper)
+        b, a = asker.cuts.on_box(node.lower, node.upper)
+        left = shrink(b, a)
+        if left.empty or (left.upper - left.lower < 2 * WORTH)[radius > 0].any():
+            _take(node, left, centre, radius, b, a)
+            if left.empty:
+                node.bound = np.inf
+                return contradiction(b, a) if goal == np.inf else None, worst, None
+            continue
+        cost[target] = sign * radius[target]
+        found = least(cost, b, a, -np.ones(len(cost)), np.ones(len(cost)))
+        if found is None:
+            proof = contradiction(b, a)
+            if proof is not None:
+                node.bound = np.inf
+                node.claims.append(Claim(None, 1, proof[1], proof[0]))
+            return proof, worst, None
+        proven = float(np.nextafter(sign * centre[target] + lower_bound(cost, b, a, found.weights), -np.inf))
+        if proven > node.bound:
+            node.bound = proven
+            node.claims.append(Claim(target, sign, proven, found.weights))
+        if node.bound >= goal:
+            break
+        p = np.clip(centre + radius * found.point, node.lower, node.upper)
+        # Were the cuts exact around this point, would they reach the goal? Then it is the box that is too wide.
+        values, slopes = asker.cuts.tangents(p)
+        values = values + asker.cuts.rounding(np.abs(asker.cuts.split.values(p)))
+        hoped = least(sign * np.eye(len(p))[target], values, slopes, node.lower - p, node.upper - p)
+        if worst >= 0 or hoped is None or sign * (p + hoped.point)[target] >= goal:
+            return None, int(np.argmin(values)) if len(values) else -1, None
+        answer = asker(p)
+        worst = len(asker.cuts) - 1
+        if answer is None:
+            break
+        if answer.excess <= FEASIBLE:
+            return None, worst, answer
+    return None, worst, None
+
+
+def _take(node: Node, left: Shrunk, centre: Array, radius: Array, b: Array, a: Array) -> None:
+    """Take a node's box to what rows left of it, claim by claim."""
+    outward = 4 * EPSILON * (np.abs(centre) + radius)
+    node.lower, node.upper = node.lower.copy(), node.upper.copy()
+
+    def alone(row: int, weight: float) -> Array:
+        weights = np.zeros(len(b))
+        weights[row] = weight
+        return weights
+
+    for j, side, row, end in left.taken:
+        bound = side * centre[j] + side * radius[j] * end - outward[j]
+        node.claims.append(Claim(j, side, float(bound), alone(row, radius[j] / abs(a[row, j]))))
+        if side > 0:
+            node.lower[j] = max(node.lower[j], bound)
+        else:
+            node.upper[j] = min(node.upper[j], -bound)
+    if left.failing is not None:
+        most = a[left.failing] * np.where(a[left.failing] > 0, left.upper, left.lower)
+        node.claims.append(Claim(None, 1, 0.5 * float(-b[left.failing] - most.sum()), alone(left.failing, 1.0)))
+
+
+def _halves(asker: Asker, node: Node, worst: int) -> list[Node]:
+    """Cut a node's box in two, where the cut that is to be tightened loses most."""
+    width = node.upper - node.lower
+    losses = asker.cuts.losses(worst, node.lower, node.upper) if worst >= 0 else np.zeros(len(width))
+    k = int(np.argmax(losses if losses.max() > 0 else width))
+    middle = float(0.5 * node.lower[k] + 0.5 * node.upper[k])
+    below, above = node.upper.copy(), node.lower.copy()
+    below[k] = above[k] = middle
+    low, high = float(node.lower[k]), float(node.upper[k])
+    return [
+        Node(node.lower, below, node.bound, cut=k, range=(low, middle)),
+        Node(above, node.upper, node.bound, cut=k, range=(middle, high)),
+    ]

@@ -1,0 +1,233 @@
+"""A certified box for variables that have none.
+
+Let U be the unbounded variables; constraints that are not affine in them together are left out. Outside the cube
+``|x_k| <= m_k tau`` (k in U, tau >= 1) write ``x_k = m_k tau rho_k`` with ``max |rho_k| = 1`` and ``s = 1 / tau`` in
+[0, 1]. A row times s,
+
+    s f_0 + sum_k m_k rho_k f_k,
+
+is a polynomial again, over variables that are all bounded. A latent that enters the rows with s only, as ``s z``,
+becomes one variable ``z'`` with ``s l <= z' <= s u``, which keeps the problem linear in it. On each face
+``rho_k = 1`` and ``rho_k = -1`` a certified lower bound ``s_min > 0`` of s proves ``tau <= 1 / s_min`` there; an empty
+face proves ``tau < 1``. The largest tau over all faces bounds every variable of U. Where ``s_min`` stays at zero the
+data do not bound the variables (or the order is too low to show it), and that is reported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.polynomial import Polynomials, pad
+from relaxations.moments.lift import complicating_variables
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import lowest, relax, resolve
+from relaxations.proof.proof_steps import Bound, Reach, Record, Step
+from relaxations.search.benders.enclose import enclose
+from relaxations.search.hierarchy import BOXES, Progress, intervals, takes_cuts, uninterrupted
+from relaxations.search.interval_state import Ends
+
+ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
+
+
+@dataclass(frozen=True)
+class DerivedBox:
+    """The outcome of :func:`derive_box`.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With the finite box where one was proven, unchanged otherwise.
+    derived : tuple of str
+        Variables whose box was proven.
+    unbounded : tuple of str
+        Variables for which none could be proven.
+    """
+
+    problem: PolynomialProblem
+    derived: tuple[str, ...]
+    unbounded: tuple[str, ...]
+
+
+def derive_box(
+    problem: PolynomialProblem,
+    magnitude: Array,
+    solver: str = "clarabel",
+    progress: Progress | None = None,
+    record: Record | None = None,
+) -> DerivedBox:
+    """Prove a finite box for the unbounded variables, or say that there is none to prove.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    magnitude : ndarray, shape (n_variables,)
+        Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
+    solver : str
+    progress : callable, optional
+        Called with one line of text now and then.
+    record : callable, optional
+        Called with the proof of the box (:mod:`relaxations.proof.proof_steps`), where there is one.
+
+    Returns
+    -------
+    DerivedBox
+
+    Raises
+    ------
+    ProblemError
+        For an unknown solver, or one that is not installed.
+
+    Examples
+    --------
+    >>> import sympy
+    >>> from relaxations.problem.problem import from_sympy
+    >>> theta, error = sympy.symbols("theta error")
+    >>> problem, _ = from_sympy(None, [], [2 * theta + error - 1], [theta, error], {error: (-0.1, 0.1)})
+    >>> found = derive_box(problem, np.array([0.25, 1.0]))
+    >>> found.derived, found.problem.upper.round(6)
+    (('theta',), array([0.55, 0.1 ]))
+    """
+    loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
+    if not len(loose):
+        return DerivedBox(problem, (), ())
+    names = tuple(problem.names[k] for k in loose)
+    kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
+    affine = replace(
+        problem, equalities=problem.equalities.take(kept[0]), inequalities=problem.inequalities.take(kept[1])
+    )
+    riding = _riding(affine, loose)
+    cone, scale = _homogenise(affine, loose, riding, magnitude)
+    s = problem.n_variables
+    largest = 1.0
+    faces: list[tuple[int, int, tuple[Step, ...]]] = []
+    for k in loose:
+        for side in (1, -1):
+            if (side > 0 and problem.upper[k] <= 0) or (side < 0 and problem.lower[k] >= 0):
+                continue
+            lower, upper = cone.lower.copy(), cone.upper.copy()
+            lower[k] = upper[k] = side
+            face = cone.with_box(lower, upper)
+            steps: list[Step] = []
+            least = _least_scale(face, s, solver, progress, steps.append if record else None)
+            faces.append((int(k), side, tuple(steps)))
+            if least <= 0:
+                return DerivedBox(problem, (), names)
+            largest = max(largest, 1.0 / np.nextafter(least, 0))
+    if record:
+        record(Reach(problem, cone, loose, riding, scale[loose], kept[0], kept[1], tuple(faces)))
+    reach = np.nextafter(largest * scale[loose] * (1 + 1e-12), np.inf)
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[loose] = np.maximum(lower[loose], -reach)
+    upper[loose] = np.minimum(upper[loose], reach)
+    return DerivedBox(problem.with_box(lower, upper), names, ())
+
+
+def _least_scale(
+    face: PolynomialProblem, s: int, solver: str, progress: Progress | None, record: Record | None
+) -> float:
+    """Return a certified lower bound of s over a face; infinite where the face is empty."""
+    method, order, complicating = resolve(face, "auto", None)
+    if takes_cuts(face, "auto", None):
+        ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
+        say = progress or (lambda _: None)
+        end = [(s, 1)]
+        empty = enclose(face, ends, end, complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record)
+        if empty is not None or ends.lower[s] > 0:
+            return np.inf if empty is not None else float(ends.lower[s])
+    relaxed = relax(face, method, lowest(face, method, complicating), solver)
+    first = relaxed.bound(face.variable(s))
+    if first.bound > 0:
+        if record:
+            record(Bound.of(relaxed, face.variable(s), first))
+        return first.bound
+    found = uninterrupted(
+        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress, record=record)
+    )
+    return np.inf if found.empty is not None else found.intervals[0].lower
+
+
+def _jointly_affine(family: Polynomials, loose: Index) -> Index:
+    """Return the rows that are affine in the loose variables together: a box of what they say holds for all."""
+    curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
+    return np.setdiff1d(np.arange(family.n_rows), curved)
+
+
+def _homogenise(
+    problem: PolynomialProblem, loose: Index, riding: Index, magnitude: Array
+) -> tuple[PolynomialProblem, Array]:
+    """Return the problem in (rho, z', s) and the scale of each loose variable."""
+    n = problem.n_variables
+    # A power of two: multiplying coefficients by it rounds nothing.
+    scale = np.ones(n)
+    guess = np.where(magnitude[loose] > 0, magnitude[loose], 1.0)
+    scale[loose] = 2.0 ** np.ceil(np.log2(guess))
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[riding], upper[riding] = np.minimum(lower[riding], 0.0), np.maximum(upper[riding], 0.0)
+    lower[loose] = np.where(problem.lower[loose] >= 0, 0.0, -1.0)
+    upper[loose] = np.where(problem.upper[loose] <= 0, 0.0, 1.0)
+    moved = PolynomialProblem(
+        (*problem.names, "s"),
+        np.append(lower, 0.0),
+        np.append(upper, 1.0),
+        _rows(problem.equalities, loose, riding, scale, n),
+        Polynomials.join([_rows(problem.inequalities, loose, riding, scale, n), _cone_of_box(problem, riding, n)]),
+    )
+    return moved, scale
+
+
+def _riding(problem: PolynomialProblem, loose: Index) -> Index:
+    """Return the bounded variables that may absorb s: linear, alone, and never beside a loose variable."""
+    complicating = complicating_variables(problem)
+    candidate = np.ones(problem.n_variables, dtype=bool)
+    candidate[loose] = False
+    if complicating is not None:
+        candidate[complicating] = False
+    for family in (problem.equalities, problem.inequalities):
+        factors = family.factors
+        real = factors >= 0
+        beside = np.flatnonzero(np.any(np.isin(factors, loose), axis=1))
+        candidate[factors[beside][real[beside]]] = False
+        crowded = np.flatnonzero(np.sum(candidate[factors] & real, axis=1) > 1)
+        candidate[factors[crowded][real[crowded]]] = False
+    return np.flatnonzero(candidate)
+
+
+def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int) -> Polynomials:
+    """Multiply the rows that hold a loose or riding variable by s, and put the new variables in."""
+    real = family.factors >= 0
+    is_loose = np.any(np.isin(family.factors, loose) & real, axis=1)
+    is_riding = np.any(np.isin(family.factors, riding) & real, axis=1)
+    touched = np.zeros(family.n_rows, dtype=bool)
+    touched[family.rows[is_loose | is_riding]] = True
+    times_s = touched[family.rows] & ~is_loose & ~is_riding
+    factors = pad(family.factors, family.factors.shape[1] + 1)
+    factors = np.sort(np.where(_first_column(factors) & times_s[:, None], s, factors), axis=1)
+    factor_scale = np.where(real & is_loose[:, None], scale[family.factors], 1.0).prod(axis=1)
+    return Polynomials(family.n_rows, family.rows, factors, family.coefficients.scaled(factor_scale)).collect()
+
+
+def _first_column(factors: Index) -> NDArray[np.bool_]:
+    first = np.zeros(factors.shape, dtype=bool)
+    first[:, 0] = True
+    return first
+
+
+def _cone_of_box(problem: PolynomialProblem, riding: Index, s: int) -> Polynomials:
+    """Return ``s upper - z' >= 0`` and ``z' - s lower >= 0`` for riding variables."""
+    count = len(riding)
+    own = np.arange(2 * count)
+    return Polynomials(
+        2 * count,
+        np.concatenate([own, own]),
+        np.concatenate([riding, riding, np.full(2 * count, s)]).reshape(-1, 1),
+        concatenate(
+            [
+                Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(count)])),
+                Balls.exact(np.concatenate([problem.upper[riding], -problem.lower[riding]])),
+            ]
+        ),
+    )

@@ -1,0 +1,193 @@
+"""Spatial branch and bound with a relaxation as its bound.
+
+The box is cut in two, again and again, always the part with the lowest bound first, in the variable whose square the
+relaxation misses most, ``L(x^2) - L(x)^2``. The relaxation's error falls with the square of the box's width. Every
+leaf's bound is certified, so the least of them is a certified bound of the whole, whenever one stops. An equality that
+is a product (:mod:`relaxations.reductions.vanishing`) is cut first, into its cases.
+
+References
+----------
+R. Horst and H. Tuy, "Global Optimization: Deterministic Approaches", 3rd ed., Springer (1996), chapter IV.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Outcome, Relaxed
+from relaxations.proof.proof_steps import Bound, Branches, Part, Record, Step
+from relaxations.reductions.vanishing import Product, cases, products, settle
+
+INNER = 0.2  # a cut keeps this share of the width from both ends
+
+
+def branch_and_bound(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    variables: Index,
+    relax: Callable[[PolynomialProblem], Relaxed],
+    *,
+    start: float,
+    goal: Callable[[Outcome | None], float],
+    nodes: int,
+    report: Callable[[float, float], None],
+    record: Record | None = None,
+) -> float:
+    """Raise a certified lower bound of an objective.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    objective : Polynomials
+        One row.
+    variables : ndarray of int
+        Where the box may be cut: without them the problem is linear.
+    relax : callable
+        Gives the relaxation on a smaller box.
+    start : float
+        A certified lower bound to begin with.
+    goal : callable
+        Called with each outcome (and once with None): stop once the bound reaches what it returns, a feasible value
+        less the gap asked for.
+    nodes : int
+        At most so many relaxations.
+    report : callable
+        Called after each node with the certified bound so far and the goal; what it raises ends the search.
+    record : callable, optional
+        Called with the tree that proves the bound, where it exceeds the one to begin with.
+
+    Returns
+    -------
+    float
+        Certified; infinite where the set is certified empty.
+
+    Examples
+    --------
+    >>> from functools import partial
+    >>> from relaxations.proof.bounding import relax
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y, z = variables("x y z")
+    >>> cube = [end for v in (x, y, z) for end in (v >= -1, v <= 1)]
+    >>> problem, objective = problem_of(x * y + y * z + z * x, cube)  # the minimum is -1
+    >>> relaxed = partial(relax, method="sparse", order=1, objective=objective)
+    >>> start = relaxed(problem).bound(objective).bound
+    >>> bound = branch_and_bound(problem, objective, np.arange(3), relaxed, start=start, goal=lambda outcome: -1.2,
+    ...                          nodes=20, report=lambda bound, goal: None)
+    >>> round(start, 3), -1.2 < bound < -1
+    (-1.5, True)
+    """
+    if not len(variables):  # a linear problem: its relaxation is exact, and no part of the box would prove more
+        return start
+    enough = goal(None)
+    whole = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
+    vanishing = products(problem)
+    root = _Node(problem, None, None)
+    closed, used = np.inf, 0
+    heap = [(start, 0, root, _cases(problem, vanishing, _widest(problem, variables)))]
+    while heap and heap[0][0] < enough and used + 2 <= nodes:
+        bound, _, node, parts = heapq.heappop(heap)
+        node.children = [_Child(*part, None) for part in parts]
+        for child in node.children:
+            settled = settle(child.part, vanishing)
+            if settled is None:
+                continue
+            used += 1
+            relaxed = relax(settled)
+            outcome = relaxed.bound(objective)
+            child.node = _Node(settled, relaxed if record else None, outcome)
+            below = max(bound, outcome.bound)
+            if below < enough:
+                enough = goal(outcome)
+            if below >= enough:
+                closed = min(closed, below)
+            else:
+                cut = _cut(relaxed, outcome, settled, variables, whole)
+                heapq.heappush(heap, (below, used, child.node, _cases(settled, vanishing, cut)))
+        report(min(closed, heap[0][0] if heap else np.inf), enough)
+    found = float(min(closed, heap[0][0] if heap else np.inf))
+    if record and found > start:
+        record(_step(root, objective, found))
+    return found
+
+
+@dataclass
+class _Node:
+    """A part of the box with its own bound, and the parts that it was cut into."""
+
+    problem: PolynomialProblem
+    relaxed: Relaxed | None
+    outcome: Outcome | None
+    children: list[_Child] = field(default_factory=list)
+
+
+@dataclass
+class _Child:
+    """A part before vanishing products are settled on it; without a node where that showed it to be empty."""
+
+    variable: int
+    product: Product
+    part: PolynomialProblem
+    node: _Node | None
+
+
+def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
+    """Return the proof of a bound: the parts with a certificate of their own that reaches it, and how they cover."""
+    if node.relaxed and node.outcome and node.outcome.certificate and node.outcome.bound >= bound:
+        return Bound.of(node.relaxed, objective, node.outcome)
+    parts = tuple(
+        Part(
+            child.variable,
+            float(child.part.lower[child.variable]),
+            float(child.part.upper[child.variable]),
+            () if child.node is None else (_step(child.node, objective, bound),),
+        )
+        for child in node.children
+    )
+    # Where all parts are empty, anything is proven.
+    proven = (objective, bound) if np.isfinite(bound) else (Polynomials.from_terms([{}]), 1.0)
+    return Branches(node.problem, *proven, parts, node.children[0].product)
+
+
+def _cases(
+    node: PolynomialProblem, vanishing: tuple[Product, ...], cut: tuple[int, float]
+) -> list[tuple[int, Product, PolynomialProblem]]:
+    """Return parts that cover a node: the cases of the first product that is open, or its box cut in two.
+
+    Each comes with the variable that was cut, and the product.
+    """
+    for product in vanishing:
+        found = cases(node, product)
+        if found:
+            able = [v for v in product if node.lower[v] <= 0.0 <= node.upper[v]]
+            return [(v, product, part) for v, part in zip(able, found, strict=True)]
+    k, where = cut
+    below, above = node.upper.copy(), node.lower.copy()
+    below[k] = above[k] = where
+    return [(k, (), node.with_box(node.lower, below)), (k, (), node.with_box(above, node.upper))]
+
+
+def _widest(node: PolynomialProblem, variables: Index) -> tuple[int, float]:
+    width = (node.upper - node.lower)[variables]
+    cut = int(variables[np.argmax(width)])
+    return cut, float(0.5 * node.lower[cut] + 0.5 * node.upper[cut])
+
+
+def _cut(
+    relaxed: Relaxed, outcome: Outcome, node: PolynomialProblem, variables: Index, whole: Array
+) -> tuple[int, float]:
+    """Return the variable to cut, its part of the whole box counted, and where: towards the relaxation's point."""
+    missed = (relaxed.variances(outcome) * ((node.upper - node.lower) / whole) ** 2)[variables]
+    if outcome.point is None or not np.nanmax(missed, initial=0.0) > 0:
+        return _widest(node, variables)
+    cut = int(variables[np.nanargmax(missed)])
+    low, high = float(node.lower[cut]), float(node.upper[cut])
+    share = INNER * (high - low)
+    return cut, float(np.clip(outcome.point[cut], low + share, high - share))

@@ -1,0 +1,88 @@
+"""The ends of intervals while they are computed: what is proven so far, and the witnesses beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.problem.problem import PolynomialProblem
+
+FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
+
+
+@dataclass
+class Ends:
+    """Certified ends of all variables of a problem, and verified points.
+
+    Parameters
+    ----------
+    lower, upper : ndarray, shape (n_variables,)
+        Proven.
+    tolerance : float
+        A gap below this share of the interval's width is tight.
+    absolute : float
+        So is one below this, in the variable's unit.
+    pool : list of ndarray, each (n_variables,)
+        Verified feasible points.
+    status : dict of (variable, sign) to str
+        The solver's words for each end; sign is 1 for lower ends, -1 for upper ones.
+    solves : int
+
+    Examples
+    --------
+    >>> ends = Ends(np.array([0.0]), np.array([4.0]), 0.01, 0.0, [np.array([1.0]), np.array([3.98])])
+    >>> ends.tighten(0, 1, 0.5), ends.lower
+    (0.5, array([0.5]))
+    >>> ends.end_tight(0, 1), ends.end_tight(0, -1)
+    (False, True)
+    """
+
+    lower: Array
+    upper: Array
+    tolerance: float
+    absolute: float
+    pool: list[Array]
+    status: dict[tuple[int, int], str] = field(default_factory=dict)
+    solves: int = 0
+
+    def box(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem on the box that is proven."""
+        return problem.with_box(self.lower, self.upper)
+
+    def tighten(self, k: int, sign: int, bound: float) -> float:
+        """Take a certified lower bound of ``sign * x[k]``; return how much it gained."""
+        if sign > 0:
+            gained = max(bound - self.lower[k], 0.0)
+            self.lower[k] = max(self.lower[k], bound)
+        else:
+            gained = max(self.upper[k] + bound, 0.0)
+            self.upper[k] = min(self.upper[k], -bound)
+        return float(gained)
+
+    def inner(self, k: int) -> tuple[float, float]:
+        """Return the least and the largest value at a verified point; NaN where there is none."""
+        values = [p[k] for p in self.pool]
+        return (min(values), max(values)) if values else (np.nan, np.nan)
+
+    def negligible(self, k: int) -> float:
+        """Return the gap that counts as tight however narrow the interval."""
+        return float(max(self.absolute, FLOOR * max(abs(self.lower[k]), abs(self.upper[k]))))
+
+    def allowed_gap(self, k: int) -> float:
+        """Return the gap that counts as tight."""
+        return max(self.tolerance * float(self.upper[k] - self.lower[k]), self.negligible(k))
+
+    def end_tight(self, k: int, sign: int) -> bool:
+        """Return whether an end meets its witness."""
+        inner = self.inner(k)
+        if np.isnan(inner[0]):
+            return False
+        gap = inner[0] - self.lower[k] if sign > 0 else self.upper[k] - inner[1]
+        return bool(gap <= self.allowed_gap(k))
+
+    def tight(self, targets: Sequence[int]) -> bool:
+        """Return whether both ends of all targets meet their witnesses."""
+        return all(self.end_tight(k, sign) for k in targets for sign in (1, -1))

@@ -1,0 +1,389 @@
+"""The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
+
+The lower end is certified, whatever the solver says (:mod:`relaxations.proof.certificate`). The upper end is the objective at
+a point that is proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their
+blocks are small (:mod:`relaxations.search.orders`); what gap is left then is closed by branch and bound with the relaxation of
+the least order, tightened by the products of linear constraints.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Balls
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import STOPS, check_seconds, stopped_by, time_limit
+from relaxations.moments.lift import METHODS as LIFTS
+from relaxations.moments.lift import nonlinear_variables
+from relaxations.points.extraction import minimisers
+from relaxations.points.feasible_points import FeasiblePoints
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Outcome, Relaxed, relax, resolve
+from relaxations.proof.certificate_file import write_certificate
+from relaxations.proof.proof_steps import Bound, Level, Record, Step
+from relaxations.reductions.products import with_products
+from relaxations.reductions.scaling import Scaling
+from relaxations.reductions.vanishing import products, settle
+from relaxations.search.branching import branch_and_bound
+from relaxations.search.hierarchy import Progress, contracted, intervals, uninterrupted
+from relaxations.search.orders import least_order, node_order, not_flat, ways
+from relaxations.solvers.interface import check_solver
+
+BRANCHES = 400
+MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
+STARTS = 8  # of the local search, beside the points of the relaxations
+CONTRACTIONS = 5  # of the box before branching
+SEARCHING = 0.9  # of the time allowed; the rest is for the verification of points
+VERIFYING = 0.3  # seconds that this gets at least
+
+
+class Reason(Enum):
+    """Why the search for a minimum stopped.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> minimise(*problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])).reason.value
+    'no point satisfies all constraints (proven)'
+    """
+
+    TIGHT = "the bound meets the value at a verified point within the tolerance"
+    EMPTY = "no point satisfies all constraints (proven)"
+    UNVERIFIED = "the bound is proven; no feasible point was verified"
+    ORDERS = "the bound is proven; the verified point leaves a gap: raise order or nodes"
+    TIME = "the time limit was reached; the bound proven so far is returned"
+    INTERRUPTED = "interrupted; the bound proven so far is returned"
+    MEMORY = "out of memory; the bound proven so far is returned"
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """What is proven of a minimum, and the problem itself.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+    lower : float
+        Certified: no feasible point has a smaller objective. Infinite where the feasible set is proven empty.
+    upper : float
+        The objective at a feasible point that is proven to exist; NaN where none was found.
+    points : tuple of ndarray, each (n_variables,)
+        Verified feasible points whose objective lies within the tolerance of the best, the best first.
+    order : int
+        Highest order of a relaxation that was used.
+    nodes : int
+        Relaxations solved in branch and bound.
+    reason : Reason
+    seconds : float
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    lower: float
+    upper: float
+    points: tuple[Array, ...]
+    order: int
+    nodes: int
+    reason: Reason
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Return ``upper - lower``; NaN without a verified point."""
+        return self.upper - self.lower
+
+    @property
+    def point(self) -> dict[str, float]:
+        """Return the best point by names; empty where none was found."""
+        return dict(zip(self.problem.names, self.points[0].tolist(), strict=True)) if self.points else {}
+
+    def __str__(self) -> str:
+        if self.reason is Reason.EMPTY:
+            return str(self.reason.value)
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.point.items())
+        reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point was verified)"
+        branches = f", {self.nodes} branches" if self.nodes else ""
+        return f"{self.lower:.9g} <= minimum {reached} (order {self.order}{branches})"
+
+    def _repr_html_(self) -> str:
+        numbers = {"lower end, certified": self.lower, "upper end, verified": self.upper, **self.point}
+        rows = "".join(
+            f'<tr><td>{escape(k)}</td><td style="text-align: right">{float(v)!r}</td></tr>' for k, v in numbers.items()
+        )
+        head = '<tr><th scope="col">minimum</th><th scope="col">value</th></tr>'
+        return f"<table><thead>{head}</thead><tbody>{rows}</tbody></table><p>{escape(self.reason.value)}</p>"
+
+
+@dataclass
+class _Search:
+    """What is known so far."""
+
+    points: FeasiblePoints
+    lower: float = -np.inf
+    record: Record | None = None
+    order: int = 0
+    nodes: int = 0
+    not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
+
+    @property
+    def goal(self) -> float:
+        """Return the bound that is good enough: that of a proven point."""
+        return self.points.less(self.points.best)
+
+    @property
+    def hoped(self) -> bool:
+        """Return whether the bound meets the least value that a local search found, proven or not."""
+        return self.lower >= self.points.less(self.points.hope)
+
+
+def minimise(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    *,
+    method: str = "sparse",
+    order: int | None = None,
+    tolerance: float = 1e-6,
+    nodes: int = BRANCHES,
+    seconds: float = np.inf,
+    solver: str = "clarabel",
+    progress: Progress | None = None,
+    certificate: str | Path | None = None,
+) -> Minimum:
+    """Enclose the minimum of a polynomial over a polynomial set.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    objective : Polynomials
+        One row.
+    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    order : int, optional
+        Highest relaxation order; by default as high as blocks of width 70 allow.
+    tolerance : float
+        Stop once the gap is below this share of the minimum's magnitude, or of one.
+    nodes : int
+        At most so many relaxations in branch and bound.
+    seconds : float
+        Time allowed, wall clock; then what is proven so far is returned. A tenth of it is kept for the verification of
+        points.
+    solver : str
+    progress : callable, optional
+        Called with one line of text now and then.
+    certificate : str or Path, optional
+        File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
+        written where the box alone proves as much. Products of linear constraints are not used then.
+
+    Returns
+    -------
+    Minimum
+
+    Raises
+    ------
+    ProblemError
+        Before any solve: unknown method or solver, order too low, infinite box, memory too small, no positive time.
+
+    Examples
+    --------
+    >>> from relaxations.library import load
+    >>> case = load("gms_st_e01")
+    >>> found = minimise(case.problem, case.objective)
+    >>> round(found.lower, 6), round(found.upper, 6), case.optimum
+    (-6.666667, -6.666667, -6.6666667)
+    """
+    started = time.perf_counter()
+    check_seconds(seconds)
+    check_solver(solver)
+    Scaling.of_box(problem)  # refuses an infinite box before any work
+    method, *_ = resolve(problem, method, None)
+    points = FeasiblePoints(problem, objective, products(problem), tolerance)
+    proof: list[Step] = []
+    search = _Search(points, _least_on_box(problem, objective), proof.append if certificate else None)
+    if certificate:
+        Path(certificate).unlink(missing_ok=True)  # an old file would prove something else
+    reason = Reason.ORDERS
+    say = progress or (lambda _: None)
+    try:
+        with time_limit(SEARCHING * seconds):
+            search.order = least = least_order(problem, objective, method, order)
+            # Seeded, so that a run can be repeated.
+            for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+                points.search(problem.lower + share * (problem.upper - problem.lower))
+            for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
+                relaxed = _relaxed(search, problem, method, current, solver, steps)
+                outcome = relaxed.bound(objective)
+                if search.record and outcome.bound > search.lower:
+                    search.record(Bound.of(relaxed, objective, outcome))
+                search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
+                search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
+                if search.lower == np.inf:
+                    break
+                points.search(outcome.point)
+                for point in _extracted(relaxed, outcome):
+                    points.search(point)
+                say(f"order {search.order}: bound {search.lower:.9g}, best point {points.hope:.9g}")
+                if search.hoped:
+                    break  # a higher order cannot gain more than a proof of the point, or branches where it fails
+            if nodes and search.lower < np.inf:
+                points.prove()
+            if nodes and search.lower < search.goal:
+                nodes = min(nodes, MORE_BRANCHES) if search.hoped else nodes
+                _branch(
+                    search, method, partial(node_order, method=method, least=least, highest=order), nodes, solver, say
+                )
+    except STOPS as stop:
+        reason = Reason[stopped_by(stop)]
+    with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
+        verified = [] if search.lower == np.inf else points.distinct()
+    if search.lower == np.inf:
+        reason = Reason.EMPTY
+    elif search.lower >= search.goal:
+        reason = Reason.TIGHT
+    elif reason is Reason.ORDERS and not verified:
+        reason = Reason.UNVERIFIED
+    if certificate and proof:
+        write_certificate(certificate, problem, proof)
+    return Minimum(
+        problem,
+        objective,
+        search.lower,
+        points.best if verified else float("nan"),
+        tuple(point for _, point in verified),
+        search.order,
+        search.nodes,
+        reason,
+        time.perf_counter() - started,
+    )
+
+
+def _relaxed(
+    search: _Search,
+    problem: PolynomialProblem,
+    method: str,
+    order: int | tuple[int, ...],
+    solver: str,
+    steps: int = 1,
+) -> Relaxed:
+    objective = search.points.objective
+    return relax(_tightened(search, problem, method, order), method, order, solver, objective, steps)
+
+
+def _tightened(
+    search: _Search, problem: PolynomialProblem, method: str, order: int | tuple[int, ...]
+) -> PolynomialProblem:
+    # A proof in a file rests on the constraints that are stated.
+    apply = order == 1 and method in ("sparse", "dense") and search.record is None
+    return with_products(problem, search.points.objective) if apply else problem
+
+
+def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
+    """Return the minimisers that the moments show, in the problem's own variables."""
+    if outcome.moments is None or relaxed.relaxation.method in LIFTS:
+        return []
+    step = max(1, -(-relaxed.problem.degree // 2))
+    found = minimisers(relaxed.relaxation, outcome.moments, step)
+    return [] if found is None else [relaxed.scaling.recover(point) for point in found]
+
+
+def _branch(
+    search: _Search,
+    method: str,
+    order_for: Callable[[PolynomialProblem, Polynomials], int],
+    nodes: int,
+    solver: str,
+    say: Progress,
+) -> None:
+    """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
+    points, objective = search.points, search.points.objective
+    problem, best = points.problem, points.best
+    # Points that are worse than the best one known are left out.
+    better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
+    whole = order_for(better, objective)  # the objective as a constraint may couple all variables
+    curved = nonlinear_variables(problem.with_inequalities(objective))
+    steps: list[Step] = []
+    record = steps.append if search.record else None
+
+    def prove(bound: float) -> None:
+        """Record what holds of better points; no other point has an objective below the best one known."""
+        if search.record and np.isfinite(best):
+            search.record(Level(better, objective, min(bound, best), best, tuple(steps)))
+        elif search.record:
+            for step in steps:
+                search.record(step)
+        search.lower = max(search.lower, min(bound, best))
+
+    found = uninterrupted(
+        intervals(
+            _tightened(search, better, method, whole),
+            range(problem.n_variables),
+            method=method,
+            order=whole,
+            solver=solver,
+            rounds=CONTRACTIONS,
+            witnesses=False,
+            progress=say,
+            record=record,
+        )
+    )
+    smaller = None if found.empty is not None else settle(contracted(better, found), points.vanishing)
+    if smaller is None:
+        prove(best)
+        return
+
+    # Outside of the contracted box the objective is above the value that the box was contracted with. A box that shrank
+    # to nearly a point says more by itself than a relaxation scaled to it.
+    if record is None:
+        search.lower = max(search.lower, min(_least_on_box(smaller, objective), best))
+    if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
+        return
+
+    order = order_for(problem, objective)
+
+    def bounded(part: PolynomialProblem) -> Relaxed:
+        search.nodes += 1
+        return _relaxed(search, part, method, order, solver)
+
+    def goal(outcome: Outcome | None) -> float:
+        point = None if outcome is None else outcome.point
+        if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
+            points.search(point)
+            points.prove()
+        return search.goal
+
+    def report(bound: float, enough: float) -> None:
+        if record is None:  # what is recorded is proven in the end
+            search.lower = max(search.lower, min(bound, best))
+        say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
+
+    bound = branch_and_bound(
+        smaller,
+        objective,
+        curved,
+        bounded,
+        start=search.lower,
+        goal=goal,
+        nodes=nodes,
+        report=report,
+        record=record,
+    )
+    if bound > search.lower:
+        prove(bound)
+
+
+def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:
+    """Return what the box alone proves: from the middle of the box no monomial moves by more than its coefficient."""
+    terms = Scaling.of_box(problem).polynomials(objective)
+    constant = terms.term_degrees == 0
+    middle = terms.coefficients[constant].segment_sum(terms.rows[constant], 1)
+    reach = Balls.exact(terms.coefficients.magnitude()[~constant]).segment_sum(terms.rows[~constant], 1)
+    return float((middle - reach).lower[0])

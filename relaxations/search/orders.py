@@ -1,0 +1,218 @@
+"""Which orders a search for a minimum tries: the lowest first, and unasked only those whose blocks are narrow.
+
+With cliques of variables each may have an order of its own. Where the moment matrix of a clique is flat, its moments
+are those of points, and a higher order there would tell nothing new. So before an order beyond 2 is tried everywhere,
+it is tried in the cliques alone whose moments are not flat: one relaxation more for each order at most, and often the
+last. (Order 1 is tightened by products of constraints, and raised everywhere.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import comb
+
+import numpy as np
+
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.errors import ProblemError
+from relaxations.moments.lasserre import BY_TERMS, groups, plan
+from relaxations.moments.lift import METHODS as LIFTS
+from relaxations.moments.lift import lifted_variables
+from relaxations.points.extraction import is_flat
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Outcome, Relaxed, lowest, resolve
+from relaxations.reductions.scaling import Scaling
+
+Order = int | tuple[int, ...]
+
+WIDEST = 70  # an order whose widest block is beyond this is not tried unasked: a bound would cost minutes
+HIGHEST = 6  # nor an order beyond this
+STEPS = 3  # of term sparsity at each order
+NODE_WIDEST = 20
+
+
+def least_order(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> int:
+    """Return the least order; refuse a highest one that is below it, and blocks that are too wide at the highest.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    objective : Polynomials
+        One row.
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    highest : int or None
+        None where none is asked for: the blocks of the least order count then.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ProblemError
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> (x,) = variables("x")
+    >>> least_order(*problem_of(x**5 - x, [x >= -1, x <= 1]), "sparse", None)
+    3
+    """
+    _, usual, complicating = resolve(problem, method, None)
+    least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
+    if highest is not None and highest < least:
+        raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
+    if method in LIFTS:
+        lifted_variables(problem, highest or max(usual, least), method)
+    else:
+        _widths(problem, objective, method, highest or least, 1)
+    return least
+
+
+def ways(
+    problem: PolynomialProblem,
+    objective: Polynomials,
+    method: str,
+    least: int,
+    highest: int | None,
+    suspects: Callable[[], set[int]],
+) -> Iterator[tuple[Order, int]]:
+    """Yield the relaxations to try, one by one.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+        With a finite box.
+    objective : Polynomials
+        One row.
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    least : int
+        The first order.
+    highest : int or None
+        The last one; None where none is asked for.
+    suspects : callable
+        Called when the order is about to be raised: the cliques of the last relaxation where that may help.
+
+    Yields
+    ------
+    order : int or tuple of int
+        For each clique its own where they differ.
+    steps : int
+        Of term sparsity.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y, z = v = variables("x y z")
+    >>> problem, objective = problem_of(x * y + y * z, [end for w in v for end in (w >= -1, w <= 1)])
+    >>> list(ways(problem, objective, "sparse", 1, 3, lambda: {1}))  # of the cliques (x, y) and (y, z)
+    [(1, 1), (2, 1), ((2, 3), 1), (3, 1)]
+    """
+    if method in LIFTS:
+        _, usual, _ = resolve(problem, method, None)
+        yield from ((order, 1) for order in range(least, (highest or max(usual, least)) + 1))
+        return
+    scaled, goal = _scaled(problem, objective)
+    cliques = range(len(groups(scaled, least, method, goal)))
+    for order in range(least, (highest or max(least, HIGHEST)) + 1):
+        before: list[int] = []
+        for steps in range(1, STEPS + 1 if method in BY_TERMS else 2):
+            try:
+                widths = _widths(problem, objective, method, order, steps)
+            except ProblemError:  # beyond the memory
+                return
+            # Blocks by terms are narrow but many: what counts is the one block that would cost as much.
+            width = float(np.sum(np.array(widths) ** 4.0) ** 0.25) if method in BY_TERMS else max(widths)
+            if width > WIDEST and steps == 1 and order > (highest or least):
+                return
+            if widths == before or (width > WIDEST and steps > 1):
+                break
+            if method == "sparse" and order > max(least, 2):
+                raised = suspects()
+                if 0 < len(raised) < len(cliques):
+                    yield tuple(order if k in raised else order - 1 for k in cliques), 1
+            yield order, steps
+            before = widths
+
+
+def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: Order) -> set[int]:
+    """Return the cliques of a sparse relaxation whose moments are not flat.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        Of method ``"sparse"``.
+    objective : Polynomials
+    outcome : Outcome
+        Of the objective.
+    order : int or tuple of int
+        Of the relaxation.
+
+    Returns
+    -------
+    set of int
+        Their places among :func:`relaxations.moments.lasserre.groups`.
+
+    Examples
+    --------
+    >>> from relaxations.proof.bounding import relax
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> problem, objective = problem_of((x - 0.5)**2 - y**2, [-1 <= x, x <= 1, -1 <= y, y <= 1])
+    >>> relaxed = relax(problem, "sparse", 1, objective=objective)
+    >>> not_flat(relaxed, objective, relaxed.bound(objective), 1)  # x is one half, y minus one or one
+    {1}
+    """
+    if outcome.moments is None:
+        return set()
+    step = max(1, -(-relaxed.problem.degree // 2))
+    goal = relaxed.scaling.polynomials(objective)
+    found = groups(relaxed.scaled, relaxed.relaxation.order, "sparse", goal)
+    orders = (order,) * len(found) if isinstance(order, int) else order
+    # Of a variable that is fixed the scaled problem says nothing, and its moments are anything.
+    said = {int(v) for p in (relaxed.scaled.equalities, relaxed.scaled.inequalities, goal) for v in p.occurring()}
+    return {
+        k
+        for k, (own, d) in enumerate(zip(found, orders, strict=True))
+        if said & set(own) and not is_flat(relaxed.relaxation, outcome.moments, own, d, step)
+    }
+
+
+def node_order(problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None) -> int:
+    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    objective : Polynomials
+    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    least : int
+    highest : int or None
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> x, y = variables("x y")
+    >>> node_order(*problem_of(x * y, [-1 <= x, x <= 1, -1 <= y, y <= 1]), "sparse", 1, None)
+    4
+    """
+    if method in LIFTS:
+        return least
+    largest = max(map(len, groups(problem, least, method, objective)))
+    orders = range(least, (highest or max(least, HIGHEST)) + 1)
+    return max((order for order in orders if comb(largest + order, order) <= NODE_WIDEST), default=least)
+
+
+def _widths(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, steps: int) -> list[int]:
+    scaled, goal = _scaled(problem, objective)
+    return [width for _, split in plan(scaled, order, method, goal, steps) for width in split.widths]
+
+
+def _scaled(problem: PolynomialProblem, objective: Polynomials) -> tuple[PolynomialProblem, Polynomials]:
+    scaling = Scaling.of_box(problem)
+    return scaling.apply(problem), scaling.polynomials(objective)

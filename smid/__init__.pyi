@@ -1,0 +1,60 @@
+from .data import DataError, Dataset
+from .diagnosis import Diagnosis, diagnose
+from .feasible.feasible_set import FeasibleSet
+from .fitting.binding import bind
+from .fitting.validate import Validation, validate
+from .identification.error_bound import ErrorBound, error_bound
+from .identification.estimate import CentreStatus, Estimate, ParameterInterval
+from .identification.identify import EmptyFeasibleSetError, identify
+from .identification.lowest_order import LowestOrder, lowest_order
+from .models import (
+    ErrorsInVariables,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    Parameter,
+    Reactor,
+    RotatingArm,
+    Wiener,
+    load_model,
+)
+from .reports import report
+from .study import order_study
+from .verification import NotProvenError, Verification, verify
+
+__version__: str
+__all__ = [
+    "CentreStatus",
+    "DataError",
+    "Dataset",
+    "Diagnosis",
+    "EmptyFeasibleSetError",
+    "ErrorBound",
+    "ErrorsInVariables",
+    "Estimate",
+    "FeasibleSet",
+    "Hammerstein",
+    "LowestOrder",
+    "Model",
+    "ModelError",
+    "NotProvenError",
+    "OutputError",
+    "Parameter",
+    "ParameterInterval",
+    "Reactor",
+    "RotatingArm",
+    "Validation",
+    "Verification",
+    "Wiener",
+    "bind",
+    "diagnose",
+    "error_bound",
+    "identify",
+    "load_model",
+    "lowest_order",
+    "order_study",
+    "report",
+    "validate",
+    "verify",
+]

@@ -1,0 +1,118 @@
+"""How the command line speaks: exit codes, one line per mistake, progress on a terminal only."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import sys
+from collections.abc import Mapping
+from importlib import import_module
+from types import TracebackType
+from typing import Any, NoReturn, Self
+
+import click
+
+from relaxations.errors import UserError
+
+EMPTY, BAD_INPUT, INTERRUPTED = 1, 2, 130
+"""Exit codes beside 0. What a shell gives a program stopped by Ctrl-C is 130."""
+
+
+LOGGER = logging.getLogger("smid")
+
+
+class Commands(click.Group):
+    """A group whose commands are imported when they run, so that its help page is shown at once.
+
+    Parameters
+    ----------
+    targets : mapping
+        Name of a command -> ("module:function", its line on the help page). A command without a line is imported for it.
+    """
+
+    def __init__(self, *args: Any, targets: Mapping[str, tuple[str, str]], **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self.targets = targets
+
+    def list_commands(self, _: click.Context) -> list[str]:
+        """Return the names in alphabetical order."""
+        return sorted(self.targets)
+
+    def get_command(self, _: click.Context, name: str) -> click.Command | None:
+        """Import a command; None where the name is unknown."""
+        if name not in self.targets:
+            return None
+        module, function = self.targets[name][0].split(":")
+        command: click.Command = getattr(import_module(module), function)
+        return command
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the names and their lines."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self._line(context, name)) for name in self.list_commands(context)])
+
+    def _line(self, context: click.Context, name: str) -> str:
+        command = None if self.targets[name][1] else self.get_command(context, name)
+        return command.get_short_help_str(100) if command else self.targets[name][1]
+
+
+class Face(Commands):
+    """A group of commands that turns a user's mistake into one line ``error: cause; cure`` and code 2."""
+
+    def main(self, *args: Any, **settings: Any) -> NoReturn:
+        """Run a command line and exit; see click's own documentation for the arguments."""
+        settings["standalone_mode"] = False
+        try:
+            code = super().main(*args, **settings)
+        except click.Abort:
+            code = _fail("interrupted; there is no result yet", INTERRUPTED)
+        except click.UsageError as error:
+            command = error.ctx.command_path if error.ctx else "smid"
+            code = _fail(f"{error.format_message().rstrip('.')}; see {command} --help")
+        except click.ClickException as error:
+            code = _fail(error.format_message())
+        except OSError as error:
+            # An error of the system knows its cause and file; ours carry a sentence.
+            named = f"{error.filename}: {error.strerror}; check the path and its permissions"
+            code = _fail(named if error.filename is not None else str(error))
+        except MemoryError:
+            code = _fail("out of memory; take fewer samples (--stop) or a lower --order")
+        except UserError as error:
+            code = _fail(str(error))
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _fail(message: str, code: int = BAD_INPUT) -> int:
+    click.echo(f"error: {' '.join(message.split())}", err=True)
+    return code
+
+
+class Progress:
+    """One line on the terminal that is written over again and again; silent where stderr is no terminal.
+
+    Every line also goes to the logger ``smid``; where that is heard (``--verbose``) the terminal is left to it.
+
+    Examples
+    --------
+    >>> with Progress() as progress:
+    ...     progress("first round")
+    """
+
+    def __init__(self) -> None:
+        self._shown = sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO)
+
+    def __call__(self, line: str) -> None:
+        """Show a line in place of the one before."""
+        LOGGER.info(line)
+        if self._shown:
+            width = shutil.get_terminal_size().columns - 1
+            click.echo(f"\r\x1b[K{line[:width]}", nl=False, err=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._shown:
+            click.echo("\r\x1b[K", nl=False, err=True)

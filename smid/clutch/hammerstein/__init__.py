@@ -1,1 +1,0 @@
-"""The parts of the Hammerstein study of the clutch (`smid.clutch.hammerstein_study`)."""

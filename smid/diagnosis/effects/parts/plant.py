@@ -1,0 +1,254 @@
+"""Where on a model an effect can act: its input, its output, the lines that carry its state, its own parameters.
+
+A *state line* defines a signal from that signal's own past, ``w[t] = f(w[t-1], u[t-1])``, or gives its rate,
+``d/dt w = f(w, u)``.  What it adds is the *increment* f - w[t-1], or the rate f; forces, leaks and directions act on
+it.  A line that another effect has put something behind (``w_raw = f(w[t-1]), w = min(w_raw, s)``) still is one: its
+*own* signal is the one it reads back.  States that effects themselves bring in are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import sympy
+from sympy.core.function import Application
+
+from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.parts.naming import is_brought, is_helper, signal_of
+from smid.models import Line, Model, Parameter, signal, t
+from smid.models.symbols import number, plain_symbols, references, swapped
+
+__all__ = [
+    "StateLine",
+    "base_parameters",
+    "let_vary",
+    "magnitude",
+    "multiplied_out",
+    "output_signal",
+    "scaled",
+    "state_lines",
+    "static_end",
+    "with_increment",
+]
+
+
+@dataclass(frozen=True)
+class StateLine:
+    """A line of the plant that carries a state.
+
+    Parameters
+    ----------
+    line : Line
+        The line.
+    own : str
+        The signal it reads back: the line's, or what another effect made of it.
+    numbers : mapping of symbol to expression
+        Values of the fixed parameters: a power fixed at one is no power.
+    """
+
+    line: Line
+    own: str
+    numbers: Mapping[sympy.Symbol, sympy.Expr]
+
+    @property
+    def lag(self) -> int:
+        """Samples back at which the line sees the world: 0 for a rate, 1 for a difference equation."""
+        return 0 if self.line.rate else 1
+
+    @property
+    def level(self) -> sympy.Expr:
+        """The state as the line sees it."""
+        return signal(self.own)[t - self.lag]
+
+    @property
+    def increment(self) -> sympy.Expr:
+        """What the line adds to the state per sample, or its rate per second."""
+        return self.line.expression if self.line.rate else self.line.expression - self.level
+
+    @property
+    def order(self) -> int:
+        """How many of its own samples the line reads; 1 for a rate."""
+        return max((lag for name, lag in references(self.line.expression) if name == self.own), default=1) or 1
+
+    def own_coefficient(self, lag: int) -> sympy.Expr:
+        """Give the factor of the state at a lag, from the terms that are linear in it."""
+        return self.coefficient(signal(self.own)[t - lag])
+
+    def coefficient(self, reference: sympy.Indexed) -> sympy.Expr:
+        """Give the factor of a signal at a lag, from the terms that are linear in it."""
+        own = str(reference.base.label)
+        total = sympy.Integer(0)
+        for term in sympy.Add.make_args(multiplied_out(swapped(self.line.expression, self.numbers))):
+            factor = term / reference
+            if term.has(reference) and not any(name == own for name, _ in references(factor)):
+                total += factor
+        return total
+
+    def inflow(self, source: StateLine) -> sympy.Expr:
+        """Give the factor at which another state flows into this one; 0 for a bare copy, as of speed to position."""
+        factor = self.coefficient(source.level)
+        return factor if source.own != self.own and factor.free_symbols else sympy.Integer(0)
+
+    @property
+    def drive(self) -> sympy.Expr:
+        """What the line gives where its own past is zero."""
+        own = {
+            signal(name)[t - lag]: sympy.Integer(0)
+            for name, lag in references(self.line.expression)
+            if name == self.own
+        }
+        return swapped(self.line.expression, own)
+
+    @property
+    def leak(self) -> sympy.Expr:
+        """The factor of the state in ``increment = -leak * state + ...``, at rest; 0 for an integrator."""
+        if self.line.rate:
+            return sympy.expand(-self.own_coefficient(0))
+        total = sum((self.own_coefficient(lag) for lag in range(1, self.order + 1)), sympy.Integer(0))
+        return sympy.expand(1 - total)
+
+
+def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
+    """Expand products and leave curves as they are: within them nothing is linear, and a nested one takes minutes."""
+    powers = {power for power in expression.atoms(sympy.Pow) if not power.exp.is_Integer}
+    curves = {curve: sympy.Dummy(real=True) for curve in expression.atoms(Application) | powers}
+    closed = sympy.expand(swapped(expression, curves))
+    return swapped(closed, {dummy: curve for curve, dummy in curves.items()})
+
+
+def output_signal(model: Model, site: Site) -> str:
+    """Name the state that the main output shows, behind any sensor curve or lag; the measured signal without one."""
+    measured = signal_of(model, site.output)
+    owns = {state.own for state in state_lines(model)}
+    now = {line.signal: {name for name, lag in references(line.expression) if lag == 0} for line in model.lines}
+    waiting = [measured]
+    seen: set[str] = set()
+    while waiting:
+        name = waiting.pop(0)
+        if name in owns:
+            return name
+        seen.add(name)
+        waiting += sorted(now.get(name, set()) - seen)
+    return measured
+
+
+def static_end(model: Model, name: str) -> str:
+    """Name the last signal that is a static function of one, and all that the rest of the model sees of it."""
+    readers: dict[str, list[Line]] = {}
+    for line in model.lines:
+        for read in {read for read, _ in references(line.expression)}:
+            readers.setdefault(read, []).append(line)
+    while len(readers.get(name, ())) == 1:
+        (curve,) = readers[name]
+        # What only a sensor sees is not the model's any more.
+        if curve.rate or references(curve.expression) != {(name, 0)} or curve.signal not in readers:
+            break
+        name = curve.signal
+    return name
+
+
+def state_lines(model: Model) -> tuple[StateLine, ...]:
+    """List the lines that carry the plant's states, in the model's order."""
+    found = []
+    numbers = {p.symbol: number(p.lower) for p in model.parameters if p.lower == p.upper}
+    for line in model.lines:
+        own = None if is_helper(line.signal) else _own(model, line)
+        if own is not None and references(line.expression):
+            found.append(StateLine(line, own, numbers))
+    return tuple(found)
+
+
+def _own(model: Model, line: Line) -> str | None:
+    past = {name for name, lag in references(line.expression) if lag > 0}
+    if line.rate or line.signal in past:
+        return line.signal
+    # What is computed from this line at the same time, step by step.
+    downstream = [line.signal]
+    for name in downstream:
+        for other in model.lines:
+            if (name, 0) in references(other.expression) and other.signal not in downstream and not other.rate:
+                downstream.append(other.signal)
+                if other.signal in past:
+                    return other.signal
+    return None
+
+
+def with_increment(
+    model: Model, state: StateLine, increment: sympy.Expr, parameters: Iterable[Parameter] = ()
+) -> Model:
+    """Give a state line another increment, or rate."""
+    expression = increment if state.line.rate else state.level + increment
+    return model.replace_line(state.line.signal, expression, parameters)
+
+
+def base_parameters(model: Model) -> tuple[Parameter, ...]:
+    """List the parameters of the plant, fixed ones too: those its states depend on and that no effect brought in."""
+    lines = {line.signal for line in _upstream(model)}
+    used = {name for line in model.lines if line.signal in lines for name in plain_symbols(line.expression)}
+    return tuple(p for p in model.parameters if p.name in used and not is_brought(p.name))
+
+
+def _upstream(model: Model) -> Iterator[Line]:
+    """Give the lines that the plant's states depend on, without those that effects' states follow."""
+    by_name = {line.signal: line for line in model.lines}
+    waiting = [state.line.signal for state in state_lines(model)]
+    for name in waiting:
+        yield by_name[name]
+        reads = sorted({other for other, _ in references(by_name[name].expression)})
+        waiting += [other for other in reads if other in by_name and other not in waiting and not is_helper(other)]
+
+
+def let_vary(
+    model: Model,
+    parameter: Parameter,
+    vary: Callable[[sympy.Symbol, int], sympy.Expr],
+    parameters: Iterable[Parameter] = (),
+    *,
+    states_only: bool = False,
+) -> Model | None:
+    """Replace a parameter, where the plant's lines use it, by an expression that may hold it again.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    parameter : Parameter
+        Parameter of the plant; it stays, with its box and its value.
+    vary : callable (symbol, lag) -> expression
+        What it becomes in a line that sees the world `lag` samples back.
+    parameters : iterable of Parameter
+        Parameters that the expression brings in.
+    states_only : bool
+        Whether static lines, an input curve, keep the constant.
+
+    Returns
+    -------
+    Model or None
+        None where no such line uses the parameter.
+    """
+    states = {state.line.signal: state for state in state_lines(model)}
+    names = set(states) if states_only else {line.signal for line in _upstream(model)}
+    changed, lines = False, []
+    for line in model.lines:
+        if line.signal in names and parameter.name in plain_symbols(line.expression):
+            lag = states[line.signal].lag if line.signal in states else 0
+            line = replace(line, expression=swapped(line.expression, {parameter.symbol: vary(parameter.symbol, lag)}))
+            changed = True
+        lines.append(line)
+    return replace(model, parameters=(*model.parameters, *parameters), lines=tuple(lines)) if changed else None
+
+
+def scaled(model: Model, parameter: Parameter, factor: Parameter) -> Model | None:
+    """Multiply a parameter by a new one wherever the plant's lines use it; None where they do not."""
+    return let_vary(model, parameter, lambda symbol, _: symbol * factor.symbol, [factor])
+
+
+def magnitude(model: Model, parameter: Parameter) -> float:
+    """Give the size of a parameter with its sign: its value, else the middle or end of its box, else 1."""
+    value = model.values.get(parameter.name)
+    if not value:
+        ends = [end for end in (parameter.lower, parameter.upper) if abs(end) != float("inf")]
+        value = sum(ends) / len(ends) if ends else 0.0
+        value = value or max((abs(end) for end in ends), default=0.0)
+    return float(value) or 1.0

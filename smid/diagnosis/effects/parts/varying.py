@@ -1,0 +1,192 @@
+"""What varies in a plant: a parameter, ``p -> p + dp s``, its pace or its gain, with s of order one.
+
+The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
+varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
+``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.  Where s
+depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one step of
+the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).  The
+*gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp and
+c have the null value 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import sympy
+
+from smid.diagnosis.effects.effect import Extension
+from smid.diagnosis.effects.parts.naming import fresh
+from smid.diagnosis.effects.parts.plant import (
+    StateLine,
+    base_parameters,
+    let_vary,
+    magnitude,
+    multiplied_out,
+    state_lines,
+    with_increment,
+)
+from smid.models import Model, Parameter
+from smid.models.symbols import plain_symbols, references, swapped
+
+__all__ = ["extensions", "sentence", "told"]
+
+_REACH, _START = 2.0, 0.03
+_MOST = math.log(100.0)  # the factor on a pace or a gain, either way: cold oil or an empty line may slow by tens
+_LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
+
+
+def extensions(
+    model: Model,
+    suffix: str,
+    vary: Callable[[int], sympy.Expr],
+    label: str = "",
+    *,
+    shape: tuple[Parameter, ...] = (),
+    places: tuple[Mapping[str, float], ...] = ({},),
+    states_only: bool = False,
+    parameters: bool = True,
+    kinds: tuple[str, ...] = ("pace", "gain"),
+) -> tuple[Extension, ...]:
+    """Let each parameter of the plant vary in turn.
+
+    Parameters
+    ----------
+    model : Model
+        The model, with whatever signals `vary` reads.
+    suffix : str
+        Behind the parameter's name, to name its amount.
+    vary : callable (lag) -> expression
+        What the parameter varies with, of order one, in a line that sees the world `lag` samples back.
+    label : str
+        Behind the parameter's name in the label.
+    shape : tuple of Parameter
+        Further parameters, those of `vary`.
+    places : tuple of mappings name -> float
+        Where these start.
+    states_only : bool
+        Whether static lines keep the constant.
+    parameters : bool
+        Whether the parameters vary each.
+    kinds : tuple of str
+        What may vary beside parameters: "pace", "gain".
+    """
+    found = []
+    for parameter in base_parameters(model) if parameters else ():
+        size = magnitude(model, parameter)
+        reach = _REACH * _largest_beside(model, parameter)
+        amount = fresh(model, f"{parameter.name}_{suffix}", (-reach, reach), parameter.unit, 0.0)
+        extended = let_vary(
+            model,
+            parameter,
+            _moved(amount, vary),
+            [amount, *shape],
+            states_only=states_only,
+        )
+        if extended is None:
+            continue
+        # The smaller parameter first: a smaller pole is the stabler one.
+        starts = tuple({amount.name: sign * _START * size, **place} for place in places for sign in (-1, 1))
+        found.append(Extension(extended, starts, f"{parameter.name} {label}".rstrip()))
+    for state in state_lines(model):
+        for kind in kinds:
+            amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_MOST, _MOST), "", 0.0)
+            factor = sympy.exp(amount.symbol * vary(state.lag))
+            drive = state.drive
+            grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
+            if kind == "gain" and drive == 0:
+                continue
+            extended = with_increment(model, state, grown, [amount, *shape])
+            starts = tuple({amount.name: sign * 0.1, **place} for place in places for sign in (-1, 1))
+            found.append(Extension(extended, starts, f"{kind} of {state.own} {label}".rstrip()))
+        if parameters and state.order > 1 and not shape:
+            found += _together(model, state, suffix, vary, label)
+    return tuple(found)
+
+
+def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
+    """Return the increment, or rate, of a state whose pace is multiplied by a factor."""
+    pole = 1 - state.leak
+    rest = state.line.expression - pole * state.level
+    is_lag = (
+        not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(multiplied_out(rest))}
+    )
+    if is_lag and plain_symbols(pole):
+        pole = sympy.Max(_LEAST_POLE, pole)
+
+        def seen(passed: sympy.Expr) -> sympy.Expr:
+            """Give the factor after a lag of pace one has gone on for a time, in samples."""
+            return swapped(factor, {state.level: state.level + (1 - pole**passed) / (1 - pole) * state.increment})
+
+        early = seen(factor / 2)
+        late = seen(early / 2)
+        mean = (factor + 2 * early + 2 * late + seen(late)) / 6
+        return (1 - pole**mean) / (1 - pole) * state.increment
+    return factor * state.increment
+
+
+def _together(
+    model: Model, state: StateLine, suffix: str, vary: Callable[[int], sympy.Expr], label: str
+) -> list[Extension]:
+    """Let all parameters of a line vary, each by its own amount: poles of order two move together when time does."""
+    held = [p for p in base_parameters(model) if p.name in plain_symbols(state.line.expression)]
+    extended, starts = model, dict[str, float]()
+    for parameter in held:
+        size = magnitude(model, parameter)
+        reach = _largest_beside(model, parameter)
+        amount = fresh(extended, f"{parameter.name}_{suffix}", (-reach, reach), parameter.unit, 0.0)
+        moved = let_vary(extended, parameter, _moved(amount, vary), [amount], states_only=True)
+        if moved is None:
+            return []
+        extended, starts = moved, {**starts, amount.name: 1e-3 * size}
+    return [Extension(extended, (starts,), f"all of {state.own} {label}".rstrip())] if len(held) > 1 else []
+
+
+def _largest_beside(model: Model, parameter: Parameter) -> float:
+    """Give the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
+    same = [q for q in base_parameters(model) if _factors(model, q) == _factors(model, parameter)]
+    return max(abs(magnitude(model, q)) for q in same)
+
+
+def _factors(model: Model, parameter: Parameter) -> frozenset[str]:
+    """Name the signals that a parameter is multiplied by."""
+    return frozenset().union(*(_beside(parameter.symbol, line.expression) for line in model.lines))
+
+
+@cache
+def _beside(symbol: sympy.Symbol, node: sympy.Expr) -> frozenset[str]:
+    """Name the signals in the slope of an expression: sympy takes minutes to write the slope of a nested one out."""
+    if node == symbol or symbol not in node.free_symbols:
+        return frozenset()
+    holding = [argument for argument in node.args if symbol in argument.free_symbols]
+    if node.is_Add:
+        return frozenset().union(*(_beside(symbol, argument) for argument in holding))
+    if node.is_Mul and len(holding) == 1:
+        others = (name for argument in node.args if argument is not holding[0] for name, _ in references(argument))
+        return _beside(symbol, holding[0]).union(others)
+    return frozenset(name for name, _ in references(node))
+
+
+def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:
+    return lambda symbol, lag: symbol + amount.symbol * vary(lag)
+
+
+def told(stem: str, amount: float) -> tuple[str, str]:
+    """Say what varies and by how much, from the name of an amount without its suffix.
+
+    Examples
+    --------
+    >>> told("a1", 0.25), told("w_pace", 0.0)
+    (('a1', 'by +0.25'), ('the pace of w', 'by the factor 1'))
+    """
+    for kind in ("pace", "gain"):
+        if stem.endswith(f"_{kind}"):
+            return f"the {kind} of {stem.removesuffix(f'_{kind}')}", f"by the factor {math.exp(amount):.3g}"
+    return stem, f"by {amount:+.3g}"
+
+
+def sentence(text: str) -> str:
+    """Begin a sentence with a capital, but leave names of parameters as they are."""
+    return text[0].upper() + text[1:] if text.startswith("the ") else text

@@ -1,0 +1,1 @@
+"""What the data and the residuals show before any cause is named."""

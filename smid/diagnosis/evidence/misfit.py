@@ -1,0 +1,376 @@
+"""Show the misfit: where the free run of a fitted model leaves the data, and on what its error depends.
+
+The error is the measured output minus the free run.  It is set against the noise bound in time, and against everything
+that an effect outside the model could follow: time, the input's level and direction, the output's level, velocity and
+its sign, every further channel, its own past and the past of the input.  Each dependence is measured by the share of
+the error's variance that it explains, corrected for chance; see `smid.diagnosis.evidence.structure` and `smid.diagnosis.evidence.time_correlation`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import DataError, Dataset
+from smid.diagnosis.effects.parts.naming import quantity
+from smid.diagnosis.evidence.autoregression import Array
+from smid.diagnosis.evidence.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes
+from smid.diagnosis.evidence.time_correlation import (
+    frequency_structure,
+    mean_structure,
+    own_past_structure,
+    past_inputs_structure,
+)
+from smid.display.result import Part, Tabular, plain
+from smid.display.table import Table
+
+SIGNS = ("falls", "rests", "rises")
+_TIME_BINS = 6
+_NAMED_INSTANTS = 5
+_WORTH_SAYING = 0.03
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stretch of time in which the error exceeds the noise bound.
+
+    Parameters
+    ----------
+    experiment : str
+    start, stop : float
+        Time of the first and of the last violation, in seconds.
+    samples : int
+        Violations inside.
+    largest : float
+        Largest absolute error inside, in the output's unit.
+    """
+
+    experiment: str
+    start: float
+    stop: float
+    samples: int
+    largest: float
+
+
+@dataclass(frozen=True)
+class Violations:
+    """Where the error exceeds the noise bound.
+
+    Parameters
+    ----------
+    count : int
+    share : float
+        Of the samples compared.
+    first : tuple of (str, float)
+        Experiment and time in s of the first few.
+    intervals : tuple of Interval
+        Violations that follow each other closely are one stretch.
+    """
+
+    count: int
+    share: float
+    first: tuple[tuple[str, float], ...]
+    intervals: tuple[Interval, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Misfit(Tabular):
+    """What a simulation gets wrong.
+
+    Parameters
+    ----------
+    channel, unit : str
+        The output.
+    samples : int
+        Samples compared.
+    rmse : float
+        In the output's unit.
+    fit_percent : float
+        ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; minus infinity for a constant output.
+    largest : float
+        Largest absolute error, in the output's unit.
+    noise_bound : float or None
+    violations : Violations or None
+        None without a noise bound.
+    structure : tuple of Structure
+        What the error depends on, the largest share first.
+    input : str
+        The channel of the input that the error was set against.
+    data : Dataset
+    residual : tuple of ndarray, shape (N,)
+        Output minus free run, per experiment, warm-up included.
+    start : int
+        Samples at the start of each experiment that are not compared.
+    """
+
+    channel: str
+    unit: str
+    samples: int
+    rmse: float
+    fit_percent: float
+    largest: float
+    noise_bound: float | None
+    violations: Violations | None
+    structure: tuple[Structure, ...]
+    input: str
+    data: Dataset
+    residual: tuple[Array, ...]
+    start: int
+
+    @property
+    def sentence(self) -> str:
+        """The misfit in one sentence, in words and units."""
+        said = f"The simulation of {self.channel} misses by {quantity(self.rmse, self.unit)} (RMSE"
+        said += f", fit {self.fit_percent:.1f} %" if np.isfinite(self.fit_percent) else ""
+        said += f") and by {quantity(self.largest, self.unit)} at most"
+        if self.violations is not None and self.noise_bound is not None:
+            bound = quantity(self.noise_bound, self.unit)
+            if self.violations.count:
+                _, instant = self.violations.first[0]
+                said += (
+                    f", and leaves the noise bound of {bound} in {self.violations.count} of {self.samples} samples "
+                    f"({_percent(self.violations.share)}), first at {quantity(instant, 's')}"
+                )
+            else:
+                said += f", and stays within the noise bound of {bound}"
+        worst = next((s for s in self.structure if s.share >= _WORTH_SAYING), None)
+        # The past of the error follows from any slow cause: what it is set against says more.
+        seen = [s for s in self.structure if s.kind != "own past" and s.share >= _WORTH_SAYING]
+        told = seen[0] if seen else worst
+        return f"{said}; {told.sentence if told else 'the error depends on nothing that was measured'}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data without the samples; what is not finite becomes None."""
+        keys = ("channel", "unit", "samples", "rmse", "fit_percent", "largest", "noise_bound", "input")
+        return {
+            **{key: plain(getattr(self, key)) for key in keys},
+            "sentence": self.sentence,
+            "violations": plain(self.violations),
+            "structure": plain(self.structure),
+        }
+
+    def plot(self) -> Figure:
+        """Return a figure of the error against time, spectrum, input, output, velocity and further channels."""
+        from smid.diagnosis.evidence.misfit_figures import misfit_figure
+
+        return misfit_figure(self)
+
+    @property
+    def table(self) -> Table:
+        """Return which share of the error each quantity explains, and how likely chance does."""
+        rows = tuple((f"{s.kind} {s.against}".rstrip(), _percent(s.share), f"{s.chance:.1g}") for s in self.structure)
+        return Table("", ("error against", "share", "chance"), rows, "lrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.sentence
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return ({k: v for k, v in asdict(s).items() if k != "bins"} for s in self.structure)
+
+
+def misfit(
+    data: Dataset,
+    channel: str,
+    simulated: Sequence[ArrayLike],
+    noise_bound: float | None = None,
+    skip: int = 0,
+    input: str | None = None,
+) -> Misfit:
+    """Compare a free run with the data, and tell on what its error depends.
+
+    Parameters
+    ----------
+    data : Dataset
+    channel : str
+        The output.
+    simulated : sequence of array, shape (N,)
+        The free run of the fitted model, per experiment, in the output's unit.
+    noise_bound : float, optional
+        Largest absolute noise of the output, in its unit.
+    skip : int
+        Samples at the start of each experiment that start the simulation; the data's warm-up counts too.
+    input : str, optional
+        The input to set the error against; the first when not given. Further inputs count as channels.
+
+    Returns
+    -------
+    Misfit
+
+    Raises
+    ------
+    DataError
+        For an unknown channel, a free run of another length, one that is not finite, a noise bound that is not
+        positive, or no sample left.
+
+    Examples
+    --------
+    >>> random = np.random.default_rng(0)
+    >>> u = np.repeat(random.uniform(0, 1, 20), 20)
+    >>> simulated = 2 * u
+    >>> y = simulated + 0.3 * (u > 0.7) + random.uniform(-0.1, 0.1, 400)
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1, units={"u": "A", "y": "bar"})
+    >>> found = misfit(data, "y", [simulated], noise_bound=0.1)
+    >>> found.structure[0].kind, found.violations.count > 50
+    ('input level', True)
+    """
+    if data.role(channel) != "output":
+        raise DataError(f"{channel!r} is no output of the data; choose among {', '.join(data.outputs)}")
+    name = data.inputs[0] if input is None else data.channel(input).name
+    start = max(skip, data.n_init)
+    runs = _free_runs(data, channel, simulated, start)
+    if noise_bound is not None and not (np.isfinite(noise_bound) and noise_bound > 0):
+        raise DataError(f"noise_bound = {noise_bound} is not positive; give it in the unit of {channel!r}")
+    residual = tuple(run.values[channel] - free for run, free in zip(data.experiments, runs, strict=True))
+    error = np.concatenate([e[start:] for e in residual])
+    measured = [run.values[channel][start:] for run in data.experiments]
+    spread = float(np.sqrt(sum(np.sum((y - y.mean()) ** 2) for y in measured)))
+    norm = float(np.linalg.norm(error))
+    return Misfit(
+        channel=channel,
+        unit=data.channel(channel).unit,
+        samples=error.size,
+        rmse=norm / float(np.sqrt(error.size)),
+        fit_percent=100 * (1 - norm / spread) if spread > 0 else -np.inf,
+        largest=float(np.abs(error).max()),
+        noise_bound=noise_bound,
+        violations=None if noise_bound is None else _violations(data, residual, noise_bound, start),
+        structure=_structure(data, channel, name, runs, residual, start),
+        input=name,
+        data=data,
+        residual=residual,
+        start=start,
+    )
+
+
+def _free_runs(data: Dataset, channel: str, simulated: Sequence[ArrayLike], start: int) -> list[Array]:
+    runs = [np.asarray(one, dtype=np.float64) for one in simulated]
+    if len(runs) != len(data.experiments):
+        raise DataError(f"{len(runs)} free runs for {len(data.experiments)} experiments; give one for each")
+    for free, run in zip(runs, data.experiments, strict=True):
+        if free.shape != (run.n_samples,):
+            raise DataError(
+                f"the free run of experiment {run.name!r} has shape {free.shape}; give one value of {channel!r} for "
+                f"each of its {run.n_samples} samples"
+            )
+        if not np.all(np.isfinite(free[start:])):
+            raise DataError(
+                f"the free run of experiment {run.name!r} is not finite; the model is unstable: fit it with stable=True"
+            )
+        if run.n_samples <= start:
+            raise DataError(
+                f"experiment {run.name!r} has {run.n_samples} samples, none after the first {start} that start the "
+                "simulation: take a longer record"
+            )
+    return runs
+
+
+def _violations(data: Dataset, residual: Sequence[Array], bound: float, start: int) -> Violations:
+    count, compared = 0, 0
+    first: list[tuple[str, float]] = []
+    intervals: list[Interval] = []
+    for number, (run, error) in enumerate(zip(data.experiments, residual, strict=True)):
+        time = data.time(number)
+        outside = start + np.flatnonzero(np.abs(error[start:]) > bound)
+        count, compared = count + outside.size, compared + error.size - start
+        if not outside.size:
+            continue
+        first += [(run.name, float(time[k])) for k in outside[:_NAMED_INSTANTS]]
+        # Noise lets the error dip below the bound for moments: that is no end of a stretch.
+        apart = max(3, error.size // 100)
+        for part in np.split(outside, np.flatnonzero(np.diff(outside) > apart) + 1):
+            largest = float(np.abs(error[part]).max())
+            intervals.append(Interval(run.name, float(time[part[0]]), float(time[part[-1]]), part.size, largest))
+    return Violations(count, count / compared, tuple(first[:_NAMED_INSTANTS]), tuple(intervals))
+
+
+def _structure(
+    data: Dataset, channel: str, name: str, runs: Sequence[Array], residual: Sequence[Array], start: int
+) -> tuple[Structure, ...]:
+    def joined(parts: Sequence[Array]) -> Array:
+        return np.concatenate([part[start:] for part in parts])
+
+    error, unit = joined(residual), data.channel(channel).unit
+    # Rounding of the simulation has structure too; it is no misfit.
+    if error.size < FEWEST or np.abs(error).max() <= 1e-12 * np.abs(joined(runs)).max():
+        return ()
+    inputs = [run.values[name] for run in data.experiments]
+    moves = [np.gradient(free) / data.sampling_time if free.size > 1 else np.zeros(1) for free in runs]
+    u, y, v = joined(inputs), joined(runs), joined(moves)
+    u_unit, step = data.channel(name).unit, data.sampling_time
+    directions = np.concatenate([input_direction(values)[start:] for values in inputs])
+    still = 1e-3 * np.abs(v).max()
+    signs = np.where(v > still, 2, np.where(v < -still, 0, 1))
+    found = [
+        mean_structure(error, unit),
+        _time_structure(data, residual, start, unit),
+        binned("input level", name, error, u, level_codes(u), None, name, (u_unit, unit)),
+        binned(
+            "input direction",
+            name,
+            error,
+            None,
+            directions,
+            [f"{name} {d}" for d in DIRECTIONS],
+            f"the direction of {name}",
+            ("", unit),
+        ),
+        binned("output level", channel, error, y, level_codes(y), None, f"simulated {channel}", (unit, unit)),
+        binned(
+            "velocity",
+            channel,
+            error,
+            v,
+            level_codes(v),
+            None,
+            f"the velocity of {channel}",
+            (f"{unit}/s" if unit else "", unit),
+        ),
+        binned(
+            "velocity sign",
+            channel,
+            error,
+            None,
+            signs,
+            [f"simulated {channel} {s}" for s in SIGNS],
+            f"the sign of the velocity of {channel}",
+            ("", unit),
+        ),
+        *(
+            binned("channel", other.name, error, x, level_codes(x), None, other.name, (other.unit, unit))
+            for other in data.channels
+            if other.name not in (name, channel)
+            for x in [joined([run.values[other.name] for run in data.experiments])]
+        ),
+        frequency_structure(error, step),
+        own_past_structure(error, step),
+        past_inputs_structure([e[start:] for e in residual], [x[start:] for x in inputs], name, step),
+    ]
+    return tuple(sorted((s for s in found if s is not None), key=lambda s: (-s.share, s.chance)))
+
+
+def _time_structure(data: Dataset, residual: Sequence[Array], start: int, unit: str) -> Structure | None:
+    """Bins of time inside each experiment: an error that differs between experiments shows too."""
+    total = sum(e.size - start for e in residual)
+    codes: list[NDArray[np.int64]] = []
+    labels: list[str] = []
+    for number, (run, error) in enumerate(zip(data.experiments, residual, strict=True)):
+        n, time = error.size - start, data.time(number)[start:]
+        count = max(1, min(round(_TIME_BINS * n / total), n // 10))
+        parts = np.arange(n) * count // n
+        codes.append(parts + len(labels))
+        for part in range(count):
+            inside = time[parts == part]
+            where = f" of {run.name}" if len(residual) > 1 else ""
+            labels.append(f"time{where} is {inside[0]:.4g} to {quantity(float(inside[-1]), 's')}")
+    e = np.concatenate([one[start:] for one in residual])
+    return binned("time", "", e, None, np.concatenate(codes), labels, "time", ("s", unit))
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"

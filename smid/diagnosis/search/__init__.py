@@ -1,0 +1,1 @@
+"""The search for causes: effects are fitted, compared, and added one after the other."""

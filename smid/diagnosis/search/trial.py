@@ -1,0 +1,239 @@
+"""One effect tried on one model: every extension fitted from several starts, the best kept.
+
+The *signature* of an extension is the share of the base residual that one Gauss-Newton step from a start would take
+away: one simulation with sensitivities, no fit. It ranks the starts and screens the extensions; the promising are
+fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.diagnosis.effects.effect import Array, Effect, Extension, Mask, Site
+from smid.fitting.fit import Fit, Fitting, one_step_ahead
+from smid.models import Model
+
+_ADAPTING = 5
+_LONG = 200  # evaluations of a fit to the end: poles near one and initial states make narrow valleys
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An effect fitted to a model's data in the way that suits it best.
+
+    Parameters
+    ----------
+    effect, label : str
+        Name of the effect, and which of its variants.
+    fit : Fit
+        The extended model, fitted.
+    parameters : tuple of str
+        The parameters that it has more than the base.
+    signature : float
+        Share of the base cost that the first step promised.
+    """
+
+    effect: str
+    label: str
+    fit: Fit
+    parameters: tuple[str, ...]
+    signature: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Fitted values of the effect's parameters."""
+        return {name: self.fit.model.values[name] for name in self.parameters}
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A fitted model and what it was fitted to.
+
+    Parameters
+    ----------
+    fit : Fit
+        With values.
+    data : Dataset
+        The whole record.
+    used : tuple of ndarray of bool, shape (n,)
+        Per experiment, the samples that may be fitted.
+    input, output : str
+        Main channels.
+    difference : bool
+        Whether fits take finite differences for sensitivities, to compare with.
+    """
+
+    fit: Fit
+    data: Dataset
+    used: tuple[Mask, ...]
+    input: str
+    output: str
+    difference: bool = False
+
+    def extended(self, trial: Trial) -> Base:
+        """Return the base that an effect makes."""
+        return replace(self, fit=trial.fit)
+
+    def site(self) -> Site:
+        """Return what effects may know: the part that may be fitted."""
+        residual = self.fit.residual(self.data, self.output)
+        runs, rest = [], []
+        for run, used, error in zip(self.data.experiments, self.used, residual, strict=True):
+            if used.any():
+                last = int(np.flatnonzero(used)[-1]) + 1
+                runs.append(replace(run, values={name: samples[:last] for name, samples in run.values.items()}))
+                rest.append(error[:last])
+        return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard an effect is tried.
+
+    Parameters
+    ----------
+    extensions : int
+        How many extensions are fitted, those with the best signatures.
+    adapted : int
+        To how many of its starts the rest of the model is adapted, those with the best signatures.
+    starts : int
+        From how many of these everything is fitted: the one with the best signature, then those that fit best.
+    short : int
+        Evaluations of each such fit.
+    finished : int
+        How many of the extensions are then fitted to the end.
+    afresh : int
+        How many of the extensions are also fitted from the one-step-ahead fit of the whole.
+    """
+
+    extensions: int
+    adapted: int
+    starts: int
+    short: int
+    finished: int
+    afresh: int
+
+
+QUICK = Effort(3, 3, 2, 8, 0, 1)
+THOROUGH = Effort(5, 12, 3, 12, 2, 5)
+
+
+def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
+    """Fit the promising extensions that an effect offers and return the best.
+
+    Parameters
+    ----------
+    effect : Effect
+    base : Base
+    effort : Effort
+
+    Returns
+    -------
+    Trial or None
+        None where the effect does not apply, or none of its simulations is finite.
+    """
+    with np.errstate(all="ignore"):
+        ranked = []
+        for extension in effect.extend(base.fit.model, base.site()):
+            problem = _fitting(extension.model, base)
+            scored = _scored(problem, extension, base)
+            if scored:
+                ranked.append((extension, problem, scored))
+        ranked.sort(key=lambda item: -item[2][0][0])
+        tried = []
+        for place, (extension, problem, scored) in enumerate(ranked[: effort.extensions]):
+            # First only the rest of the model adapts to what a start says: the starts can be compared then. Small
+            # ones say too little for that, and only their signature tells which.
+            new = _added(extension.model, base.fit.model)
+            first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
+            others.sort(key=lambda pair: pair[1])
+            begun = [vector for vector, _ in (first, *others[: effort.starts - 1])]
+            if place < effort.afresh:
+                # The base may have bent itself out of shape for want of the effect: begin without it, too.
+                ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
+                begun += [problem.start(ahead)] if ahead else []
+            fitted = [problem.solve(vector, effort.short, 1e-4) for vector in begun]
+            vector, cost = min(fitted, key=lambda pair: pair[1])
+            tried.append((_criterion(cost, problem.n_free, base), cost, vector, extension, problem, scored[0][0]))
+        tried.sort(key=lambda item: item[0])
+        for k, (_, _, vector, extension, problem, signature) in enumerate(tried[: effort.finished]):
+            vector, cost = problem.solve(vector, _LONG)
+            tried[k] = (_criterion(cost, problem.n_free, base), cost, vector, extension, problem, signature)
+        tried = [item for item in tried if np.isfinite(item[1]) and _is_itself(item[3], item[4], item[2])]
+        if not tried:
+            return None
+        _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
+        return _trial(effect, extension, base, problem.result(vector, cost), signature)
+
+
+def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
+    """Tell whether no parameter sits where the effect would be another one."""
+    values = dict(zip(problem.run.parameters, vector.tolist(), strict=False))
+    return all(low < values[name] < high for name, (low, high) in extension.inside.items())
+
+
+def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] | None = None) -> Trial | None:
+    """Put an effect on another base in the same way; None where it does not go or runs away.
+
+    Parameters
+    ----------
+    effect : Effect
+    trial : Trial
+        How it was put on; the fit begins from the values that it had.
+    base : Base
+    values : mapping name -> float, optional
+        Values of a larger model that held it, from which the fit begins, too: the base alone may sit in another valley.
+    """
+    with np.errstate(all="ignore"):
+        for extension in effect.extend(base.fit.model, base.site()):
+            added = _added(extension.model, base.fit.model)
+            if extension.label == trial.label and len(added) == len(trial.parameters):
+                problem, known = _fitting(extension.model, base), _known(extension, base)
+                own = dict(zip(added, trial.values.values(), strict=True))
+                starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
+                fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
+                vector, cost = min(fitted, key=lambda pair: pair[1])
+                fit = problem.result(vector, cost) if np.isfinite(cost) else None
+                if fit is not None and fit.is_finite:
+                    return _trial(effect, extension, base, fit, trial.signature)
+    return None
+
+
+def _trial(effect: Effect, extension: Extension, base: Base, fit: Fit, signature: float) -> Trial:
+    return Trial(effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature)
+
+
+def _added(extended: Model, model: Model) -> tuple[str, ...]:
+    old = {p.name for p in model.parameters if p.lower < p.upper}
+    return tuple(p.name for p in extended.parameters if p.name not in old and p.lower < p.upper)
+
+
+def _fitting(model: Model, base: Base) -> Fitting:
+    return Fitting(model, base.data, base.used, base.fit.initial, difference=base.difference)
+
+
+def _known(extension: Extension, base: Base) -> dict[str, float]:
+    # What an extension does not name begins where the base was fitted, or in the middle of its box.
+    middle = {p.name: 0.5 * (p.lower + p.upper) for p in extension.model.parameters if np.isfinite(p.upper - p.lower)}
+    return middle | dict(base.fit.model.values)
+
+
+def _scored(problem: Fitting, extension: Extension, base: Base) -> list[tuple[float, Array]]:
+    """Return the starts with their signatures, best first."""
+    known, scored = _known(extension, base), []
+    for start in extension.starts:
+        vector = problem.start({**known, **start})
+        share = problem.explained(vector, base.fit.cost)
+        if np.isfinite(share):
+            scored.append((share, vector))
+    return sorted(scored, key=lambda pair: -pair[0])
+
+
+def _criterion(cost: float, n_free: int, base: Base) -> float:
+    """Return Schwarz's information criterion over the fitted samples, up to a constant."""
+    n = sum(int(u.sum()) for u in base.used) * len(base.fit.simulated[0])
+    return float(n * np.log(max(cost, 1e-300)) + n_free * np.log(n)) if np.isfinite(cost) else np.inf

@@ -1,0 +1,234 @@
+"""What every result gives a user: text to print, the same for a notebook, plain data, and rows for pandas.
+
+A result says once what it shows: words, tables and further results in their order. Text and HTML follow from that.
+The HTML names no colour, so it reads on a light and on a dark page, and a picture takes its ink from the page.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+from html import escape
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import sympy
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+__all__ = ["Heading", "Part", "Result", "Tabular", "optional", "plain"]
+
+LARGEST_PICTURE = 150_000
+"""Characters of SVG; a larger picture is left to `plot`, for a notebook keeps every output."""
+
+
+class Shown(Protocol):
+    """What has a text and an HTML of its own."""
+
+    def _repr_html_(self) -> str: ...
+
+
+Part = str | Shown
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A title above what follows.
+
+    Parameters
+    ----------
+    title : str
+
+    Examples
+    --------
+    >>> print(Heading("Errors"))
+    Errors
+    ------
+    """
+
+    title: str
+
+    def __str__(self) -> str:
+        return f"{self.title}\n{'-' * len(self.title)}"
+
+    def _repr_html_(self) -> str:
+        return f"<h4>{escape(self.title)}</h4>"
+
+
+class Result(ABC):
+    """A result that prints, shows itself in a notebook, and becomes plain data.
+
+    Examples
+    --------
+    >>> from smid.display.table import Table
+    >>> @dataclass(frozen=True, repr=False)
+    ... class Errors(Result):
+    ...     rmse: float
+    ...
+    ...     def _content(self):
+    ...         return Table("", ("record", "RMSE"), (("one", f"{self.rmse:g}"),), "lr"), "It is < 1."
+    >>> Errors(0.5)
+    record  RMSE
+    one      0.5
+    It is < 1.
+    >>> Errors(0.5)._repr_html_().endswith("<p>It is &lt; 1.</p>")
+    True
+    >>> Errors(float("nan")).to_dict()
+    {'rmse': None}
+    """
+
+    @abstractmethod
+    def _content(self) -> Iterable[Part]:
+        """Return what is shown, from top to bottom."""
+
+    def _picture(self) -> Figure | None:
+        """Return the figure for notebooks, where it says more than the tables do."""
+        return None
+
+    def __str__(self) -> str:
+        text, before = "", None
+        for part in self._content():
+            # Words follow closely; a table stands apart, but not from its own heading.
+            close = isinstance(part, str) or isinstance(before, Heading)
+            text += ("\n" if close else "\n\n") * bool(text) + str(part)
+            before = part
+        return text
+
+    def __repr__(self) -> str:
+        return str(self)  # the generated one would print every sample
+
+    def _repr_html_(self) -> str:
+        return "".join(map(_html, self._content())) + self._drawn()
+
+    def _drawn(self) -> str:
+        figure = self._picture()
+        if figure is None:
+            return ""
+        from smid.display.style import notebook_svg
+
+        picture = notebook_svg(figure, type(self).__name__)
+        return picture if len(picture) < LARGEST_PICTURE else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, field by field; numbers that are not finite become None."""
+        return _fields(self)
+
+
+class Tabular(Result):
+    """A result that is a table: its rows make a pandas frame.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True, repr=False)
+    ... class Errors(Tabular):
+    ...     rmse: tuple[float, ...]
+    ...
+    ...     def _content(self):
+    ...         return (f"{len(self.rmse)} errors",)
+    ...
+    ...     def _rows(self):
+    ...         return ({"record": k, "RMSE": error} for k, error in enumerate(self.rmse))
+    >>> Errors((0.5, 0.25)).to_pandas()["RMSE"].max()
+    np.float64(0.5)
+    """
+
+    @abstractmethod
+    def _rows(self) -> Iterable[Mapping[str, Any]]:
+        """Return the rows of the table, with all digits."""
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the rows of the table, with all digits, as a frame.
+
+        Raises
+        ------
+        ImportError
+            Where pandas is not installed.
+        """
+        frame: pandas.DataFrame = optional("pandas", "to_pandas").DataFrame(list(self._rows()))
+        return frame
+
+
+def optional(package: str, wanted_by: str) -> Any:
+    """Import a package that comes with the extra of its name.
+
+    Parameters
+    ----------
+    package : str
+    wanted_by : str
+        Name of the function that needs it.
+
+    Returns
+    -------
+    module
+
+    Raises
+    ------
+    ImportError
+        With the command that installs it.
+
+    Examples
+    --------
+    >>> optional("numpy", "this").__name__
+    'numpy'
+    """
+    try:
+        return import_module(package)
+    except ImportError:
+        raise ImportError(f"{wanted_by} needs {package}; install it with: pip install smid[{package}]") from None
+
+
+def plain(value: Any) -> Any:
+    """Return plain data: numbers, words, lists and dictionaries, ready for JSON.
+
+    Parameters
+    ----------
+    value : object
+        Enumerations become their names, expressions their text, results what their own `to_dict` says.
+
+    Returns
+    -------
+    object
+        A number that is not finite becomes None.
+
+    Raises
+    ------
+    TypeError
+        For what has no plain form.
+
+    Examples
+    --------
+    >>> plain({"gap": np.float64("nan"), "ends": (np.array([1.0, 2.0]), True)})
+    {'gap': None, 'ends': [[1.0, 2.0], True]}
+    """
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return float(value) if np.isfinite(value) else None
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(name): plain(item) for name, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, sympy.Basic):
+        return str(value)
+    if is_dataclass(value):
+        return _fields(value)
+    raise TypeError(f"{type(value).__name__} has no plain form: say in to_dict what to write of it")
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {field.name: plain(getattr(record, field.name)) for field in fields(record)}
+
+
+def _html(part: Part) -> str:
+    return f"<p>{escape(part)}</p>" if isinstance(part, str) else part._repr_html_()

@@ -1,0 +1,422 @@
+"""Stamp templates over samples: one polynomial problem out of a model's equalities, its data and a box.
+
+Kinks come first, each after those that its argument reads: the argument's range over the box tells on which side of
+zero it lies at each sample. The samples are then grouped by their regimes, and each group is stamped with the template
+of its regime, all at once. What is open gets a variable of its own and its hull (:mod:`smid.feasible.piecewise_hull`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
+from smid.data import Dataset
+from smid.feasible import piecewise_hull as hull
+from smid.feasible.piecewise_functions import Kind
+from smid.feasible.regimes import Ranges, Side, ranges, readings, resolved
+from smid.feasible.template import Hinge, Reference, Template, hinges, templates
+from smid.models import Model, ModelError
+from smid.models.expressions import shown
+
+FREE_BOUND = "noise_bound"  # name of the variable that stands for an unknown noise bound
+CONSTANT = -1  # stands for the experiment of a kink that is the same at all times
+
+Sides = Mapping[tuple[str, int], Index]  # (kink, experiment): the side at each time
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A model's templates: all that is symbolic, made once."""
+
+    model: Model
+    parts: tuple[Template, ...]
+    hinges: Mapping[str, Hinge]
+
+    @staticmethod
+    def of(model: Model) -> Structure:
+        """Expand a model."""
+        found = {hinge.kink.name: hinge for hinge in hinges(model)}
+        return Structure(model, templates(model), found)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """The open instances of one kink in one experiment.
+
+    Parameters
+    ----------
+    hinge : Hinge
+    experiment : int
+        ``CONSTANT`` for a kink that is the same at all times.
+    times : ndarray of int, shape (n,)
+    variables : ndarray of int, shape (n,)
+    arguments : Polynomials
+        One row each.
+    within : Ranges
+        Of the arguments.
+    """
+
+    hinge: Hinge
+    experiment: int
+    times: Index
+    variables: Index
+    arguments: Polynomials
+    within: Ranges
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Where one kink was taken in one experiment.
+
+    Parameters
+    ----------
+    hinge : Hinge
+    times : ndarray of int, shape (n,)
+    suffix : str or None
+        Of the names of its variables, behind the time; None for a kink that is the same at all times.
+    sides : ndarray of int, shape (n,)
+        The :class:`~smid.feasible.regimes.Side` at each time.
+    chosen : ndarray of bool, shape (n,)
+        Where the side was not decided by the box.
+    within : Ranges
+        Of the arguments.
+    """
+
+    hinge: Hinge
+    times: Index
+    suffix: str | None
+    sides: Index
+    chosen: Index
+    within: Ranges
+
+    def variable(self, k: int) -> str:
+        """Return the name of the variable that stands for its value at one of the times, where it is open."""
+        name = self.hinge.kink.name
+        return name if self.suffix is None else f"{name}[{self.times[k]}{self.suffix}]"
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """The problem, and what it was made of.
+
+    Parameters
+    ----------
+    problem : PolynomialProblem
+    samples : ndarray of int, shape (n_equalities, 2)
+        Experiment and time of each equality.
+    openings : tuple of Opening
+        The kinks that are open in it.
+    placed : tuple of Placed
+        All kinks, in the order of their inequalities: those of the sides chosen, then the hulls.
+    definitions : tuple of (ndarray, ndarray)
+        Equalities, and the latent that each of them gives explicitly.
+    """
+
+    problem: PolynomialProblem
+    samples: Index
+    openings: tuple[Opening, ...]
+    placed: tuple[Placed, ...]
+    definitions: tuple[tuple[Index, Index], ...]
+
+
+def stamp_all(
+    structure: Structure,
+    data: Dataset,
+    bounds: Mapping[str, float],
+    free: str | None = None,
+    box: tuple[Array, Array] | None = None,
+    choose: Sides | None = None,
+    decide: bool = True,
+) -> Stamped:
+    """Stamp a model's equations over all experiments.
+
+    Parameters
+    ----------
+    structure : Structure
+    data : Dataset
+    bounds : mapping channel -> float
+    free : str, optional
+        A channel whose bound becomes the last variable.
+    box : pair of ndarray, shape (n_parameters,), optional
+        Of the parameters, in place of their priors.
+    choose : mapping, optional
+        Sides to take for kinks that are open on the box; the problem is then a part of the feasible set, and without
+        it a relaxation of the set.
+    decide : bool
+        Without, every kink is a variable that nothing ties to its argument.
+
+    Raises
+    ------
+    ModelError
+        Where a kink's argument has no finite upper end.
+    """
+    return _Stamper(structure, data, bounds, free, box, choose or {}, decide).run()
+
+
+@dataclass
+class _Stamper:
+    """What has been stamped so far."""
+
+    structure: Structure
+    data: Dataset
+    bounds: Mapping[str, float]
+    free: str | None
+    box: tuple[Array, Array] | None
+    choose: Sides
+    decide: bool
+    names: list[str] = field(default_factory=list)
+    lower: list[Array] = field(default_factory=list)
+    upper: list[Array] = field(default_factory=list)
+    place: dict[str, int] = field(default_factory=dict)
+    openings: list[Opening] = field(default_factory=list)
+    placed: list[Placed] = field(default_factory=list)
+    inequalities: list[Polynomials] = field(default_factory=list)
+
+    def run(self) -> Stamped:
+        model = self.structure.model
+        low, high = self.box or (
+            np.array([p.lower for p in model.parameters], dtype=np.float64),
+            np.array([p.upper for p in model.parameters], dtype=np.float64),
+        )
+        own = self._variables([p.name for p in model.parameters], low, high)
+        self.place.update({p.name: int(k) for p, k in zip(model.parameters, own, strict=True)})
+        self.inequalities.append(polynomials_from_sympy(model.constraints, [p.symbol for p in model.parameters]))
+        constant = self._constant_kinks()
+        noise_channel = {m.noise: m.channel for m in model.measurements if m.noise is not None}
+        equalities: list[Polynomials] = []
+        samples = []
+        free_latents: list[Index] = []
+        definitions: list[tuple[Polynomials, Index, Index]] = []
+        stamped: list[tuple[list[_Piece], Index]] = []
+
+        @cache
+        def exact() -> Polynomials:
+            return Polynomials.join([_rows(pieces, order, True) for pieces, order in stamped])
+
+        for number, experiment in enumerate(self.data.experiments):
+            n = experiment.n_samples
+            suffix = "" if len(self.data.experiments) == 1 else f",{experiment.name}"
+            slots: dict[str, Index] = {}
+            spans = _spans(self.structure, n)
+            for latent, (first, last) in spans.items():
+                if latent in self.structure.hinges:
+                    continue
+                times = np.arange(first, last + 1)
+                channel = noise_channel.get(latent)
+                limit = np.full(len(times), self.bounds.get(channel, np.inf) if channel is not None else np.inf)
+                new = self._variables([f"{latent}[{k}{suffix}]" for k in times], -limit, limit)
+                slots[latent] = _spread(n, times, new)
+                if channel is not None and channel == self.free:
+                    free_latents.append(new)
+            sides = {name: np.full(n, side) for name, side in constant.items()}
+            for name, hinge in self.structure.hinges.items():
+                if hinge.kink.constant or name not in spans:
+                    continue
+                first, last = spans[name]
+                times = np.arange(first, last + 1)
+                pieces = list(self._pieces(hinge.argument, times, experiment.values, sides, slots))
+                order = _order(pieces)
+                found, slot = self._place_kink(hinge, number, times, _rows(pieces, order), suffix)
+                sides[name], slots[name] = _spread(n, times, found, Side.OPEN), _spread(n, times, slot)
+            for part in self.structure.parts:
+                times = np.arange(part.max_lag, n)
+                pieces = list(self._pieces(part, times, experiment.values, sides, slots))
+                stamped.append((pieces, _order(pieces)))
+                equalities.append(_rows(*stamped[-1]))
+                if part.defines:
+                    first = sum(family.n_rows for family in equalities[:-1])
+                    definitions.append((equalities[-1], first + np.arange(len(times)), slots[part.signal][times]))
+                samples.append(np.stack([np.full(len(times), number), times], axis=1))
+
+        if self.free is not None:
+            last = int(self._variables([FREE_BOUND], np.zeros(1), np.full(1, np.inf))[0])
+            self.inequalities += [_within(latents, last) for latents in free_latents]
+        low, high = np.concatenate(self.lower), np.concatenate(self.upper)
+        for defining, _, variables in definitions:
+            reach = _reach(defining, variables, low, high)
+            low[variables], high[variables] = -reach, reach
+        problem = PolynomialProblem(
+            tuple(self.names), low, high, Polynomials.join(equalities), Polynomials.join(self.inequalities), exact
+        )
+        return Stamped(
+            problem,
+            np.concatenate(samples).astype(np.int64),
+            tuple(self.openings),
+            tuple(self.placed),
+            tuple((rows, variables) for _, rows, variables in definitions),
+        )
+
+    def _variables(self, names: list[str], lower: Array, upper: Array) -> Index:
+        first = len(self.names)
+        self.names += names
+        self.lower.append(lower)
+        self.upper.append(upper)
+        return np.arange(first, len(self.names))
+
+    def _constant_kinks(self) -> dict[str, int]:
+        """Decide, or open, the kinks that hold parameters only."""
+        sides: dict[str, Index] = {}
+        now = np.zeros(1, dtype=np.int64)
+        for name, hinge in self.structure.hinges.items():
+            if hinge.kink.constant:
+                pieces = list(self._pieces(hinge.argument, now, {}, sides, {}))
+                sides[name], slot = self._place_kink(hinge, CONSTANT, now, _rows(pieces, _order(pieces)), "")
+                self.place[name] = int(slot[0])
+        return {name: int(side[0]) for name, side in sides.items()}
+
+    def _place_kink(
+        self, hinge: Hinge, experiment: int, times: Index, arguments: Polynomials, suffix: str
+    ) -> tuple[Index, Index]:
+        """Decide one kink over an experiment; return side and variable at each of ``times``."""
+        kind, name = hinge.kink.kind, hinge.kink.name
+        within = (
+            ranges(arguments, np.concatenate(self.lower), np.concatenate(self.upper))
+            if self.decide
+            else Ranges(np.full(len(times), -np.inf), np.full(len(times), np.inf))
+        )
+        decided = within.sides(kind)
+        sides = decided.copy()
+        slots = np.full(len(times), -1, dtype=np.int64)
+        wanted = self.choose.get((name, experiment))
+        if wanted is not None:
+            here = np.flatnonzero((sides == Side.OPEN) & (wanted[times] != Side.OPEN))
+            sides[here] = wanted[times][here]
+            part = Ranges(within.low[here], within.high[here])
+            self.inequalities.append(hull.chosen(kind, arguments.take(here), sides[here], part))
+        placed = Placed(hinge, times, None if experiment == CONSTANT else suffix, sides, sides != decided, within)
+        self.placed.append(placed)
+        at = np.flatnonzero(sides == Side.OPEN)
+        if not len(at):
+            return sides, slots
+        part, rows = Ranges(within.low[at], within.high[at]), arguments.take(at)
+        if self.decide and kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
+            raise _unbounded(self.structure, hinge)
+        slots[at] = self._variables([placed.variable(k) for k in at.tolist()], *hull.box(kind, part))
+        if self.decide:
+            self.inequalities.append(hull.hull(kind, rows, slots[at], part))
+        self.openings.append(Opening(hinge, experiment, times[at], slots[at], rows, part))
+        return sides, slots
+
+    def _pieces(
+        self,
+        part: Template,
+        times: Index,
+        values: Mapping[str, Array],
+        sides: Mapping[str, Index],
+        slots: Mapping[str, Index],
+    ) -> Iterator[_Piece]:
+        """Group the times by their regimes."""
+        kinks = sorted(r for r in readings(part, self.structure.hinges) if r[0] in self.structure.hinges)
+        if not kinks:
+            yield _Piece(part, values, times, self.place, slots)
+            return
+        table = np.stack([sides[name][times - lag] for name, lag in kinks], axis=1)
+        regimes, which = np.unique(table, axis=0, return_inverse=True)
+        for k, regime in enumerate(regimes.tolist()):
+            known: dict[Reference, int] = dict(zip(kinks, regime, strict=True))
+            form = resolved(part, self.structure.hinges, known)
+            yield _Piece(form, values, times[which.reshape(-1) == k], self.place, slots)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A template, in one regime, and the times that it is stamped on."""
+
+    part: Template
+    values: Mapping[str, Array]
+    times: Index
+    place: Mapping[str, int]
+    slots: Mapping[str, Index]
+
+    def stamp(self, expand: bool) -> Polynomials:
+        """Return one row per time, all terms at once; ``expand`` gives coefficients as sums of exact floats."""
+        times, terms = self.times, self.part.terms
+        if not terms:
+            nothing = np.zeros(0, dtype=np.int64)
+            return Polynomials(len(times), nothing, nothing.reshape(0, 0), Balls.exact(nothing))
+        degree = max(len(term.parameters) + len(term.latents) for term in terms)
+        rows, factors, coefficients = [], [], []
+        for term in terms:
+            columns = [np.full(len(times), self.place[p]) for p in term.parameters]
+            columns += [self.slots[latent][times - lag] for latent, lag in term.latents]
+            columns += [np.full(len(times), -1)] * (degree - len(columns))
+            monomials = np.sort(np.stack(columns, axis=1), axis=1) if columns else np.empty((len(times), 0))
+            own, balls = np.arange(len(times)), term.coefficients(self.values, times)
+            if expand and balls.rad.any():
+                own, balls = term.expansions(self.values, times)
+            rows.append(own)
+            factors.append(monomials[own])
+            coefficients.append(balls)
+        stamped = Polynomials(
+            len(times), np.concatenate(rows), np.concatenate(factors).astype(np.int64), concatenate(coefficients)
+        )
+        # Collecting would add the summands up again.
+        return stamped if expand else stamped.collect()
+
+
+def _order(pieces: list[_Piece]) -> Index:
+    """Return the order that puts the rows of all pieces back in time."""
+    return np.argsort(np.concatenate([piece.times for piece in pieces]), kind="stable")
+
+
+def _rows(pieces: list[_Piece], order: Index, expand: bool = False) -> Polynomials:
+    return Polynomials.join([piece.stamp(expand) for piece in pieces]).take(order)
+
+
+def _spans(structure: Structure, n_samples: int) -> dict[str, tuple[int, int]]:
+    """Return first and last time index at which each latent, and each kink that depends on time, occurs."""
+    spans: dict[str, tuple[int, int]] = {}
+    for part in structure.parts:
+        for latent, lag in sorted(readings(part, structure.hinges)):
+            if latent in structure.hinges and structure.hinges[latent].kink.constant:
+                continue
+            first, last = part.max_lag - lag, n_samples - 1 - lag
+            old = spans.get(latent, (first, last))
+            spans[latent] = (min(old[0], first), max(old[1], last))
+    return spans
+
+
+def _spread(n: int, times: Index, values: Index, elsewhere: int = -1) -> Index:
+    whole = np.full(n, elsewhere, dtype=np.int64)
+    whole[times] = values
+    return whole
+
+
+def _unbounded(structure: Structure, hinge: Hinge) -> ModelError:
+    read = {name for term in hinge.argument.terms for name in term.parameters}
+    loose = [p.name for p in structure.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
+    what = f"give bounds to {', '.join(loose)}" if loose else "measure, or bound, every signal that it reads"
+    return ModelError(
+        f"{shown(hinge.kink.argument)} stands inside Max, Min or Abs and may be arbitrarily large, so that nothing can "
+        f"be proven: {what}"
+    )
+
+
+def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:
+    """Return how large each latent can be that an equality gives explicitly, with coefficient one."""
+    own = (defining.term_degrees == 1) & (defining.factors.max(axis=1) == variables[defining.rows])
+    largest = np.maximum(np.abs(lower), np.abs(upper))
+    sizes = Balls.exact(np.where(own, 0.0, defining.coefficients.magnitude()))
+    with np.errstate(invalid="ignore"):
+        for column in defining.factors.T:
+            sizes = sizes * Balls.exact(np.where((column >= 0) & ~own, largest[column], 1.0))
+        reach = sizes.segment_sum(defining.rows, defining.n_rows).upper
+    return np.where(np.isfinite(reach), reach, np.inf)
+
+
+def _within(latents: Index, bound: int) -> Polynomials:
+    """Return ``bound - latent >= 0`` and ``bound + latent >= 0``."""
+    count = len(latents)
+    own = np.arange(2 * count)
+    return Polynomials(
+        2 * count,
+        np.concatenate([own, own]),
+        np.concatenate([np.tile(latents, 2), np.full(2 * count, bound)]).reshape(-1, 1),
+        Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(3 * count)])),
+    )

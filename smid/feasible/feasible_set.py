@@ -1,0 +1,250 @@
+"""The extended feasible parameter set: model, data and noise bounds as a polynomial problem ((2.12), (3.14))."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import sympy
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.moments.lift import complicating_variables
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.reductions.sparsity import cliques
+from smid.data import DataError, Dataset, excitation
+from smid.feasible.assemble import FREE_BOUND, Opening, Placed, Sides, Stamped, Structure, stamp_all
+from smid.fitting.binding import bind
+from smid.models import Model, ModelError
+from smid.models.symbols import end
+
+__all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound"]
+
+
+@dataclass(frozen=True)
+class FeasibleSet:
+    """All parameters and noises that are consistent with every sample.
+
+    Parameters
+    ----------
+    model : Model
+        Bound to the data's channels (:func:`smid.bind`).
+    data : Dataset
+        All its experiments take part; the parameters are shared.
+    noise_bound : float or mapping channel -> float
+        In the channel's unit; one number holds for every noisy channel.
+    free_channel : str, optional
+        A channel whose bound becomes the last variable of the problem, ``noise_bound`` (phase 1).
+
+    Attributes
+    ----------
+    problem : PolynomialProblem
+        Variables: the parameters, then the noises and latent signals sample by sample.
+    samples : ndarray of int, shape (n_equalities, 2)
+        Experiment and time index that each equality belongs to.
+    structure : Structure
+        The model's templates.
+    openings : tuple of Opening
+        The kinks (of Max, Min, Abs and sign) that are not decided on the box of the parameters. They stand in the
+        problem with their hulls, so that it is a relaxation of the set; without any, it is the set itself.
+    placed, definitions
+        What the problem was made of (:class:`smid.feasible.assemble.Stamped`).
+
+    Raises
+    ------
+    ModelError, DataError
+        Where bound, model and data do not fit together.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input=[1.0, 1, 1, 0], output=[0.0, 0.5, 0.7, 0.8], sampling_time=1.0)
+    >>> feasible = FeasibleSet(OutputError(na=1, stable=True), data, 0.1)
+    >>> feasible.n_equalities, feasible.degree
+    (3, 2)
+    """
+
+    model: Model
+    data: Dataset
+    noise_bound: float | Mapping[str, float]
+    free_channel: str | None = None
+    problem: PolynomialProblem = field(init=False)
+    samples: Index = field(init=False)
+    structure: Structure = field(init=False, repr=False)
+    openings: tuple[Opening, ...] = field(init=False, repr=False)
+    placed: tuple[Placed, ...] = field(init=False, repr=False)
+    definitions: tuple[tuple[Index, Index], ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        model = bind(self.model, self.data)
+        check_data(model, self.data)
+        bounds = check_noise_bound(model, self.noise_bound, self.free_channel)
+        structure = Structure.of(model)
+        if structure.hinges and self.free_channel is not None:
+            raise ModelError(
+                "the least noise bound of a model with Max, Min, Abs or sign is not available: give the bound that you "
+                "know of the sensor, or that of a model without them"
+            )
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "structure", structure)
+        self._take(stamp_all(structure, self.data, bounds, self.free_channel))
+
+    def _take(self, stamped: Stamped) -> None:
+        for name in ("problem", "samples", "openings", "placed", "definitions"):
+            object.__setattr__(self, name, getattr(stamped, name))
+
+    def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:
+        """Return the set on a smaller box of the parameters, where fewer kinks may be open.
+
+        Parameters
+        ----------
+        lower, upper : ndarray, shape (n_parameters,)
+        choose : mapping, optional
+            Sides to take for kinks that are open all the same (:func:`smid.feasible.assemble.stamp_all`).
+        """
+        other = copy(self)
+        other._take(stamp_all(self.structure, self.data, self.bounds, None, (lower, upper), choose))
+        return other
+
+    def with_problem(self, problem: PolynomialProblem) -> FeasibleSet:
+        """Return the same set with a tighter (proven) box."""
+        other = copy(self)
+        object.__setattr__(other, "problem", problem)
+        return other
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """Return the bound of each noisy channel, in the channel's unit."""
+        return check_noise_bound(self.model, self.noise_bound, self.free_channel)
+
+    @property
+    def n_variables(self) -> int:
+        """Return the number of parameters and latents."""
+        return self.problem.n_variables
+
+    @property
+    def n_equalities(self) -> int:
+        """Return the number of equalities: one per sample and dynamic line."""
+        return self.problem.equalities.n_rows
+
+    @property
+    def n_inequalities(self) -> int:
+        """Return the number of inequalities beside the boxes."""
+        return self.problem.inequalities.n_rows
+
+    @property
+    def degree(self) -> int:
+        """Return the largest degree among the constraints."""
+        return self.problem.degree
+
+    @cached_property
+    def complicating(self) -> tuple[str, ...] | None:
+        """Return the variables that the parametric lift would lift; None where it does not apply."""
+        found = complicating_variables(self.problem)
+        return None if found is None else tuple(self.problem.names[k] for k in found)
+
+    def cliques(self) -> tuple[tuple[str, ...], ...]:
+        """Return the cliques of the correlative sparsity pattern, by name."""
+        return tuple(tuple(self.problem.names[k] for k in c) for c in cliques(self.problem))
+
+    def to_sympy(self, most: int = 200) -> dict[str, list[sympy.Expr]]:
+        """Return the constraints as sympy expressions, for small problems.
+
+        Parameters
+        ----------
+        most : int
+            Refuse more equalities than this.
+
+        Returns
+        -------
+        dict
+            ``"equalities"`` (== 0) and ``"inequalities"`` (>= 0), the box included.
+
+        Raises
+        ------
+        ModelError
+            When there are more than ``most`` equalities.
+        """
+        if self.n_equalities > most:
+            raise ModelError(f"{self.n_equalities} equalities are too many to write out: crop the data below {most}")
+        symbols = [sympy.Symbol(name, real=True) for name in self.problem.names]
+        boxes = []
+        for s, low, high in zip(symbols, self.problem.lower, self.problem.upper, strict=True):
+            boxes += [s - float(low)] if np.isfinite(low) else []
+            boxes += [float(high) - s] if np.isfinite(high) else []
+        return {
+            "equalities": _to_sympy(self.problem.equalities, symbols),
+            "inequalities": _to_sympy(self.problem.inequalities, symbols) + boxes,
+        }
+
+    def __str__(self) -> str:
+        bounds = ", ".join(f"|noise of {c}| <= {b:g}" for c, b in self.bounds.items())
+        lifted = "none small enough" if self.complicating is None else ", ".join(self.complicating)
+        return (
+            f"Feasible set of {self.model.name}: {self.n_variables} variables "
+            f"({len(self.model.parameters)} parameters), {self.n_equalities} equalities, "
+            f"{self.n_inequalities} inequalities, degree {self.degree}; {bounds}; complicating: {lifted}"
+        )
+
+
+def _to_sympy(polynomials: Polynomials, symbols: list[sympy.Symbol]) -> list[sympy.Expr]:
+    expressions = [sympy.Integer(0)] * polynomials.n_rows
+    for row, factor, value in zip(polynomials.rows, polynomials.factors, polynomials.coefficients.mid, strict=True):
+        expressions[row] += sympy.Float(float(value)) * sympy.Mul(*(symbols[v] for v in factor if v >= 0))
+    return expressions
+
+
+def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], free: str | None) -> dict[str, float]:
+    """Return the bound of each noisy channel; ``free`` is a channel whose bound is not given.
+
+    Raises
+    ------
+    ModelError
+        For a bound that is missing, not positive, not finite, or of an exact channel.
+    """
+    noisy = [m.channel for m in model.measurements if m.noise is not None]
+    wanted = [c for c in noisy if c != free]
+    stated = noise_bound if isinstance(noise_bound, Mapping) else dict.fromkeys(wanted, noise_bound)
+    given = {channel: float(end(value, 1)) for channel, value in stated.items()}
+    for channel, value in given.items():
+        if channel not in noisy:
+            raise ModelError(f"noise bound of {channel!r}: the noisy channels are {', '.join(noisy)}; name one of them")
+        if not (np.isfinite(value) and value > 0):
+            raise ModelError(
+                f"the noise bound of {channel!r} is {value}: give a positive number in the channel's unit "
+                "(smid.error_bound encloses the least one)"
+            )
+    missing = [c for c in wanted if c not in given]
+    if missing:
+        raise ModelError(f"no noise bound for {', '.join(missing)}: give noise_bound={{channel: bound}}")
+    return {c: given[c] for c in wanted}
+
+
+def check_data(model: Model, data: Dataset) -> None:
+    """Raise a clear error where data and model do not fit together, before any work."""
+    have = tuple(c.name for c in data.channels)
+    missing = [c for c in model.channels if c not in have]
+    if missing:
+        raise DataError(
+            f"the model needs the channel {missing[0]!r}, the data have {', '.join(have)}: "
+            "name the channels when loading, or the model's input and output"
+        )
+    least = model.max_lag + len(model.parameters) + 1
+    for experiment in data.experiments:
+        if experiment.n_samples < least:
+            raise DataError(
+                f"experiment {experiment.name!r} has {experiment.n_samples} samples, the model needs {least} "
+                "(its lag, its parameters and one more): take a longer record or a smaller model"
+            )
+    for channel in model.input_channels:
+        # Order 1 and no more: a ramp excites little else, and is just what a static curve is measured with. Whether
+        # the data suffice for the parameters is what the intervals say.
+        records = [experiment.values[channel] for experiment in data.experiments]
+        if excitation(*records, max_order=1).order < 1:
+            raise DataError(
+                f"the input {channel!r} does not excite: it is {records[0][0]:g} at every sample; "
+                "measure with an input that moves (a step, a ramp, a PRBS), or crop the record to where it does"
+            )

@@ -1,0 +1,341 @@
+"""One dynamic equation of a model as a template, expanded once by sympy and stamped over all samples by NumPy.
+
+Each line that defines a state or a measured signal reads as an equality. A measured signal is replaced by "measurement
+minus noise" (or the sensor's inverse curve of it), static lines are substituted, other signals stay latent. What is
+left is a polynomial in parameters and latents whose coefficients are polynomials in the data; every coefficient is
+evaluated over all samples at once, in ball arithmetic.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import reduce
+
+import numpy as np
+import sympy
+
+from relaxations.algebra.ball_arithmetic import Array, Balls, Index
+from smid.feasible.piecewise_functions import Kink, unfold
+from smid.models import Line, Measurement, Model, ModelError
+from smid.models.symbols import VALUE, references, signal, t
+
+Reference = tuple[str, int]  # (signal or channel, lag)
+MOST_SUMMANDS = 24  # floats: over a thousand bits
+
+
+@dataclass(frozen=True)
+class Term:
+    """One monomial of a template.
+
+    Parameters
+    ----------
+    parameters : tuple of str
+        With repetition.
+    latents : tuple of (name, lag)
+        With repetition.
+    data : tuple of (coefficient, ((channel, lag, power), ...))
+        The coefficient: a sum of rational multiples of products of samples.
+    """
+
+    parameters: tuple[str, ...]
+    latents: tuple[Reference, ...]
+    data: tuple[tuple[Fraction, tuple[tuple[str, int, int], ...]], ...]
+
+    def coefficients(self, channels: Mapping[str, Array], times: Index) -> Balls:
+        """Return the coefficient at each of ``times``, shape (len(times),)."""
+        parts = []
+        for factor, powers in self.data:
+            product = Balls.exact(np.ones(len(times)))
+            for channel, lag, power in powers:
+                product = product * Balls.exact(channels[channel][times - lag]) ** power
+            constant = Balls.enclose(factor)
+            parts.append(product * Balls(np.full(len(times), constant.mid), np.full(len(times), constant.rad)))
+        return reduce(Balls.__add__, parts)
+
+    def expansions(self, channels: Mapping[str, Array], times: Index) -> tuple[Index, Balls]:
+        """Return each coefficient as a sum of floats that leaves next to nothing.
+
+        Returns
+        -------
+        which : ndarray of int
+            For every summand, the place in ``times`` of the coefficient it belongs to.
+        summands : Balls
+            Exact floats, and where the sum does not end (a third, say) a last ball around the rest.
+        """
+        samples = [
+            (factor, [(channels[c][times - lag].tolist(), power) for c, lag, power in powers])
+            for factor, powers in self.data
+        ]
+        which, mids, rads = [], [], []
+        for k in range(len(times)):
+            rest = sum(
+                (math.prod((Fraction(v[k]) ** power for v, power in powers), start=f) for f, powers in samples),
+                start=Fraction(0),
+            )
+            for _ in range(MOST_SUMMANDS):
+                which.append(k)
+                mids.append(float(rest))
+                rest -= Fraction(mids[-1])
+                rads.append(0.0)
+                if not rest:
+                    break
+            else:
+                rads[-1] = math.nextafter(abs(float(rest)), math.inf)
+        return np.array(which, dtype=np.int64), Balls(np.array(mids), np.array(rads))
+
+
+@dataclass(frozen=True)
+class Template:
+    """The equality that one signal's line stands for.
+
+    Parameters
+    ----------
+    signal : str
+    terms : tuple of Term
+    max_lag : int
+        How far back it reads.
+    defines : bool
+        Whether it gives the latent ``signal`` explicitly, in terms of nothing but parameters, noises and data.
+    """
+
+    signal: str
+    terms: tuple[Term, ...]
+    max_lag: int
+    defines: bool = False
+
+    @property
+    def latents(self) -> frozenset[Reference]:
+        """Return the latents that occur, each with its lag."""
+        return frozenset(reference for term in self.terms for reference in term.latents)
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A kink whose argument has been expanded.
+
+    Parameters
+    ----------
+    kink : Kink
+    argument : Template
+        The argument itself, not an equality.
+    """
+
+    kink: Kink
+    argument: Template
+
+
+def templates(model: Model) -> tuple[Template, ...]:
+    """Expand a model's lines into templates; they read the signals of :func:`hinges` where the lines have kinks.
+
+    Parameters
+    ----------
+    model : Model
+
+    Raises
+    ------
+    ModelError
+        Where a line is no polynomial in parameters, noises, latent signals and kinks.
+    """
+    model = model.discretised()
+    kept, static = _split(model)
+    curved = _curved_sensors(model)
+    dynamic = {*model.states, *(m.signal for m in model.measurements)}
+    depths = {hinge.kink.name: hinge.argument.max_lag for hinge in hinges(model)}
+    lines = [
+        _template(
+            model,
+            line.signal,
+            _substitute_static(line.target - line.expression, static),
+            curved,
+            depths,
+            line.signal not in dynamic,
+        )
+        for line in kept
+    ]
+    sensors = [
+        _template(
+            model,
+            m.signal,
+            signal(m.signal)[t] - _seen(m, signal(m.channel)[t], signal(m.noise)[t]),
+            curved,
+            depths,
+            True,
+        )
+        for m in model.measurements
+        if m.noise is not None and m.signal in curved
+    ]
+    return (*lines, *sensors)
+
+
+def hinges(model: Model) -> tuple[Hinge, ...]:
+    """Expand the arguments of a model's kinks, each after those that it reads.
+
+    Parameters
+    ----------
+    model : Model
+
+    Raises
+    ------
+    ModelError
+        Where an argument is no polynomial in parameters, noises, latent signals and earlier kinks.
+    """
+    model = model.discretised()
+    _, static = _split(model)
+    curved = _curved_sensors(model)
+    depths: dict[str, int] = {}
+    found = []
+    for kink in unfold(model).kinks:
+        argument = _template(model, kink.name, _substitute_static(kink.argument, static), curved, depths, False)
+        depths[kink.name] = argument.max_lag
+        found.append(Hinge(kink, argument))
+    return tuple(found)
+
+
+def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
+    """Return ``target - expression`` of each dynamic line with the static lines put in, and kinks by name."""
+    kept, static = _split(model.discretised())
+    return tuple(_substitute_static(line.target - line.expression, static) for line in kept)
+
+
+def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
+    """Return the lines that read as equalities, and the others by signal.
+
+    A static line that bends a noisy input stays an equality of a latent signal of its own: put into the dynamics it
+    would raise their degree, and with it the order of every relaxation.
+    """
+    defined = {line.signal for line in model.lines}
+    dynamic = {*model.states, *(m.signal for m in model.measurements)}
+    noisy = {m.signal for m in model.measurements if m.noise is not None and m.signal not in defined}
+    kept: list[Line] = []
+    static: dict[str, sympy.Expr] = {}
+    for line in unfold(model).lines:
+        if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
+            kept.append(line)
+        else:
+            static[line.signal] = line.expression
+    return kept, static
+
+
+def _bends(expression: sympy.Expr, noisy: set[str]) -> bool:
+    """Tell whether an expression is of degree two or more in noisy inputs."""
+    atoms = [signal(name)[t - lag] for name, lag in references(expression) if name in noisy]
+    return bool(atoms) and expression.is_polynomial(*atoms) and sympy.Poly(expression, *atoms).total_degree() > 1
+
+
+def _curved_sensors(model: Model) -> frozenset[str]:
+    """Return the measured signals whose sensor curve bends the noise: they stay latent, beside an equality."""
+    return frozenset(
+        m.signal
+        for m in model.measurements
+        if m.inverse is not None and m.noise is not None and sympy.degree(m.inverse, VALUE) > 1
+    )
+
+
+def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None) -> sympy.Expr:
+    """Return the signal behind a measured value and its noise."""
+    plain = value if noise is None else value - noise
+    return plain if measurement.inverse is None else measurement.inverse.xreplace({VALUE: plain})
+
+
+def _template(
+    model: Model,
+    target: str,
+    expression: sympy.Expr,
+    curved: frozenset[str],
+    depths: Mapping[str, int],
+    defines: bool,
+) -> Template:
+    """Expand one expression; ``curved`` signals stay latent although they are measured.
+
+    ``depths`` tells of each kink how far back its argument reads.
+    """
+    measured = {m.signal: m for m in model.measurements if m.signal not in curved}
+    hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved | {*depths}
+    replacements: dict[sympy.Expr, sympy.Expr] = {}
+    data: dict[sympy.Symbol, Reference] = {}
+    latent: dict[sympy.Symbol, Reference] = {}
+
+    def symbol(table: dict[sympy.Symbol, Reference], name: str, lag: int) -> sympy.Symbol:
+        made = sympy.Symbol(f"{name}__{lag}", real=True)
+        table[made] = (name, lag)
+        return made
+
+    for name, lag in sorted(references(expression)):
+        atom = signal(name)[t - lag]
+        measurement = measured.get(name)
+        if measurement is not None:
+            noise = None if measurement.noise is None else symbol(latent, measurement.noise, lag)
+            replacements[atom] = _seen(measurement, symbol(data, measurement.channel, lag), noise)
+        elif name in hidden:
+            replacements[atom] = symbol(latent, name, lag)
+        else:
+            replacements[atom] = symbol(data, name, lag)
+    flat = expression.xreplace(replacements)
+    if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
+        flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.identification.finite_box)
+    names = [*(p.name for p in model.parameters), *depths]
+    symbols = {sympy.Symbol(name, real=True): name for name in names}
+    parameters = {s: name for s, name in symbols.items() if s in flat.free_symbols}
+    unknowns = [*parameters, *sorted(latent, key=str)]
+    lags = [lag + depths.get(name, 0) for name, lag in (*data.values(), *latent.values())]
+    terms = _terms(target, flat, unknowns, parameters, latent, data)
+    return Template(target, terms, max(lags, default=0), defines)
+
+
+def _terms(
+    name: str,
+    flat: sympy.Expr,
+    unknowns: list[sympy.Symbol],
+    parameters: Mapping[sympy.Symbol, str],
+    latent: Mapping[sympy.Symbol, Reference],
+    data: Mapping[sympy.Symbol, Reference],
+) -> tuple[Term, ...]:
+    known = sorted(data, key=str)
+    try:
+        poly = sympy.Poly(flat, *unknowns, *known, domain="QQ")
+    except (sympy.PolynomialError, sympy.CoercionFailed):
+        constants = (
+            part for part in sympy.preorder_traversal(flat) if part.is_real and part.is_number and not part.is_rational
+        )
+        constant = next(constants, None)
+        if constant is not None:
+            near = float(constant)
+            raise ModelError(
+                f"the line of {name!r} holds {constant}, which is no fraction: intervals are proven for exact numbers; "
+                f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
+                f"{np.nextafter(near, np.inf)!s})"
+            ) from None
+        raise ModelError(
+            f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
+            "write it with polynomials, Max, Min, Abs and sign, or simulate only"
+        ) from None
+    split = len(unknowns)
+    grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}
+    for exponents, value in poly.terms():
+        samples = tuple((*data[s], e) for s, e in zip(known, exponents[split:], strict=True) if e)
+        grouped.setdefault(exponents[:split], []).append((Fraction(int(value.p), int(value.q)), samples))
+    terms = []
+    for exponents, parts in grouped.items():
+        repeated = [s for s, e in zip(unknowns, exponents, strict=True) for _ in range(e)]
+        terms.append(
+            Term(
+                tuple(parameters[s] for s in repeated if s in parameters),
+                tuple(latent[s] for s in repeated if s in latent),
+                tuple(parts),
+            )
+        )
+    return tuple(terms)
+
+
+def _substitute_static(expression: sympy.Expr, static: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    """Put static lines in place of their signals, until none is left."""
+    while True:
+        found = [(name, lag) for name, lag in references(expression) if name in static]
+        if not found:
+            return expression
+        expression = expression.xreplace(
+            {signal(name)[t - lag]: static[name].xreplace({t: t - lag}) for name, lag in found}
+        )

@@ -1,0 +1,183 @@
+"""Phase 3: what a model is worth on other records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array
+from smid.data import DataError, Dataset
+from smid.display.result import Part, Tabular, plain
+from smid.display.table import Table
+from smid.fitting.binding import bind
+from smid.models import Model
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a free run compares with one experiment's output.
+
+    Parameters
+    ----------
+    experiment, channel, unit : str
+    samples : int
+        Samples compared: those after the warm-up.
+    rmse : float
+        In the channel's unit.
+    fit_percent : float
+        ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``, the NRMSE fit; minus infinity for a constant output.
+    largest : float
+        Largest absolute error, in the channel's unit.
+    noise_bound : float or None
+    violations : int or None
+        Samples whose error exceeds the noise bound.
+    """
+
+    experiment: str
+    channel: str
+    unit: str
+    samples: int
+    rmse: float
+    fit_percent: float
+    largest: float
+    noise_bound: float | None
+    violations: int | None
+
+
+@dataclass(frozen=True, repr=False)
+class Validation(Tabular):
+    """Free-run simulation of a model on data, scored.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+    scores : tuple of Score
+        One for each experiment and output channel.
+    simulated : tuple of mapping channel -> ndarray
+        One mapping per experiment.
+    """
+
+    model: Model
+    data: Dataset
+    scores: tuple[Score, ...]
+    simulated: tuple[Mapping[str, Array], ...]
+
+    @property
+    def table(self) -> Table:
+        """Return a row for each score."""
+        rows = tuple(
+            (
+                s.experiment,
+                s.channel,
+                str(s.samples),
+                f"{s.rmse:.4g} {s.unit}".rstrip(),
+                f"{s.fit_percent:.2f}",
+                f"{s.largest:.4g} {s.unit}".rstrip(),
+                "-" if s.violations is None else f"{s.violations}",
+            )
+            for s in self.scores
+        )
+        header = ("experiment", "output", "samples", "RMSE", "fit %", "largest", "violations")
+        return Table("", header, rows, "llrrrrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (asdict(score) for score in self.scores)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the ``validation`` of the versioned JSON schema in docs/json.md."""
+        return {
+            "schema": "smid.validation/1",
+            "model": self.model.to_dict(),
+            "data": {"source": self.data.source, "checksum": self.data.checksum},
+            "scores": plain(self.scores),
+        }
+
+    def plot(self, number: int = 0) -> Figure:
+        """Draw the measured output over the free run, and the error below.
+
+        Parameters
+        ----------
+        number : int
+            Which of the scores: there is one for each experiment and output.
+
+        Returns
+        -------
+        Figure
+            With the band of the noise bound, where one was given.
+        """
+        from smid.fitting.figures import simulation_figure
+
+        return simulation_figure(self, number)
+
+
+def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
+    """Simulate a model freely over data and score it (phase 3 of the clutch thesis, 3.2.3).
+
+    The first samples of the output, as many as the model looks back, start the simulation; they and the data's warm-up
+    (``n_init``) are kept out of every score.
+
+    Parameters
+    ----------
+    model : Model
+        With parameter values, such as ``estimate.model``.
+    data : Dataset
+    noise_bound : float or mapping channel -> float, optional
+        To count violations.
+
+    Returns
+    -------
+    Validation
+
+    Raises
+    ------
+    ModelError, DataError
+        Where the model has no values, or does not fit the data.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"u": [1.0, 1, 1, 1]}, output={"y": [0.0, 1, 1.5, 1.8]}, sampling_time=1.0)
+    >>> score = validate(OutputError(na=1).with_values({"a1": -0.5, "b0": 1.0}), data, 0.1).scores[0]
+    >>> score.violations, round(score.largest, 2)
+    (0, 0.05)
+    """
+    model = bind(model, data)
+    simulation = model.simulate(data)
+    start = max(data.n_init, model.max_lag)
+    scores = []
+    for number, experiment in enumerate(data.experiments):
+        for channel in model.output_channels:
+            error = (experiment.values[channel] - simulation.outputs[number][channel])[start:]
+            if not len(error):
+                raise DataError(
+                    f"experiment {experiment.name!r} has {experiment.n_samples} samples, none after the first {start} "
+                    "that start the simulation: take a longer record"
+                )
+            bound = noise_bound.get(channel) if isinstance(noise_bound, Mapping) else noise_bound
+            deviation = np.linalg.norm(experiment.values[channel][start:] - experiment.values[channel][start:].mean())
+            with np.errstate(divide="ignore", invalid="ignore"):
+                fit = 100 * (1 - np.linalg.norm(error) / deviation)
+            scores.append(
+                Score(
+                    experiment.name,
+                    channel,
+                    data.channel(channel).unit,
+                    len(error),
+                    float(np.sqrt(np.mean(error**2))),
+                    float(fit),
+                    float(np.abs(error).max()),
+                    bound,
+                    None if bound is None else int((np.abs(error) > bound).sum()),
+                )
+            )
+    return Validation(model, data, tuple(scores), tuple(dict(o) for o in simulation.outputs))

@@ -1,7 +1,0 @@
-"""Certified intervals of first-principles models, without a starting value."""
-
-from smid.hybrid.certified.arm import CertifiedArm, certify_arm
-from smid.hybrid.certified.box import PRIOR
-from smid.hybrid.certified.reactor import CertifiedReactor, certify_reactor
-
-__all__ = ["PRIOR", "CertifiedArm", "CertifiedReactor", "certify_arm", "certify_reactor"]

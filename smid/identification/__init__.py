@@ -1,0 +1,1 @@
+"""Certified parameter intervals of a model, and the least noise bound of a record."""

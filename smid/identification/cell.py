@@ -1,0 +1,353 @@
+"""A cell: a box of the parameters on which some kinks are decided and the others stand with their hulls.
+
+A cell is contracted by certified bounds and built anew as long as that pays, for a smaller box decides more kinks. It
+is split at a threshold where a sample changes sides, so that finitely many splits decide all samples; or, where an
+argument holds noise, by taking one sample's kink on each of its two sides (a positive part only: a sign that is zero
+belongs to neither).
+
+While a parameter has no finite box, the equalities that read it are left out, which may contract the thresholds or
+prove the cell empty: beyond the largest sample of the input any gain would do, but the output contradicts it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.moments.lift import complicating_variables
+from relaxations.points.witness import find_witness
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness, lowest, relax, resolve
+from relaxations.proof.proof_steps import Bound, Record
+from relaxations.search.boxes import derive_box
+from smid.feasible.assemble import CONSTANT, Opening, Sides
+from smid.feasible.feasible_set import FeasibleSet
+from smid.feasible.piecewise_functions import Kind
+from smid.feasible.regimes import Side
+from smid.identification.finite_box import vanishing_factors, with_finite_box
+from smid.identification.first_guess import equation_error_fit, magnitudes
+from smid.identification.piecewise_proof import Trail
+from smid.models import ModelError
+
+ROUNDS = 4  # contractions of one cell
+WORTH = 0.1  # a contraction that takes less off every width is the last one
+NARROW = 1e-3  # a threshold below this share of its first width is no longer split
+
+
+@dataclass(frozen=True)
+class Part:
+    """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off.
+
+    Its trail keeps the proof.
+    """
+
+    lower: Array
+    upper: Array
+    choose: Sides
+    trail: Trail = field(default_factory=Trail)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A contracted part.
+
+    Parameters
+    ----------
+    part : Part
+        Certified: no feasible parameter of the part lies outside its box.
+    feasible : FeasibleSet
+        Stamped on that part.
+    points : mapping (parameter, sign) -> ndarray
+        Where the relaxation attains each end (+1: lower, -1: upper), by the set's variables.
+    solves : int
+        Bounds that it took.
+    largest_block, n_moments : int
+        Of its last relaxation.
+    settled : bool
+        Whether nothing more is to be had from it.
+    """
+
+    part: Part
+    feasible: FeasibleSet
+    points: Mapping[tuple[int, int], Array]
+    solves: int = 0
+    largest_block: int = 0
+    n_moments: int = 0
+    settled: bool = False
+
+    def end(self, k: int, sign: int) -> float:
+        """Return ``sign`` times an outer end, to be minimised."""
+        return float(self.part.lower[k] if sign > 0 else -self.part.upper[k])
+
+
+def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness:
+    """Contract a part with a finite box, or prove it empty.
+
+    Parameters
+    ----------
+    feasible : FeasibleSet
+        Any set of the same model and data.
+    part : Part
+    solver : str
+
+    Raises
+    ------
+    ModelError
+        Where the parametric lift does not apply.
+    """
+    cell = Cell(part, feasible.on_box(part.lower, part.upper, part.choose), {})
+    for _ in range(ROUNDS):
+        with part.trail.on(cell.feasible) as record:
+            found = _bounds(cell.feasible, cell.feasible.problem, solver, record)
+        if isinstance(found, Emptiness):
+            return found
+        width = cell.part.upper - cell.part.lower
+        smaller = feasible.on_box(found.lower, found.upper, part.choose)
+        cell = Cell(
+            replace(part, lower=found.lower, upper=found.upper),
+            smaller,
+            {end: _carried(point, cell.feasible, smaller) for end, point in found.points.items()},
+            cell.solves + found.solves,
+            found.largest_block,
+            found.n_moments,
+        )
+        shrunk = 1 - (found.upper - found.lower)[width > 0] / width[width > 0]
+        if not len(shrunk) or shrunk.max() < WORTH:
+            break
+    return cell
+
+
+def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | tuple[str, ...]:
+    """Give every parameter of a part a finite box, or prove the part empty, or say whose box could not be proven."""
+    lower, upper = part.lower.copy(), part.upper.copy()
+    loose = np.flatnonzero(~np.isfinite(upper - lower))
+    if not len(loose):
+        return part
+    for _ in range(ROUNDS):
+        stamped = feasible.on_box(lower, upper, part.choose)
+        problem, equalities = _without(stamped.problem, loose)
+        with part.trail.on(stamped) as record:
+            found = _bounds(stamped, problem, solver, record)
+        if isinstance(found, Emptiness):
+            weights = np.zeros(stamped.problem.equalities.n_rows)
+            weights[equalities] = found.weights
+            return Emptiness(found.margin, weights)
+        fixed = np.isfinite(upper - lower)
+        before = (upper - lower)[fixed]
+        lower[fixed], upper[fixed] = found.lower[fixed], found.upper[fixed]
+        shrunk = 1 - (upper - lower)[fixed][before > 0] / before[before > 0]
+        if not len(shrunk) or shrunk.max() < WORTH:
+            break
+    stamped = feasible.on_box(lower, upper, part.choose)
+    if vanishing_factors(stamped.model, stamped.problem.unbounded):
+        box = with_finite_box(stamped, solver)
+        problem, unbounded = box.feasible.problem, box.unbounded
+    else:
+        with part.trail.on(stamped) as record:
+            derived = derive_box(stamped.problem, _guess(stamped), solver, record=record)
+        problem, unbounded = derived.problem, derived.unbounded
+    if unbounded:
+        return unbounded
+    count = len(lower)
+    return replace(part, lower=problem.lower[:count], upper=problem.upper[:count])
+
+
+def lifted(name: str, problem: PolynomialProblem) -> Index:
+    """Return the variables that the parametric lift lifts; ModelError where it does not apply to the kinks."""
+    complicating = complicating_variables(problem)
+    if complicating is None:
+        raise ModelError(
+            f"Max, Min, Abs or sign in the model {name!r} are raised to a power, or multiply too many unknowns: only "
+            "their products with a few parameters can be bounded; put them where they enter linearly, or fix parameters"
+        )
+    return complicating
+
+
+@dataclass(frozen=True)
+class _Bounds:
+    lower: Array
+    upper: Array
+    points: Mapping[tuple[int, int], Array]
+    solves: int
+    largest_block: int
+    n_moments: int
+
+
+def _bounds(
+    stamped: FeasibleSet, problem: PolynomialProblem, solver: str, record: Record | None
+) -> _Bounds | Emptiness:
+    """Bound the parameters of a problem, or of what is left of it, once from both sides."""
+    complicating = lifted(stamped.model.name, problem)
+    relaxed = relax(problem, "lift", lowest(problem, "lift", complicating), solver)
+    count = len(stamped.model.parameters)
+    lower, upper = stamped.problem.lower[:count].copy(), stamped.problem.upper[:count].copy()
+    place = {name: k for k, name in enumerate(problem.names)}
+    points: dict[tuple[int, int], Array] = {}
+    solves = 0
+    for k, name in enumerate(stamped.problem.names[:count]):
+        for sign in (1, -1):
+            if name not in place or stamped.problem.lower[k] == stamped.problem.upper[k]:
+                continue
+            objective = problem.variable(place[name], sign)
+            outcome = relaxed.bound(objective)
+            solves += 1
+            if outcome.certificate is None:
+                continue
+            if record and outcome.bound > (lower[k] if sign > 0 else -upper[k]):
+                record(Bound.of(relaxed, objective, outcome))
+            if sign > 0:
+                lower[k] = max(lower[k], outcome.bound)
+            else:
+                upper[k] = min(upper[k], -outcome.bound)
+            if outcome.bound == np.inf or lower[k] > upper[k]:
+                return relaxed.emptiness(outcome.certificate)
+            if outcome.point is not None:
+                points[k, sign] = outcome.point
+    return _Bounds(lower, upper, points, solves, relaxed.relaxation.largest_block, relaxed.relaxation.n_moments)
+
+
+def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
+    """Leave out some variables with the constraints that read them; return the equalities that are left as well."""
+    left = np.setdiff1d(np.arange(problem.n_variables), loose)
+    numbers = np.full(problem.n_variables, -1, dtype=np.int64)
+    numbers[left] = np.arange(len(left))
+    families = (problem.equalities, problem.inequalities)
+    rows = [
+        np.setdiff1d(np.arange(family.n_rows), family.rows[np.isin(family.factors, loose).any(axis=1)])
+        for family in families
+    ]
+    equalities, inequalities = (f.take(kept).renumbered(numbers) for f, kept in zip(families, rows, strict=True))
+    names = tuple(problem.names[k] for k in left)
+    return PolynomialProblem(names, problem.lower[left], problem.upper[left], equalities, inequalities), rows[0]
+
+
+def _guess(stamped: FeasibleSet) -> Array:
+    """Guess magnitudes with every kink on the side where the middle of the box has it."""
+    count = len(stamped.model.parameters)
+    lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
+    parameters, rms = equation_error_fit(stamped.on_box(lower, upper, sides_at(stamped, middle(stamped))))
+    return magnitudes(stamped, parameters, rms)
+
+
+def middle(stamped: FeasibleSet) -> Array:
+    """Return the middle of the box, zero where it has none."""
+    lower, upper = stamped.problem.lower, stamped.problem.upper
+    loose = ~np.isfinite(upper - lower)
+    return np.where(loose, 0.0, 0.5 * np.where(loose, 0.0, lower) + 0.5 * np.where(loose, 0.0, upper))
+
+
+def _carried(point: Array, source: FeasibleSet, target: FeasibleSet) -> Array:
+    """Return a point by the variables of another stamping of the same set; what is new to it is in the middle."""
+    values = dict(zip(source.problem.names, point.tolist(), strict=True))
+    inside = middle(target)
+    return np.array([values.get(name, inside[k]) for k, name in enumerate(target.problem.names)])
+
+
+def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index]:
+    """Return the side of every open kink at a point; the values of the kinks in it are not trusted but computed."""
+    point = np.nan_to_num(point)
+    sides: dict[tuple[str, int], Index] = {}
+    for opening in feasible.openings:
+        arguments = opening.arguments.evaluate(point)
+        positive = opening.hinge.kink.kind is Kind.POSITIVE_PART
+        point[opening.variables] = np.maximum(arguments, 0.0) if positive else np.sign(arguments)
+        sides[opening.hinge.kink.name, opening.experiment] = _table(
+            feasible, opening, opening.times, np.where(arguments >= 0, Side.POSITIVE, Side.NEGATIVE)
+        )
+    return sides
+
+
+def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) -> Index:
+    n = 1 if opening.experiment == CONSTANT else feasible.data.experiments[opening.experiment].n_samples
+    table = np.full(n, Side.OPEN, dtype=np.int64)
+    table[times] = sides
+    return table
+
+
+def witness(cell: Cell, k: int, sign: int) -> Array | None:
+    """Look for verified parameters near one end of a cell, every kink on the side where the relaxation has it."""
+    point = cell.points.get((k, sign))
+    return None if point is None else witness_near(cell.feasible, cell.part, point, k, sign)
+
+
+def witness_near(feasible: FeasibleSet, part: Part, point: Array, k: int, sign: int) -> Array | None:
+    """Search from a point of a set for verified parameters that push one end outwards."""
+    chosen = {**part.choose, **sides_at(feasible, point)} if feasible.openings else part.choose
+    exact = feasible.on_box(part.lower, part.upper, chosen)
+    problem = exact.problem
+    *_, complicating = resolve(problem, "auto", None)
+    found = find_witness(problem, problem, problem.variable(k, sign), complicating, _carried(point, feasible, exact))
+    return None if found is None else found.point[: len(part.lower)]
+
+
+def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
+    """Cut a cell with open kinks in two parts that cover it; empty where no cut helps.
+
+    Parameters
+    ----------
+    cell : Cell
+    first_width : ndarray, shape (n_parameters,)
+        Widths that tell what is narrow.
+    """
+    part, openings = cell.part, cell.feasible.openings
+    count = len(part.lower)
+    read = np.unique(np.concatenate([o.arguments.occurring() for o in openings]))
+    width = part.upper - part.lower
+    share = np.where(first_width > 0, width / np.where(first_width > 0, first_width, 1.0), 0.0)
+    share[np.setdiff1d(np.arange(count), read)] = 0.0
+    cut = int(np.argmax(share))
+    if share[cut] > NARROW:
+        low, high = part.lower.copy(), part.upper.copy()
+        low[cut] = high[cut] = _breakpoint(openings, cut, part)
+        name, where = cell.feasible.problem.names[cut], float(low[cut])
+        return (
+            Part(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
+            Part(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
+        )
+    return _by_side(cell)
+
+
+def _breakpoint(openings: tuple[Opening, ...], cut: int, part: Part) -> float:
+    """Return where to cut a threshold: at a sample's change of sides if one lies in the middle half."""
+    low, high = part.lower[cut], part.upper[cut]
+    centre = float(0.5 * low + 0.5 * high)
+    roots = np.concatenate([_roots(o.arguments, cut) for o in openings])
+    inside = roots[np.abs(roots - centre) < 0.25 * (high - low)]
+    return float(inside[np.argmin(np.abs(inside - centre))]) if len(inside) else centre
+
+
+def _roots(arguments: Polynomials, variable: int) -> Array:
+    """Return where those arguments vanish that read nothing but one variable, linearly."""
+    degrees, factors, mid = arguments.term_degrees, arguments.factors, arguments.coefficients.mid
+    own = (degrees == 1) & (factors.max(axis=1, initial=-1) == variable)
+    slope = np.bincount(arguments.rows, np.where(own, mid, 0.0), arguments.n_rows)
+    constant = np.bincount(arguments.rows, np.where(degrees == 0, mid, 0.0), arguments.n_rows)
+    others = np.bincount(arguments.rows, ~own & (degrees > 0), arguments.n_rows)
+    usable = (others == 0) & (slope != 0)
+    return np.asarray(-constant[usable] / slope[usable], dtype=np.float64)
+
+
+def _by_side(cell: Cell) -> tuple[Part, ...]:
+    """Take the positive part whose hull is loosest over its range on each of its sides."""
+    candidates = [o for o in cell.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
+    if not candidates:
+        return ()
+    # The hull's largest error is U / (1 - U / L), at zero; both are open, so that L < 0 < U.
+    errors = [o.within.high / (1 - o.within.high / o.within.low) for o in candidates]
+    worst = int(np.argmax([e.max() for e in errors]))
+    opening = candidates[worst]
+    place = int(np.argmax(errors[worst]))
+    at = opening.times[place]
+    key = (opening.hinge.kink.name, opening.experiment)
+    parts = []
+    for side in (Side.NEGATIVE, Side.POSITIVE):
+        nothing = np.zeros(0, dtype=np.int64)
+        table = cell.part.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
+        table[at] = side
+        trail = cell.part.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
+        parts.append(Part(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
+    return tuple(parts)

@@ -1,0 +1,236 @@
+"""Phase 1: an enclosure of the least noise bound under which the model explains the data.
+
+The least bound is the optimum of a polynomial problem itself: minimise D subject to the model's equations and
+``|noise| <= D``. A verified point gives its upper end; with ``D`` no larger than that, the lift contracts towards the
+optimum and certifies the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
+identify with a larger one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.deadline import STOPS, limited, stopped_by
+from relaxations.points.witness import Witness, find_witness
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import lowest, resolve
+from relaxations.search.hierarchy import CUTS, Reason, intervals
+from relaxations.solvers.interface import check_solver
+from smid.data import Dataset
+from smid.display.result import Part, Result
+from smid.display.table import Table
+from smid.feasible.feasible_set import FREE_BOUND, FeasibleSet
+from smid.fitting.binding import bind
+from smid.identification.estimate import round_down, round_up
+from smid.identification.finite_box import with_finite_box
+from smid.identification.first_guess import equation_error_fit, magnitudes
+from smid.models import Model, ModelError
+
+
+@dataclass(frozen=True, repr=False)
+class ErrorBound(Result):
+    """An enclosure of the least noise bound.
+
+    Parameters
+    ----------
+    channel : str
+        Channel whose noise is meant.
+    unit : str
+    lower : float
+        Certified: with any smaller bound the feasible set is empty.
+    upper : float
+        Witnessed: with this bound it is not. Infinite where the computation was stopped before there was a witness.
+    parameters : mapping str -> float
+        Parameters of the witness: a minimax fit. Empty without one.
+    fixed : mapping channel -> float
+        Bounds of the other noisy channels.
+    reason : Reason
+        Why the computation stopped.
+    seconds : float
+    """
+
+    channel: str
+    unit: str
+    lower: float
+    upper: float
+    parameters: Mapping[str, float]
+    fixed: Mapping[str, float]
+    reason: Reason
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Return the width of the enclosure."""
+        return self.upper - self.lower
+
+    @property
+    def enclosure(self) -> str:
+        """Return the enclosure as text, its ends rounded outwards."""
+        digits = 6 if self.upper == 0 or self.gap > 1e-5 * self.upper else 8
+        return f"[{round_down(self.lower, digits)}, {round_up(self.upper, digits)}]"
+
+    def __str__(self) -> str:
+        if not np.isfinite(self.upper):
+            return f"least noise bound of {self.channel}: not known; {self.reason.value}"
+        return f"least noise bound of {self.channel}: in {self.enclosure} {self.unit}".rstrip() + (
+            " (lower end certified, upper end witnessed)" if self.lower > 0 else " (witnessed; no lower end is proven)"
+        )
+
+    def _content(self) -> Iterator[Part]:
+        said = str(self)
+        yield f"{said[0].upper()}{said[1:]}; {self.reason.value}."
+        if not self.parameters:
+            return
+        rows = tuple((name, f"{value:.6g}") for name, value in self.parameters.items())
+        yield Table("Parameters that explain the data with the upper end.", ("parameter", "value"), rows, "lr")
+
+
+@limited
+def error_bound(
+    model: Model,
+    data: Dataset,
+    fixed: Mapping[str, float] | None = None,
+    *,
+    method: str = "auto",
+    order: int | None = None,
+    solver: str = "clarabel",
+    tolerance: float = 1e-3,
+    rounds: int = 12,
+    nodes: int = 200,
+    seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
+    progress: Callable[[str], None] | None = None,
+) -> ErrorBound:
+    """Enclose the least noise bound of the output (phase 1 of the clutch thesis, 3.2.3).
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+    fixed : mapping channel -> float, optional
+        Bounds of the other noisy channels (errors in variables); exactly one noisy channel must remain.
+    method, solver
+        See :func:`smid.identify`.
+    order : int, optional
+        Highest relaxation order; by default the least, for here branching closes a gap sooner than order does.
+    tolerance : float
+        Stop once the enclosure is narrower than this share of its upper end.
+    rounds : int
+        At most so many contractions.
+    nodes : int
+        Where they leave a gap, branch with at most so many relaxations.
+    seconds : float
+        Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    ErrorBound
+
+    Raises
+    ------
+    ModelError, DataError
+        Where model, data and fixed bounds do not fit together, or no feasible point could be verified.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> bound = error_bound(OutputError(na=1, stable=True), data)
+    >>> 0 < bound.lower <= bound.upper < 0.05
+    True
+    """
+    started = time.perf_counter()
+    check_solver(solver)
+    model = bind(model, data)
+    noisy = [m.channel for m in model.measurements if m.noise is not None]
+    open_channels = [c for c in noisy if c not in (fixed or {})]
+    if len(open_channels) != 1:
+        raise ModelError(
+            f"noise bounds to find: {', '.join(open_channels) or 'none'}; give the known ones in fixed={{channel: "
+            "bound}} so that exactly one remains"
+        )
+    channel = open_channels[0]
+    feasible = FeasibleSet(model, data, fixed or {}, channel)
+    # Cuts are for the ends of variables that complicate, and the noise bound does not.
+    method, asked, complicating = resolve(feasible.problem, "auto" if method == CUTS else method, order)
+    order = asked if order is not None else lowest(feasible.problem, method, complicating)
+    found: list[Array] = []  # verified points, the best last
+    reach, last = np.inf, feasible.n_variables - 1
+
+    def result(lower: float, reason: Reason) -> ErrorBound:
+        best = found[-1] if found else None
+        return ErrorBound(
+            channel,
+            data.channel(channel).unit,
+            lower,
+            np.inf if best is None else float(np.nextafter(best[last], np.inf)),
+            {} if best is None else {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
+            dict(fixed or {}),
+            reason,
+            time.perf_counter() - started,
+        )
+
+    try:
+        for witness in _minimax(feasible):
+            if witness.value < reach:
+                reach = witness.value
+                found.append(witness.point)
+        if not found:
+            raise ModelError(
+                "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
+            )
+        boxed = with_finite_box(feasible.with_problem(_capped(feasible.problem, reach)), solver, progress)
+    except STOPS as stop:
+        return result(0.0, Reason[stopped_by(stop)])
+    if boxed.unbounded:
+        return result(0.0, Reason.STALLED)
+    enclosure = intervals(
+        boxed.feasible.problem,
+        [last],
+        method=method,
+        order=order,
+        solver=solver,
+        tolerance=0.0,
+        absolute=tolerance * reach,
+        rounds=rounds,
+        known=found[-1:],
+        nodes=nodes,
+        progress=progress,
+    )
+    found.append(min(enclosure.witnesses, key=lambda point: point[last]))
+    return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
+
+
+def _minimax(feasible: FeasibleSet) -> Iterator[Witness]:
+    """Yield verified points of small noise bound."""
+    problem = feasible.problem
+    last = problem.n_variables - 1
+    assert problem.names[last] == FREE_BOUND
+    parameters, rms = equation_error_fit(feasible)
+    magnitude = magnitudes(feasible, parameters, max(rms, 1e-9))
+    *_, complicating = resolve(problem, "auto", None)
+    start = np.zeros(problem.n_variables)
+    for shrink in (1.0, 0.9, 0.5, 0.0):  # towards zero: an equation-error fit errs, at worst towards instability
+        start[: len(parameters)] = shrink * parameters
+        found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
+        if found is not None:
+            yield found
+
+
+def _capped(problem: PolynomialProblem, reach: float) -> PolynomialProblem:
+    """Return the problem with the noise bound, and the noises it bounds, at most ``reach``."""
+    last = problem.n_variables - 1
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    upper[last] = reach
+    inequalities = problem.inequalities
+    bounding = np.unique(inequalities.rows[(inequalities.factors == last).any(axis=1)])
+    noises = np.setdiff1d(inequalities.take(bounding).occurring(), [last])
+    lower[noises], upper[noises] = np.maximum(lower[noises], -reach), np.minimum(upper[noises], reach)
+    return problem.with_box(lower, upper)

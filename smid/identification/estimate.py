@@ -1,0 +1,351 @@
+"""What identification gives: intervals that are theorems, inner ends, a central model."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason
+from smid.data import Dataset
+from smid.display.result import Part, Result, Tabular, optional, plain
+from smid.display.table import Table
+from smid.models import Model, ModelError, Parameter
+from smid.models.linear_block import linear_block
+
+if TYPE_CHECKING:
+    from control import TransferFunction
+
+SCHEMA = "smid.estimate/1"
+_HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
+
+
+class CentreStatus(Enum):
+    """Whether the vector of centres belongs to the feasible set.
+
+    Examples
+    --------
+    >>> print(CentreStatus.FEASIBLE.value)
+    the vector of centres is feasible (verified)
+    """
+
+    FEASIBLE = "the vector of centres is feasible (verified)"
+    INFEASIBLE = "the vector of centres is proven infeasible; the nearest feasible point found is given"
+    UNDECIDED = "it is undecided whether the vector of centres is feasible"
+
+
+@dataclass(frozen=True, repr=False)
+class ParameterInterval(Result):
+    """The parameter uncertainty interval (PUI) of one parameter, (2.15)-(2.17).
+
+    Parameters
+    ----------
+    name, unit : str
+    lower, upper : float
+        Outer ends: certified, every consistent parameter lies between them.
+    inner_lower, inner_upper : float
+        Values that verified feasible points attain; NaN where none was found.
+    proof_lower, proof_upper : Proof
+        ``BOX`` where the end is the prior box's own and not the data's.
+
+    Examples
+    --------
+    >>> a1 = ParameterInterval("a1", "", -0.6, -0.4, -0.59, -0.41, Proof.PROVEN, Proof.PROVEN)
+    >>> round(a1.width, 6), round(a1.centre, 6), round(a1.gap, 6)
+    (0.2, -0.5, 0.01)
+    >>> a1
+    a1 in [-0.6000, -0.4000] (proven / proven)
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    inner_lower: float
+    inner_upper: float
+    proof_lower: Proof
+    proof_upper: Proof
+
+    @property
+    def width(self) -> float:
+        """Return the certified width."""
+        return self.upper - self.lower
+
+    @property
+    def centre(self) -> float:
+        """Return the central estimate (3.18)."""
+        return 0.5 * self.lower + 0.5 * self.upper
+
+    @property
+    def gap(self) -> float:
+        """Return the larger distance from an outer end to its inner one; NaN without witness."""
+        return float(np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper))
+
+    @staticmethod
+    def of(interval: Interval, parameter: Parameter) -> ParameterInterval:
+        """Label an interval of :mod:`relaxations`: an end beyond the prior's, or equal to it, is the prior's own."""
+        priors = (interval.lower <= parameter.lower, interval.upper >= parameter.upper)
+        proofs = [Proof.BOX if prior else Proof.PROVEN for prior in priors]
+        return ParameterInterval(
+            interval.name,
+            parameter.unit,
+            interval.lower,
+            interval.upper,
+            interval.inner_lower,
+            interval.inner_upper,
+            proofs[0],
+            proofs[1],
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; infinite and missing numbers become None."""
+        content: dict[str, Any] = plain(self.row)
+        return content
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """Return the numbers by name, with all digits."""
+        numbers = ("lower", "upper", "inner_lower", "inner_upper", "width", "centre", "gap")
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            **{name: float(getattr(self, name)) for name in numbers},
+            "proof_lower": self.proof_lower.name.lower(),
+            "proof_upper": self.proof_upper.name.lower(),
+        }
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of a table: ends rounded outwards, to three figures of the width."""
+        digits = shown_digits(self)
+        ends = " / ".join("proven" if p is Proof.PROVEN else "prior box" for p in (self.proof_lower, self.proof_upper))
+        return (
+            self.name,
+            round_down(self.lower, digits),
+            round_up(self.upper, digits),
+            f"{self.gap:.1e}" if np.isfinite(self.gap) else "unknown",
+            f"{self.centre:.{digits}g}" if np.isfinite(self.centre) else "unknown",
+            self.unit,
+            ends,
+        )
+
+    def __str__(self) -> str:
+        _, lower, upper, *_, ends = self.cells
+        return f"{self.name} in [{lower}, {upper}] {self.unit}".rstrip() + f" ({ends})"
+
+    def _content(self) -> Iterator[Part]:
+        yield interval_table("", (self,))
+
+
+def interval_table(caption: str, intervals: tuple[ParameterInterval, ...]) -> Table:
+    """Return a row for each interval."""
+    return Table(caption, _HEADER, tuple(i.cells for i in intervals), "r" * len(_HEADER))
+
+
+@dataclass(frozen=True, repr=False)
+class Estimate(Tabular):
+    """Parameter uncertainty intervals of a model on data.
+
+    Parameters
+    ----------
+    model : Model
+        The central model: its ``values`` are :attr:`parameters`.
+    data : Dataset
+    noise_bound : mapping channel -> float
+    intervals : tuple of ParameterInterval
+    centre_status : CentreStatus
+    nearest : mapping str -> float or None
+        A verified feasible point near the centres, where the centres are not themselves shown feasible.
+    derived : tuple of str
+        Parameters that came without prior bounds and got a box proven from the data.
+    unbounded : tuple of str
+        Parameters and hidden signals for which no box could be proven; then nothing else is certified either.
+    reason : Reason
+        Why the computation stopped.
+    enclosure : Enclosure or None
+        How the bounds came about; None where the computation ended before them.
+    """
+
+    model: Model
+    data: Dataset
+    noise_bound: Mapping[str, float]
+    intervals: tuple[ParameterInterval, ...]
+    centre_status: CentreStatus
+    nearest: Mapping[str, float] | None
+    derived: tuple[str, ...]
+    unbounded: tuple[str, ...]
+    reason: Reason
+    enclosure: Enclosure | None
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Return the parameters of the central model: the centres, or the nearest feasible point found."""
+        return dict(self.nearest) if self.nearest is not None else self.centre
+
+    @property
+    def centre(self) -> dict[str, float]:
+        """Return the centres of the intervals (3.18)."""
+        return {i.name: i.centre for i in self.intervals}
+
+    def __getitem__(self, name: str) -> ParameterInterval:
+        for interval in self.intervals:
+            if interval.name == name:
+                return interval
+        raise KeyError(f"no parameter {name!r}: the model has {', '.join(i.name for i in self.intervals)}")
+
+    @property
+    def summary(self) -> str:
+        """Return in one sentence how the intervals were obtained and why the computation stopped."""
+        if self.enclosure is None:
+            if self.reason is Reason.UNBOUNDED:
+                parameters = {p.name for p in self.model.parameters}
+                hidden = [name for name in self.unbounded if name not in parameters]
+                told = f"No box could be proven for {', '.join(self.unbounded)}: "
+                if not hidden:
+                    return f"{told}give it bounds, or richer data."
+                return (
+                    f"{told}no channel measures {', '.join(hidden)}. Add a Measurement with noise of each; where there "
+                    "is no sensor, a channel of zeros whose noise bound is the largest magnitude that you know of it."
+                )
+            return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
+        e = self.enclosure
+        return f"{e.how}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."
+
+    @property
+    def table(self) -> Table:
+        """Return a row for each parameter; printed ends are rounded outwards."""
+        units = {c: self.data.channel(c).unit for c in self.noise_bound}
+        bounds = ", ".join(f"|noise of {c}| <= {b:g} {units[c]}".rstrip() for c, b in self.noise_bound.items())
+        return interval_table(f"{self.model.name} on {self.data.n_samples} samples, {bounds}", self.intervals)
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.summary
+        yield self.centre_text
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        return (i.row for i in self.intervals)
+
+    @property
+    def centre_text(self) -> str:
+        """Return the sentence about the centres."""
+        return f"{self.centre_status.value[0].upper()}{self.centre_status.value[1:]}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the ``estimate`` of the versioned JSON schema in docs/json.md."""
+        e = self.enclosure
+        return {
+            "schema": SCHEMA,
+            "model": self.model.to_dict(),
+            "noise_bound": dict(self.noise_bound),
+            "parameters": [i.to_dict() for i in self.intervals],
+            "centre": plain(self.centre),
+            "centre_status": self.centre_status.name.lower(),
+            "nearest_feasible": None if self.nearest is None else dict(self.nearest),
+            "derived_boxes": list(self.derived),
+            "unbounded": list(self.unbounded),
+            "stopped": self.reason.name.lower(),
+            "relaxation": None
+            if e is None
+            else {
+                "method": e.method,
+                "order": e.order,
+                "complicating": list(e.complicating),
+                "moments": e.n_moments,
+                "largest_block": e.largest_block,
+                "rounds": e.rounds,
+                "solves": e.solves,
+                "seconds": e.seconds,
+            },
+            "data": {
+                "source": self.data.source,
+                "checksum": self.data.checksum,
+                "samples": self.data.n_samples,
+                "sampling_time": self.data.sampling_time,
+            },
+        }
+
+    def to_control(self) -> TransferFunction:
+        """Return the central model as a transfer function of python-control, with the sampling time of the data.
+
+        A model with a curve gives its linear block: that of a Hammerstein model begins behind the curve, at its signal
+        ``x``, that of a Wiener model ends before the sensor's curve. The names of input and output tell.
+
+        Returns
+        -------
+        control.TransferFunction
+            In z, from rest: what an experiment begins with is no part of it.
+
+        Warns
+        -----
+        UserWarning
+            Where a line has a constant, an offset say: it is left out, and the response is that of changes.
+
+        Raises
+        ------
+        ImportError
+            Where python-control is not installed.
+        ModelError
+            Where there is no central model, or no linear block with one input and one output.
+
+        Examples
+        --------
+        >>> from smid import OutputError, identify
+        >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+        >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+        >>> system = identify(OutputError(stable=True), data, noise_bound=0.1).to_control()
+        >>> system.dt, system.input_labels, system.output_labels, bool(abs(system.poles()[0] - 0.5) < 0.05)
+        (0.1, ['u'], ['y'], True)
+        """
+        control = optional("control", "to_control")
+        if self.unbounded:
+            raise ModelError(f"there is no central model. {self.summary}")
+        block = linear_block(self.model)
+        if block.constants:
+            warnings.warn(
+                f"the constant in the line of {', '.join(block.constants)} is no part of a transfer function: its "
+                "response is that of changes about an operating point",
+                stacklevel=2,
+            )
+        count = max(len(block.numerator), len(block.denominator))
+        # Powers of 1/z, padded to the same number, are those of z from the highest down.
+        parts = (np.pad(part, (0, count - len(part))) for part in (block.numerator, block.denominator))
+        return control.TransferFunction(*parts, self.data.sampling_time, inputs=[block.input], outputs=[block.output])
+
+    def plot(self) -> Figure:
+        """Return a figure of the intervals: outer, inner and centre of each parameter."""
+        from smid.identification.figures import intervals_figure
+
+        return intervals_figure(self)
+
+
+def shown_digits(interval: ParameterInterval) -> int:
+    """Return how many significant digits show the interval's width to three figures."""
+    largest = max(abs(interval.lower), abs(interval.upper))
+    if not np.isfinite(interval.width) or interval.width <= 0 or largest == 0:
+        return 7
+    return int(np.clip(np.ceil(np.log10(largest / interval.width)) + 3, 4, 16))
+
+
+def round_down(value: float, digits: int) -> str:
+    """Print a lower end: never above the number, for the printed interval must be proven too."""
+    return _rounded(value, digits, -1)
+
+
+def round_up(value: float, digits: int) -> str:
+    """Print an upper end: never below the number."""
+    return _rounded(value, digits, 1)
+
+
+def _rounded(value: float, digits: int, direction: int) -> str:
+    if not np.isfinite(value) or value == 0:
+        return f"{value:g}"
+    from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+    context = Context(prec=digits, rounding=ROUND_FLOOR if direction < 0 else ROUND_CEILING)
+    return str(context.create_decimal(Decimal(value)))

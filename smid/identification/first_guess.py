@@ -1,0 +1,86 @@
+"""A first guess by equation error: all noises zero, least squares in the parameters.
+
+It is biased and proves nothing; it tells magnitudes, and where a search may begin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from relaxations.algebra.ball_arithmetic import Array
+from relaxations.deadline import check_time
+from smid.feasible.feasible_set import FeasibleSet
+
+_STARTS = 4
+_NARROW = 1e-9  # relative width of a box that counts as a point
+
+
+def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
+    """Fit the parameters with all noises at zero.
+
+    Parameters
+    ----------
+    feasible : FeasibleSet
+
+    Returns
+    -------
+    parameters : ndarray, shape (n_parameters,)
+    rms : float
+        Root mean square of the equation error, in the output's unit.
+    """
+    problem = feasible.problem
+    count = len(feasible.model.parameters)
+    lower, upper = problem.lower[:count], problem.upper[:count]
+    point = np.zeros(problem.n_variables)
+    equalities = problem.equalities
+
+    def residual(theta: Array) -> Array:
+        check_time()
+        point[:count] = theta
+        return equalities.evaluate(point)
+
+    def jacobian(theta: Array) -> Array:
+        point[:count] = theta
+        rows, columns, values = equalities.jacobian(point)
+        kept = columns < count
+        dense = np.zeros((equalities.n_rows, count))
+        np.add.at(dense, (rows[kept], columns[kept]), values[kept])
+        return dense
+
+    low, high = np.where(np.isfinite(lower), lower, -1.0), np.where(np.isfinite(upper), upper, 1.0)
+    generator = np.random.default_rng(0)
+    # A box that is a point but for rounding has no float inside that a fit could start from.
+    free = ~(np.isfinite(upper - lower) & (upper - lower <= _NARROW * np.minimum(np.abs(lower), np.abs(upper))))
+    fits = []
+    for k in range(_STARTS):
+        start = 0.5 * (low + high) if k == 0 else generator.uniform(low, high)
+        theta = np.where(free, start, lower)
+        if free.any():
+            inside = np.clip(theta[free], np.nextafter(lower[free], np.inf), np.nextafter(upper[free], -np.inf))
+
+            def embed(x: Array, theta: Array = theta) -> Array:
+                full = theta.copy()
+                full[free] = x
+                return full
+
+            fit = least_squares(
+                lambda x, embed=embed: residual(embed(x)),  # type: ignore[misc]
+                inside,
+                jac=lambda x, embed=embed: jacobian(embed(x))[:, free],  # type: ignore[misc]
+                bounds=(lower[free], upper[free]),
+                x_scale="jac",
+                max_nfev=200,
+            )
+            theta = embed(fit.x)
+        fits.append((float(np.sqrt(np.mean(residual(theta) ** 2))), theta))
+    rms, best = min(fits, key=lambda pair: pair[0])
+    return best, rms
+
+
+def magnitudes(feasible: FeasibleSet, parameters: Array, noise: float) -> Array:
+    """Return a guess of the size of every variable, for scaling: shape (n_variables,)."""
+    guess = np.full(feasible.n_variables, max(noise, 1e-12))
+    largest = max(float(np.abs(parameters).max(initial=0.0)), 1e-6)
+    guess[: len(parameters)] = np.maximum(4 * np.abs(parameters), 1e-3 * largest)
+    return guess

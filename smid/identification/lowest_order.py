@@ -1,0 +1,176 @@
+"""The smallest model that explains the data, each smaller one proven not to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from smid.data import Dataset
+from smid.display.result import Part, Tabular
+from smid.display.table import Table
+from smid.feasible.feasible_set import check_noise_bound
+from smid.fitting.binding import bind
+from smid.identification.estimate import Estimate, round_down
+from smid.identification.identify import EmptyFeasibleSetError, identify
+from smid.models import Model, ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class OrderStep:
+    """The verdict on one candidate.
+
+    Parameters
+    ----------
+    model : Model
+    empty : bool
+        Its feasible set is certified empty.
+    feasible : bool
+        A feasible point is verified. Where neither holds, the candidate is undecided.
+    reason : str
+        The proof of emptiness in words, or how the intervals came about.
+    least_bound : float or None
+        Where the set is empty, the certified lower end of the least noise bound that the candidate needs; None where
+        it was not computed.
+    """
+
+    model: Model
+    empty: bool
+    feasible: bool
+    reason: str
+    least_bound: float | None
+
+    @property
+    def size(self) -> str:
+        """Return how many parameters the candidate has, in words."""
+        count = len(self.model.parameters)
+        return f"{count} parameter{'s' if count > 1 else ''}"
+
+    @property
+    def verdict(self) -> str:
+        """Return the verdict in two words."""
+        return "proven empty" if self.empty else "feasible" if self.feasible else "undecided"
+
+
+@dataclass(frozen=True, repr=False)
+class LowestOrder(Tabular):
+    """The candidates tried, and the estimate of the first one that is not proven wrong.
+
+    Parameters
+    ----------
+    steps : tuple of OrderStep
+    estimate : Estimate or None
+        None where every candidate is proven wrong.
+    channel, unit : str
+        The output whose noise is meant.
+    noise_bound : float
+        What was allowed of it.
+    """
+
+    steps: tuple[OrderStep, ...]
+    estimate: Estimate | None
+    channel: str
+    unit: str
+    noise_bound: float
+
+    @property
+    def table(self) -> Table:
+        """Return a row for each candidate; least bounds are rounded down, for they are proven."""
+        needs = ("" if s.least_bound is None else f">= {round_down(s.least_bound, 4)}" for s in self.steps)
+        rows = tuple(
+            (s.model.name, str(len(s.model.parameters)), s.verdict, need)
+            for s, need in zip(self.steps, needs, strict=True)
+        )
+        unit = f" [{self.unit}]" if self.unit else ""
+        caption = f"Candidates for noise of {self.channel} of at most {self.noise_bound:g} {self.unit}".rstrip()
+        return Table(caption, ("model", "parameters", "feasible set", f"least noise bound{unit}"), rows, "lrlr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield from (f"{s.model.name}, {s.size}: {s.reason}" for s in self.steps)
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for s in self.steps:
+            yield {
+                "model": s.model.name,
+                "parameters": len(s.model.parameters),
+                "verdict": s.verdict,
+                "least_bound": s.least_bound,
+                "reason": s.reason,
+            }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the verdicts, and the estimate."""
+        return {
+            "channel": self.channel,
+            "noise_bound": self.noise_bound,
+            "steps": list(self._rows()),
+            "estimate": None if self.estimate is None else self.estimate.to_dict(),
+        }
+
+    def plot(self) -> Figure:
+        """Draw the least noise bound that each candidate needs, against the bound that was allowed."""
+        from smid.identification.figures import lowest_order_figure
+
+        return lowest_order_figure(self)
+
+
+def lowest_order(
+    candidates: Sequence[Model],
+    data: Dataset,
+    noise_bound: float | Mapping[str, float],
+    *,
+    progress: Callable[[str], None] | None = None,
+    **settings: object,
+) -> LowestOrder:
+    """Go through models of growing order until one is not proven empty.
+
+    Parameters
+    ----------
+    candidates : sequence of Model
+        In the order to be tried.
+    data : Dataset
+    noise_bound : float or mapping channel -> float
+    progress : callable, optional
+    **settings
+        Passed to :func:`smid.identify`.
+
+    Returns
+    -------
+    LowestOrder
+
+    Raises
+    ------
+    ModelError, DataError
+        Where a candidate does not fit the data, or there is none.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> y = [0.0, 1, 0.5, 1.25, 1.625, 0.8125, 0.40625, 1.203]
+    >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1, 1, 0, 0, 1, 0]}, output={"y": y}, sampling_time=1.0)
+    >>> found = lowest_order([OutputError(na=0), OutputError(na=1, stable=True)], data, 0.05)
+    >>> [step.empty for step in found.steps]
+    [True, False]
+    """
+    if not candidates:
+        raise ModelError("there is no model to try: give at least one")
+    steps, found = [], None
+    for model in candidates:
+        if progress:
+            progress(f"trying {model.name}")
+        try:
+            found = identify(model, data, noise_bound, progress=progress, **settings)  # type: ignore[arg-type]
+        except EmptyFeasibleSetError as proof:
+            steps.append(OrderStep(model, True, False, str(proof), proof.least_bound))
+            continue
+        witnessed = found.enclosure is not None and len(found.enclosure.witnesses) > 0
+        steps.append(OrderStep(model, False, witnessed, found.summary, None))
+        break
+    last = bind(model, data)
+    bounds = check_noise_bound(last, noise_bound, None)
+    channel = next(c for c in last.output_channels if c in bounds)
+    return LowestOrder(tuple(steps), found, channel, data.channel(channel).unit, bounds[channel])

@@ -1,0 +1,115 @@
+"""A sensor with the dead zone enforced: where the pressure cannot move the clutch, the position is that of rest.
+
+    x = rest  where  P <= threshold,   else what the sensor says
+
+Both are found from the records: of all thresholds, with the mean of the positions below it as rest, the one that lowers
+the sum of squared errors most.  Cumulative sums over the samples in the order of pressure try every one.
+
+Reference: clutch thesis, 5.3.3 and figures 5.19 to 5.21; it does not print its thresholds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from smid.data import Dataset
+from smid.networks import Array, ProgressCallback
+from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data
+
+__all__ = ["DeadZone"]
+
+
+@dataclass(frozen=True, eq=False)
+class DeadZone(VirtualSensor):
+    """A sensor, and rest at low pressure.
+
+    Parameters
+    ----------
+    sensor : VirtualSensor
+        What speaks above the threshold.
+    threshold : float, optional
+        Pressure in bar up to which the clutch rests; None before training, or if no threshold lowers the error.
+    rest : float, optional
+        Position in mm there.
+
+    Examples
+    --------
+    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.sensors import CFPX
+    >>> data = load_clutch_records("20C_step_a")
+    >>> plain = CFPX(10).fit(data, seed=1)
+    >>> sensor = DeadZone(CFPX(10)).fit(data, seed=1)
+    >>> sensor.predict(data).mse(data) < plain.predict(data).mse(data)
+    True
+    """
+
+    sensor: VirtualSensor
+    threshold: float | None = None
+    rest: float | None = None
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Those of the sensor, and the pressure."""
+        return tuple(dict.fromkeys((*self.sensor.channels, "pressure")))
+
+    @property
+    def n_parameters(self) -> int:
+        """Those of the sensor, threshold and rest."""
+        return self.sensor.n_parameters + 2
+
+    @property
+    def sampling_time(self) -> float | None:
+        """Of the records that trained the sensor, in seconds."""
+        return self.sensor.sampling_time
+
+    def fit(
+        self,
+        data: Dataset,
+        *,
+        seed: int | np.random.Generator,
+        starts: int = 5,
+        progress: ProgressCallback | None = None,
+    ) -> Self:
+        """Return it with its sensor trained and the dead zone found; see `VirtualSensor.fit`."""
+        require_training_data(data, self.channels)
+        sensor = self.sensor.fit(data, seed=seed, starts=starts, progress=progress)
+        order = np.argsort(data.stacked("pressure"), kind="stable")
+        pressure, position = data.stacked("pressure")[order], data.stacked("position")[order]
+        spoken = np.concatenate(sensor.predict(data).position)[order]
+        mean = np.cumsum(position) / np.arange(1, position.size + 1)
+        at_rest = np.cumsum(position**2) - np.cumsum(position) * mean
+        gain = np.cumsum((position - spoken) ** 2) - at_rest
+        best = int(np.argmax(gain))
+        if gain[best] <= 0:
+            return replace(self, sensor=sensor, threshold=None, rest=None)
+        return replace(self, sensor=sensor, threshold=float(pressure[best]), rest=float(mean[best]))
+
+    def run(self) -> Run:
+        """Return the sensor at rest; see `VirtualSensor.run`."""
+        return _Run(self.sensor.run(), self._enforced)
+
+    def evaluate(self, samples: Samples) -> Array:
+        """Return the positions of a whole record; see `VirtualSensor.evaluate`."""
+        return self._enforced(samples, self.sensor.evaluate(samples))
+
+    def _enforced(self, samples: Samples, position: Array) -> Array:
+        if self.threshold is None or self.rest is None:
+            return position
+        return np.where(samples["pressure"] <= self.threshold, self.rest, position)
+
+    def cautions(self, samples: Samples) -> tuple[str, ...]:
+        """Those of the sensor."""
+        return self.sensor.cautions(samples)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    inner: Run
+    enforce: Callable[[Samples, Array], Array]
+
+    def advance(self, samples: Samples) -> Array:
+        return self.enforce(samples, self.inner.advance(samples))

@@ -1,0 +1,259 @@
+"""Training of PTX: all its numbers at once, by least squares with analytic sensitivities.
+
+    theta = (log tau_s, log tau_20, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
+
+R and S are half the ranges of temperature and pressure.  Logarithms keep time constants, thresholds and forces
+positive: friction opposes motion, and two plays cannot cancel each other.
+
+With s' the derivative of the smoothed pressure, the plays have ``h' = s'(last contact) + side r'`` and
+``g' = (s' - h' - g r') / r`` (`play`), the network adds ``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
+The play is not differentiable where a contact begins; these are single samples.
+
+70 % of the samples are fitted, 15 % stop the training; the state runs over all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data import DataError, Dataset
+from smid.models import ModelError
+from smid.networks import (
+    Array,
+    NormalEquations,
+    ProgressCallback,
+    Scaling,
+    TanhNetwork,
+    fold,
+    levenberg_marquardt,
+    multistart,
+    nguyen_widrow,
+    random_split,
+    scaling_of,
+    sum_normal_equations,
+)
+from smid.sensors.lag import lag, lag_derivatives
+from smid.sensors.ptx_dynamics import REFERENCE, Dynamics
+
+__all__ = ["PTXError", "Record", "train_ptx"]
+
+ITERATIONS, PATIENCE = 400, 30
+SCHEDULED = 5  # parameters before those of the plays
+SMALLEST_PLAY, LARGEST_PLAY = 0.02, 0.06  # of the range of the pressure, where thresholds start
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What training needs of a record.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (n,)
+        In bar.
+    temperature : ndarray, shape (n,)
+        In degC.
+    target : ndarray, shape (n,)
+        Position, scaled.
+    rows : ndarray of int
+        Which samples count.
+    """
+
+    pressure: Array
+    temperature: Array
+    target: Array
+    rows: NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class PTXError:
+    """The error of a PTX on chosen samples of records, as a least-squares problem.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Of the network.
+    plays : int
+        How many.
+    records : tuple of Record
+    scaling : Scaling
+        Of the network's inputs, the pressure first.
+    warmth : float
+        Half the range of the temperature, in degC.
+    sampling_time : float
+        In seconds.
+    """
+
+    sizes: tuple[int, ...]
+    plays: int
+    records: tuple[Record, ...]
+    scaling: Scaling
+    warmth: float
+    sampling_time: float
+
+    def dynamics(self, theta: Array) -> Dynamics:
+        """Return the time constants and thresholds that a vector stands for."""
+        m, unit = self.plays, float(self.scaling.half_range[0])
+        smoothing, lag_20 = np.exp(theta[:2]).tolist()
+        lag_slope, gain_slope, shift_slope = (theta[2:SCHEDULED] / self.warmth).tolist()
+        thresholds = np.exp(theta[SCHEDULED : SCHEDULED + m]).tolist()
+        forces = np.exp(theta[SCHEDULED + m : SCHEDULED + 2 * m]).tolist()
+        return Dynamics(smoothing, lag_20, lag_slope, gain_slope, unit * shift_slope, tuple(thresholds), tuple(forces))
+
+    def network(self, theta: Array) -> TanhNetwork:
+        """Return the network of scaled inputs that a vector stands for."""
+        return TanhNetwork(self.sizes, theta[SCHEDULED + 2 * self.plays :])
+
+    def error(self, theta: Array) -> float:
+        """Return the mean squared error of the samples that count."""
+        # A step too long makes exponentials overflow; then there is no error, and the step is refused.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            residuals = [self.positions(theta, record) - record.target for record in self.records]
+        counted = np.concatenate([e[record.rows] for e, record in zip(residuals, self.records, strict=True)])
+        return float(np.mean(counted**2))
+
+    def positions(self, theta: Array, record: Record) -> Array:
+        """Return the scaled positions, shape (n,)."""
+        dynamics = self.dynamics(theta)
+        memory = dynamics.rest(float(record.pressure[0]))
+        smoothed = dynamics.smooth(record.pressure, memory, self.sampling_time)
+        states = dynamics.states(smoothed, dynamics.push(smoothed, memory))
+        acting = dynamics.acting(smoothed, states, record.temperature)
+        target = self.network(theta)(self.scaling.apply(acting[:, None]))
+        return lag(target, dynamics.lag_decay(record.temperature, self.sampling_time), float(target[0]))
+
+    def normal_equations(self, theta: Array) -> NormalEquations:
+        """Return the normal equations of the samples that count."""
+        return sum_normal_equations(self._blocks(theta))
+
+    def _blocks(self, theta: Array) -> Iterator[tuple[Array, Array]]:
+        for record in self.records:
+            position, jacobian = self.sensitivities(theta, record)
+            yield (position - record.target)[record.rows], jacobian[record.rows]
+
+    def sensitivities(self, theta: Array, record: Record) -> tuple[Array, Array]:
+        """Return the scaled positions, shape (n,), and their derivatives, shape (n, p)."""
+        dynamics, m, interval = self.dynamics(theta), self.plays, self.sampling_time
+        pressure, n = record.pressure, record.pressure.size
+        memory = dynamics.rest(float(pressure[0]))
+        smoothed = dynamics.smooth(pressure, memory, interval)
+        decay = dynamics.smoothing_decay(interval)
+        # d exp(-T / tau) / d log tau = exp(-T / tau) T / tau
+        gain = decay * interval / dynamics.smoothing
+        before = np.concatenate([[memory.smoothed], smoothed[:-1]])
+        by_smoothing = lag_derivatives((gain * (before - pressure))[None, :], np.full(n, decay))[0]
+
+        plays = dynamics.push(smoothed, memory)
+        states, unit = dynamics.states(smoothed, plays), self.scaling.half_range[0]
+        acting = dynamics.acting(smoothed, states, record.temperature)
+        part = self.network(theta).linearise(self.scaling.apply(acting[:, None]))
+        by_acting, warmth = part.by_inputs[:, 0] / unit, record.temperature - REFERENCE
+        by_pressure = by_acting * dynamics.gain(record.temperature)
+        sources = np.zeros((theta.size, n))
+        sources[0] = by_pressure * by_smoothing
+        sources[3] = by_acting * (acting - dynamics.shift_slope * warmth) * warmth / self.warmth
+        sources[4] = by_acting * unit * warmth / self.warmth
+        for k, (moved, r, w) in enumerate(zip(plays, dynamics.thresholds, dynamics.forces, strict=True)):
+            pushed = np.where(moved.side != 0.0, by_smoothing[moved.contact], 0.0)
+            sources[0] -= by_pressure * w * (by_smoothing - pushed) / r
+            sources[SCHEDULED + k] = by_pressure * w * (moved.side + states[k])
+            sources[SCHEDULED + m + k] = -by_pressure * w * states[k]
+        sources[SCHEDULED + 2 * m :] = part.by_weights.T
+
+        decays = dynamics.lag_decay(record.temperature, interval)
+        position = lag(part.outputs, decays, float(part.outputs[0]))
+        behind = np.concatenate([part.outputs[:1], position[:-1]]) - part.outputs
+        tau = dynamics.lag * np.exp(-dynamics.lag_slope * warmth)
+        first = sources[:, 0].copy()
+        sources *= 1.0 - decays
+        sources[:, 0] = first
+        sources[1] = behind * decays * interval / tau
+        sources[2] = -sources[1] * warmth / self.warmth
+        return position, lag_derivatives(sources, decays).T
+
+
+def train_ptx(
+    data: Dataset,
+    hidden: tuple[int, ...],
+    plays: int,
+    *,
+    seed: int | np.random.Generator,
+    starts: int,
+    progress: ProgressCallback | None = None,
+) -> tuple[Dynamics, TanhNetwork]:
+    """Train the parts of a PTX.
+
+    Parameters
+    ----------
+    data : Dataset
+        Records with pressure in bar, temperature in degC and position in mm.
+    hidden : tuple of int
+        Neurons of each hidden layer.
+    plays : int
+        How many play operators.
+    seed : int or numpy.random.Generator
+        Of the split and of the starts.
+    starts : int
+        How many random starts.
+    progress : callable, optional
+        Called after each step.
+
+    Returns
+    -------
+    Dynamics
+    TanhNetwork
+        From bar to mm.
+
+    Raises
+    ------
+    DataError
+        If there are more parameters than training samples.
+    ModelError
+        If there are no starts.
+    """
+    if starts < 1:
+        raise ModelError(f"starts = {starts}: give a positive number")
+    generator = np.random.default_rng(seed)
+    sizes = (1, *hidden)
+    pressure, temperature, position = (data.stacked(name) for name in ("pressure", "temperature", "position"))
+    ranges = scaling_of(np.stack([pressure, temperature], axis=1), ["pressure", "temperature"])
+    output = scaling_of(position[:, None], ["position"])
+    inputs, warmth = Scaling(ranges.centre[:1], ranges.half_range[:1]), float(ranges.half_range[1])
+    split = random_split(position.size, generator)
+    learning, checking = (
+        PTXError(sizes, plays, _records(data, output, rows), inputs, warmth, data.sampling_time)
+        for rows in (split.training, split.validation)
+    )
+    slack = np.log(2.0 * float(ranges.half_range[0]) * np.geomspace(SMALLEST_PLAY, LARGEST_PLAY, plays))
+    times = np.log([data.sampling_time, 2.0 * data.sampling_time])
+    known = np.concatenate([times, np.zeros(SCHEDULED - times.size), slack, slack])
+    first = [np.concatenate([known, nguyen_widrow(sizes, generator).weights]) for _ in range(starts)]
+    if first[0].size > split.training.size:
+        raise DataError(
+            f"{first[0].size} parameters but {split.training.size} training samples of {position.size}: "
+            "give more samples, or fewer neurons"
+        )
+    search = multistart(
+        levenberg_marquardt,
+        learning,
+        first,
+        validation=checking.error,
+        iterations=ITERATIONS,
+        patience=PATIENCE,
+        progress=progress,
+    )
+    return learning.dynamics(search.theta), fold(learning.network(search.theta), inputs, output)
+
+
+def _records(data: Dataset, output: Scaling, rows: NDArray[np.intp]) -> tuple[Record, ...]:
+    """Return the records with those of the rows, numbered through all records, that are theirs."""
+    result, begin = [], 0
+    for run in data.experiments:
+        mine = rows[(rows >= begin) & (rows < begin + run.n_samples)] - begin
+        target = output.apply(run.values["position"][:, None])[:, 0]
+        result.append(Record(run.values["pressure"], run.values["temperature"], target, mine))
+        begin += run.n_samples
+    return tuple(result)

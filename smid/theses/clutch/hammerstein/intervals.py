@@ -1,0 +1,270 @@
+"""Intervals against the relaxation order, and against the noise bound.
+
+A higher order is worth its price until every certified end meets its witness: then no order gives another interval, and
+the estimate at the next order is this one.
+
+At the least noise bound the feasible set shrinks to a point whatever the truth is.  So a narrow interval says little
+until one knows how it widens with the noise bound.
+
+Reference: clutch thesis, section 3.2.3; (2.15)-(2.17) and (3.18).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from relaxations.search.hierarchy import Reason
+from smid.data import Dataset
+from smid.display.result import Part, Tabular
+from smid.display.table import Table
+from smid.identification.error_bound import ErrorBound
+from smid.identification.estimate import Estimate, round_down, round_up, shown_digits
+from smid.identification.identify import identify
+from smid.models import Model, ModelError
+from smid.theses.clutch.hammerstein.finished import finished
+
+__all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrderStudy(Tabular):
+    """The intervals at several relaxation orders.
+
+    Parameters
+    ----------
+    orders : tuple of int
+        Rising.
+    estimates : tuple of Estimate
+        One for each order; the same one again where the order below left no gap.
+    """
+
+    orders: tuple[int, ...]
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def table(self) -> Table:
+        """Return a row per order and parameter."""
+        rows = []
+        for order, estimate in zip(self.orders, self.estimates, strict=True):
+            for i in estimate.intervals:
+                digits = shown_digits(i)
+                ends = (round_down(i.lower, digits), round_up(i.upper, digits))
+                rows.append((str(order), i.name, *ends, f"{i.centre:.{digits}g}", f"{i.gap / i.width:.0e}"))
+        header = ("order", "parameter", "lower", "upper", "centre", "gap / width")
+        first = self.estimates[0]
+        bounds = ", ".join(f"{b:.4g} {first.data.channel(c).unit}" for c, b in first.noise_bound.items())
+        caption = (
+            f"Certified intervals on {first.data.n_samples} samples, noise of at most {bounds}. The gap is what is "
+            "undecided between an end and its witness."
+        )
+        return Table(caption, header, tuple(rows), "rlrrrr")
+
+    @property
+    def conclusion(self) -> str:
+        """Return in a sentence which order suffices."""
+        for order, estimate in zip(self.orders, self.estimates, strict=True):
+            if estimate.reason is Reason.TIGHT:
+                return f"Order {order} suffices: every certified end meets a verified point within the tolerance."
+        return f"Order {self.orders[-1]} leaves gaps: a higher one, or branching, may narrow the intervals."
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for order, estimate in zip(self.orders, self.estimates, strict=True):
+            yield from ({"order": order, **i.row} for i in estimate.intervals)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        pairs = zip(self.orders, self.estimates, strict=True)
+        return {
+            "estimates": [{"order": order, "estimate": estimate.to_dict()} for order, estimate in pairs],
+            "conclusion": self.conclusion,
+        }
+
+
+def order_study(
+    model: Model,
+    data: Dataset,
+    noise_bound: float,
+    orders: Sequence[int] = (1, 2, 3),
+    *,
+    progress: Progress | None = None,
+) -> OrderStudy:
+    """Identify at several relaxation orders.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+    noise_bound : float
+        In the output's unit.
+    orders : sequence of int
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    OrderStudy
+        From the lowest order to the highest.
+
+    Raises
+    ------
+    ModelError
+        If an order is no whole number of at least 1, or there is none.
+    EmptyFeasibleSetError
+        Where no parameters explain the data, proven.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> study = order_study(OutputError(na=1, stable=True), data, 0.1, orders=(2, 1))
+    >>> study.orders, study.estimates[0]["a1"].width >= study.estimates[1]["a1"].width
+    ((1, 2), True)
+
+    References
+    ----------
+    Clutch thesis, section 3.2.3.
+    """
+    for order in orders:
+        if isinstance(order, bool) or not isinstance(order, int) or order < 1:
+            raise ModelError(f"order = {order!r} is no relaxation order: give whole numbers of at least 1")
+    if not orders:
+        raise ModelError("there is no relaxation order to try: give at least one, such as 2")
+    estimates: list[Estimate] = []
+    rising = tuple(sorted(set(orders)))
+    for order in rising:
+        if estimates and estimates[-1].reason is Reason.TIGHT:
+            estimates.append(estimates[-1])
+        else:
+            estimates.append(finished(identify(model, data, noise_bound, order=order, progress=progress)))
+    return OrderStudy(rising, tuple(estimates))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WidthStudy(Tabular):
+    """The widths of the intervals at several noise bounds.
+
+    Parameters
+    ----------
+    least : ErrorBound
+        The least noise bound.
+    factors : tuple of float
+        Noise bounds as multiples of the upper end of the least one; rising.
+    estimates : tuple of Estimate
+        One for each factor.
+    """
+
+    least: ErrorBound
+    factors: tuple[float, ...]
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters."""
+        return tuple(i.name for i in self.estimates[0].intervals)
+
+    def noise_bound(self, number: int) -> float:
+        """Return the noise bound of an estimate."""
+        return self.factors[number] * self.least.upper
+
+    @property
+    def table(self) -> Table:
+        """Return a row per noise bound."""
+        rows = tuple(
+            (f"{self.noise_bound(k):.4g}", f"{factor:g}", *(f"{i.width:.3g}" for i in estimate.intervals))
+            for k, (factor, estimate) in enumerate(zip(self.factors, self.estimates, strict=True))
+        )
+        header = (f"noise bound [{self.least.unit}]", "times the least", *self.names)
+        return Table("Widths of the certified intervals against the noise bound.", header, rows, "r" * len(header))
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for k, (factor, estimate) in enumerate(zip(self.factors, self.estimates, strict=True)):
+            given = {"noise_bound": self.noise_bound(k), "factor": factor}
+            yield from ({**given, "name": i.name, "width": i.width} for i in estimate.intervals)
+
+    def plot(self) -> Figure:
+        """Draw the widths over the noise bound."""
+        from smid.theses.clutch.hammerstein.figures import width_figure
+
+        return width_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "least": self.least.to_dict(),
+            "widths": [
+                {"noise_bound": self.noise_bound(k), "factor": factor, "widths": {i.name: i.width for i in e.intervals}}
+                for k, (factor, e) in enumerate(zip(self.factors, self.estimates, strict=True))
+            ],
+        }
+
+
+def width_study(
+    model: Model,
+    data: Dataset,
+    least: ErrorBound,
+    factors: Sequence[float] = (1.001, 1.05, 1.2, 1.5),
+    *,
+    tolerance: float = 1e-2,
+    progress: Progress | None = None,
+) -> WidthStudy:
+    """Identify at several noise bounds.
+
+    Parameters
+    ----------
+    model : Model
+    data : Dataset
+    least : ErrorBound
+        Of this model on these data.
+    factors : sequence of float
+        What the upper end of the least bound is multiplied by.
+    tolerance : float
+        Stop once each gap is below this share of its interval's width.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    WidthStudy
+        From the smallest factor to the largest.
+
+    Raises
+    ------
+    ModelError
+        If a factor is below one, or there is none.
+
+    Examples
+    --------
+    >>> from smid.identification.error_bound import error_bound
+    >>> from smid.models import OutputError
+    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    >>> model = OutputError(na=1, stable=True)
+    >>> study = width_study(model, data, error_bound(model, data), factors=(1.1, 2.0))
+    >>> study.estimates[0]["a1"].width < study.estimates[1]["a1"].width
+    True
+    """
+    for factor in factors:
+        if not 1.0 <= factor < float("inf"):
+            raise ModelError(f"factor = {factor} is refused: no parameters fit below the least bound; give 1 or more")
+    if not factors:
+        raise ModelError("there is no noise bound to try: give at least one factor, such as 1.2")
+    rising = tuple(sorted(set(map(float, factors))))
+    estimates = [
+        finished(identify(model, data, factor * least.upper, tolerance=tolerance, progress=progress))
+        for factor in rising
+    ]
+    return WidthStudy(least, rising, tuple(estimates))

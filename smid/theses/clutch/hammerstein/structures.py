@@ -1,0 +1,190 @@
+"""The choice of the structure: how far each power and each pole lowers the least noise bound, and the error elsewhere.
+
+The least noise bound falls with every term, for it is a fit. A term is worth its parameter where the bound falls much
+and the error on samples that no fit has seen falls too.  With two poles the enclosure of the least bound takes a minute
+and stays wide, so there the least-squares fit alone must tell.
+
+Reference: clutch thesis, section 3.2.1 ("this structure has been selected after several trials") and (3.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from smid.data import Dataset
+from smid.display.result import Part, Result
+from smid.display.table import Table
+from smid.fitting.binding import bind
+from smid.fitting.fit import fit
+from smid.fitting.validate import validate
+from smid.identification.error_bound import ErrorBound, error_bound
+from smid.models import ModelError
+from smid.theses.clutch.hammerstein.finished import finished
+from smid.theses.clutch.hammerstein.model import clutch_hammerstein
+
+__all__ = ["STRUCTURES", "Structure", "StructureChoice", "choose_structure"]
+
+Powers = tuple[int, ...]
+
+STRUCTURES: tuple[tuple[int, Powers], ...] = (
+    (1, (3,)),
+    (1, (4, 3)),
+    (1, (5, 4, 3)),
+    (1, (5, 4, 3, 2, 1)),
+    (2, (5, 4, 3)),
+)
+"""Poles and powers of the candidates: up to the thesis's (3.5), then all powers as in (3.23), then a second pole."""
+NEAR = 1.1
+"""Least noise bounds up to that many times the smallest count as equal: a model error is hardly known better."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A candidate.
+
+    Parameters
+    ----------
+    poles : int
+    powers : tuple of int
+    bound : ErrorBound or None
+        Least noise bound on the part; None with more than one pole.
+    rmse, rmse_elsewhere : float
+        Of the free run of the least-squares fit, on the part it was fitted to and on the whole record.
+    """
+
+    poles: int
+    powers: Powers
+    bound: ErrorBound | None
+    rmse: float
+    rmse_elsewhere: float
+
+    @property
+    def n_parameters(self) -> int:
+        """How many numbers it has: poles and coefficients, for the gain of the linear part is one."""
+        return self.poles + len(self.powers)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "poles": self.poles,
+            "powers": list(self.powers),
+            "bound": None if self.bound is None else self.bound.to_dict(),
+            "rmse": self.rmse,
+            "rmse_elsewhere": self.rmse_elsewhere,
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class StructureChoice(Result):
+    """The candidates side by side.
+
+    Parameters
+    ----------
+    structures : tuple of Structure
+    unit : str
+        Of the output.
+    """
+
+    structures: tuple[Structure, ...]
+    unit: str
+
+    @property
+    def table(self) -> Table:
+        """Return a row per candidate."""
+        rows = tuple(
+            (
+                str(s.poles),
+                ", ".join(map(str, s.powers)),
+                str(s.n_parameters),
+                "-" if s.bound is None else s.bound.enclosure,
+                f"{s.rmse:.3f}",
+                f"{s.rmse_elsewhere:.3f}",
+            )
+            for s in self.structures
+        )
+        header = ("poles", "powers", "parameters", "least noise bound", "RMSE on the part", "RMSE on the record")
+        caption = f"Structures [{self.unit}]: least noise bound, and free run of a least-squares fit to the part."
+        return Table(caption, header, rows, "rlrrrr")
+
+    @property
+    def choice(self) -> Structure:
+        """The candidate with the fewest parameters whose least noise bound is near the smallest of all."""
+        bounded = [(s, s.bound) for s in self.structures if s.bound is not None]
+        smallest = min(bound.upper for _, bound in bounded)
+        near = [s for s, bound in bounded if bound.upper <= NEAR * smallest]
+        return min(near, key=lambda s: s.n_parameters)
+
+    @property
+    def conclusion(self) -> str:
+        """Return in a sentence which candidate suffices."""
+        powers = ", ".join(map(str, self.choice.powers))
+        return (
+            f"The fewest parameters with a least noise bound within {100 * (NEAR - 1):.0f} % of the smallest: one "
+            f"pole, powers {powers}."
+        )
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {"structures": [s.to_dict() for s in self.structures], "conclusion": self.conclusion}
+
+
+def choose_structure(
+    part: Dataset,
+    record: Dataset,
+    structures: Sequence[tuple[int, Powers]] = STRUCTURES,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> StructureChoice:
+    """Put candidates for the structure side by side.
+
+    Parameters
+    ----------
+    part : Dataset
+        What is identified on: current in mA, pressure in bar.
+    record : Dataset
+        The whole record.
+    structures : sequence of (poles, powers)
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    StructureChoice
+
+    Raises
+    ------
+    ModelError
+        If there is no candidate with one pole, or poles or powers make no sense.
+    DataError
+        If the data do not fit.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from smid.data.bundled import load_clutch_records
+    >>> record = replace(load_clutch_records("20C_ramp_a"), outputs=("pressure",))
+    >>> found = choose_structure(record.crop(2790, 2850), record, [(1, (3,)), (1, (4, 3))])
+    >>> found.choice.powers
+    (4, 3)
+
+    References
+    ----------
+    Clutch thesis, section 3.2.1.
+    """
+    if not any(poles == 1 for poles, _ in structures):
+        raise ModelError("there is no structure with one pole to choose: give at least one pair such as (1, (5, 4, 3))")
+    models = [clutch_hammerstein(poles, powers) for poles, powers in structures]
+    found = []
+    for (poles, powers), model in zip(structures, models, strict=True):
+        # More nodes would not close the gap of two poles, and would cost minutes.
+        bound = finished(error_bound(model, part, nodes=0, progress=progress)) if poles == 1 else None
+        fitted = fit(bind(model, part), part).model
+        errors = [validate(fitted, data).scores[0].rmse for data in (part, record)]
+        found.append(Structure(poles, tuple(powers), bound, *errors))
+    return StructureChoice(tuple(found), part.channel(part.output).unit)

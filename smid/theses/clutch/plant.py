@@ -1,0 +1,282 @@
+"""A simulated dual clutch actuator, from current to pressure, with what a Hammerstein model lacks.
+
+    e     = u - z,   d e = d u - |d u| e / lag                rate-independent hysteresis of the current
+    x     = gain(T) N(0.01 z)                                 static curve with a dead zone
+    d p/dt = (x - p) / tau(p, x, T)                           one pole that depends on the operating point
+    y     = p + eta,   |eta| <= 0.3 bar
+
+The hysteresis is of the Duhem class (`smid.theses.clutch.hysteresis`): z trails the current by one lag, up or down, and its
+width is one lag too, so z overshoots a little where the current turns.  The current runs straight between samples for
+the hysteresis.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
+
+The pole: ``tau = f(T) d(x - p) (fast + (slow - fast) exp(-p / p0))``: slow where the pressure is low and springs and
+slack take the oil, slower by a factor d when filling.  It is advanced in steps of 0.1 ms, each exact for a frozen tau.
+
+The thesis's: the curve N (3.5) and the pole -0.65142 (central estimate of section 3.2, 20 degC ramps), which at 2 ms is
+``fast``; the pole 0.9562 that steps gave (3.22), which is ``slow``; current in mA, pressure in bar, 2 ms; three
+temperatures; that gain and pole vary with the input's range (section 3.2.4).
+
+Our assumptions, fitted to nothing: the shapes and sizes of hysteresis (20 mA) and of level (3 bar) and direction (1.6)
+dependence; N held at zero where the polynomial is negative and at its top beyond it; viscosity and leakage as in
+``data/README.md``; noise uniform within 0.3 bar; the profiles of the current.
+
+Reference: clutch thesis, sections 3.1 and 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import Channel, DataError, Dataset, Experiment
+from smid.signals import ramp, step
+from smid.signals.generators import check_samples
+from smid.theses.clutch.hysteresis import trailing
+
+__all__ = ["ClutchPlant", "clutch_record", "ramp_current", "simulate_clutch", "step_current"]
+
+Array = NDArray[np.float64]
+
+SAMPLING_TIME = 2e-3  # s
+INPUT_SCALE = 0.01  # 1/mA
+CURVE = (-0.00272, 0.03903, -0.08172, 0.0, 0.0, 0.0)  # bar, highest power first
+FAST = -SAMPLING_TIME / math.log(0.65142)  # s
+SLOW = -SAMPLING_TIME / math.log(0.9562)  # s
+NOISE_BOUND = 0.3  # bar
+TEMPERATURES = (20.0, 60.0, -20.0)  # degC
+
+LAG = 20.0  # mA
+LEVEL = 3.0  # bar
+FILLING = 1.6
+SUBSTEP = 1e-4  # s
+
+
+@dataclass(frozen=True)
+class ClutchPlant:
+    """Which ingredients the actuator has; with none it is the thesis's Hammerstein model.
+
+    Parameters
+    ----------
+    level : bool
+        Whether the pole depends on the pressure; else it is the fast one.
+    direction : bool
+        Whether filling is slower than emptying.
+    hysteresis : bool
+        Whether the current acts with hysteresis.
+    temperature : bool
+        Whether viscosity and leakage vary; else it behaves as at 20 degC.
+
+    Examples
+    --------
+    >>> steady = simulate_clutch([500.0] * 400, plant=ClutchPlant(hysteresis=False))[-1]
+    >>> bool(simulate_clutch([500.0] * 400, 60.0, ClutchPlant(hysteresis=False))[-1] < steady)  # hot oil leaks
+    True
+    """
+
+    level: bool = True
+    direction: bool = True
+    hysteresis: bool = True
+    temperature: bool = True
+
+
+def oil_resistance(warmth: float) -> float:
+    """Give the hydraulic resistance of oil that is so many degC above 20, over that at 20 degC."""
+    return 0.8 + 0.2 * math.exp(-warmth / 25.0)
+
+
+def simulate_clutch(
+    current: ArrayLike,
+    temperature: float = 20.0,
+    plant: ClutchPlant | None = None,
+    sampling_time: float = SAMPLING_TIME,
+) -> Array:
+    """Give the pressure of the actuator, without noise, from rest.
+
+    Parameters
+    ----------
+    current : array_like, shape (n,)
+        In mA.
+    temperature : float
+        Of the oil, in degC.
+    plant : ClutchPlant, optional
+        By default with all ingredients.
+    sampling_time : float
+        In seconds.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Pressure in bar.
+
+    Raises
+    ------
+    DataError
+        If the current is no finite series, or the sampling time is not positive.
+
+    Examples
+    --------
+    >>> simulate_clutch([0.0, 800.0, 800.0], plant=ClutchPlant(False, False, False, False)).round(3)
+    array([ 0.   ,  0.   , 10.073])
+    """
+    plant = ClutchPlant() if plant is None else plant
+    u = np.asarray(current, dtype=np.float64)
+    if u.ndim != 1 or not u.size or not np.isfinite(u).all():
+        raise DataError(f"the current has shape {u.shape} or is not finite: give a series of finite samples, in mA")
+    check_samples(u.size, sampling_time)
+    warmth = temperature - 20.0 if plant.temperature else 0.0
+    friction = oil_resistance(warmth)
+    targets = (1.0 - 0.0005 * warmth) * _curve(trailing(u, LAG, LAG) if plant.hysteresis else u)
+    slow = SLOW if plant.level else FAST
+    filling = FILLING if plant.direction else 1.0
+    substeps = max(1, round(sampling_time / SUBSTEP))
+    pressure, h = 0.0, sampling_time / substeps
+    result = [pressure]
+    for target in targets[:-1].tolist():
+        for _ in range(substeps):
+            tau = friction * (FAST + (slow - FAST) * math.exp(-max(pressure, 0.0) / LEVEL))
+            tau *= filling if target > pressure else 1.0
+            pressure = target + (pressure - target) * math.exp(-h / tau)
+        result.append(pressure)
+    return np.array(result)
+
+
+def _curve(current: Array) -> Array:
+    """Evaluate the static curve: zero in the dead zone, and flat beyond the polynomial's top near 970 mA."""
+    derivative = np.polyder(np.array(CURVE))
+    top = float(np.roots(derivative).real.max())
+    scaled = np.clip(INPUT_SCALE * current, 0.0, top)
+    return np.asarray(np.maximum(0.0, np.polyval(CURVE, scaled)))
+
+
+def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
+    """Give a current that ramps up and down between 0 and 900 mA, slowly and steeply.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples, of 2 ms.
+    scale : float
+        What the current is multiplied by.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In mA.
+
+    Raises
+    ------
+    DataError
+        If n is no number of samples.
+
+    Examples
+    --------
+    >>> round(float(ramp_current().max()), 6)
+    900.0
+    """
+    corners = [(0.02, 0.0), (0.22, 1.0), (0.37, 0.2), (0.45, 0.9), (0.5, 0.3), (0.75, 1.0), (0.8, 0.0), (0.9, 0.95)]
+    return ramp(n, corners=[*corners, (1.15, 0.0)], sampling_time=SAMPLING_TIME, amplitude=900.0 * scale)
+
+
+def step_current(n: int = 600, scale: float = 1.0) -> Array:
+    """Give a current of steps between levels from 0 to 900 mA, up and down.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples, of 2 ms.
+    scale : float
+        What the current is multiplied by.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In mA.
+
+    Raises
+    ------
+    DataError
+        If n is no number of samples.
+
+    Examples
+    --------
+    >>> sorted(set(step_current().round(6).tolist()))
+    [0.0, 400.0, 500.0, 600.0, 700.0, 900.0]
+    """
+    levels = [(0.05, 400.0), (0.2, 600.0), (0.35, 900.0), (0.5, 700.0), (0.65, 500.0), (0.8, 900.0), (0.95, 400.0)]
+    return step(n, levels=[*levels, (1.1, 0.0)], sampling_time=SAMPLING_TIME, amplitude=scale)
+
+
+def clutch_record(
+    kind: str = "step",
+    temperatures: Sequence[float] = TEMPERATURES,
+    *,
+    seed: int | np.random.Generator,
+    n: int = 600,
+    scale: float = 1.0,
+    plant: ClutchPlant | None = None,
+    noise_bound: float = NOISE_BOUND,
+) -> Dataset:
+    """Simulate measured records of the actuator, one experiment per temperature.
+
+    Parameters
+    ----------
+    kind : {"ramp", "step"}
+        Profile of the current.
+    temperatures : sequence of float
+        Of the oil, in degC.
+    seed : int or numpy.random.Generator
+        Of the noise.
+    n : int
+        Samples per experiment.
+    scale : float
+        What the current is multiplied by, to make a second record.
+    plant : ClutchPlant, optional
+        By default with all ingredients.
+    noise_bound : float
+        Largest noise of the pressure, in bar; uniform.
+
+    Returns
+    -------
+    Dataset
+        Channels ``current`` (input, mA), ``pressure`` (output, bar) and ``temperature`` (degC).
+
+    Raises
+    ------
+    DataError
+        If the kind is unknown, a temperature occurs twice or the noise bound is negative.
+
+    Examples
+    --------
+    >>> data = clutch_record("ramp", seed=1)
+    >>> [run.name for run in data.experiments], data.names
+    (['20C_ramp', '60C_ramp', '-20C_ramp'], ('current', 'pressure', 'temperature'))
+    """
+    profiles = {"ramp": ramp_current, "step": step_current}
+    if kind not in profiles:
+        raise DataError(f"kind = {kind!r} is no profile of the current: choose 'ramp' or 'step'")
+    if not noise_bound >= 0:
+        raise DataError(f"noise_bound = {noise_bound} is refused: give a number of bar, zero for none")
+    current = profiles[kind](n, scale)
+    generator = np.random.default_rng(seed)
+    runs = []
+    for temperature in temperatures:
+        noise = generator.uniform(-noise_bound, noise_bound, n)
+        values = {
+            "current": current,
+            "pressure": simulate_clutch(current, temperature, plant) + noise,
+            "temperature": np.full(n, float(temperature)),
+        }
+        runs.append(Experiment(f"{temperature:g}C_{kind}", values))
+    units = (("current", "mA"), ("pressure", "bar"), ("temperature", "degC"))
+    return Dataset(
+        experiments=tuple(runs),
+        channels=tuple(Channel(name, unit) for name, unit in units),
+        inputs=("current",),
+        outputs=("pressure",),
+        sampling_time=SAMPLING_TIME,
+        source="simulated clutch actuator",
+    )

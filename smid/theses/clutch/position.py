@@ -1,0 +1,179 @@
+"""The position of the clutch: pressure moves a piston against dry friction and a return spring.
+
+    q = p - f,   d f = (friction d p - f |d p|) / (2 friction)          dry friction, rate-independent (Dahl)
+    s(T) = 1 - softening (T - 20)                                       the spring is softer when warm
+    q / s = preload + stiffness x + cushion max(0, x - kiss)^2          return spring, then the cushion spring too
+    d x/dt = (x_static - x) / (lag r(T))                                oil is pushed away, slower when cold
+
+The K2 clutch is normally open.  Up to the preload nothing moves: the dead zone from pressure to position.  It takes a
+current that yields that pressure, so the dead zone from current to position is wider than that from current to
+pressure.  Then the lever spring yields until the facings touch, the kiss point; from there the cushion spring between
+the facings stiffens the more it is pressed.  Friction holds the piston where the pressure turns: on its way back the
+position is that of a pressure twice the friction higher.  So the position at a pressure depends on the past, and not
+on speed; a static virtual sensor that was trained on rising pressures fails on falling ramps, as in figure 5.25.
+
+The thesis's: that there are three dead zones, that the position differs with the temperature and that it has
+hysteresis (sections 5.1 and 5.2).  It prints no size, its data are normalised.  Our assumptions, fitted to nothing:
+
+- The springs: 2.5 bar, 1 bar/mm, 5 mm, 2 bar/mm^2, which give 8.6 mm at the largest pressure of 37 bar, about the
+  travel of a release bearing.  On a piston of 12 cm^2, 1 bar is 120 N.
+- The friction: 0.8 bar, so that the loop is 1.6 bar wide, 4 % of the range.
+- The softening: 0.3 % per degC.  Spring steel alone loses 0.03 %; the cushion spring loses far more where its heat
+  warps it (Cappetti), and seals stiffen in the cold.  This one number stands for all of them.
+- The lag: 4 ms at 20 degC, times the oil's resistance r(T) of `smid.theses.clutch.plant`.
+- The noise of the sensor: uniform within 0.05 mm.
+
+Reference: clutch thesis, section 5.1, figures 5.14 and 5.25; Dahl, "A solid friction model", Aerospace Corporation
+(1968); Cappetti, Pisaturo, Senatore, "Cushion spring sensitivity to the temperature rise in automotive dry clutch and
+effects on the frictional torque characteristic", Mechanical Testing and Diagnosis 3 (2012).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.signal import lfilter
+
+from smid.data import DataError
+from smid.signals.generators import check_samples
+from smid.theses.clutch.hysteresis import trailing
+from smid.theses.clutch.plant import SAMPLING_TIME, oil_resistance
+
+__all__ = ["POSITION_NOISE_BOUND", "ReturnSpring", "simulate_position"]
+
+Array = NDArray[np.float64]
+
+POSITION_NOISE_BOUND = 0.05  # mm
+
+
+@dataclass(frozen=True)
+class ReturnSpring:
+    """What the piston works against, in bar of pressure.
+
+    Parameters
+    ----------
+    preload : float
+        Pressure up to which nothing moves at 20 degC, in bar; more than the friction.
+    stiffness : float
+        Of the return spring at 20 degC, in bar/mm.
+    kiss_point : float
+        Position where the facings touch, in mm.
+    cushion : float
+        Of the cushion spring at 20 degC, in bar/mm^2.
+    softening : float
+        Share of preload, stiffness and cushion that is lost per degC above 20, in 1/degC.
+    friction : float
+        Dry friction, in bar.
+    lag : float
+        Time constant at 20 degC, in seconds.
+
+    Raises
+    ------
+    DataError
+        If a number is negative or not finite, the stiffness, cushion or lag is zero, or the preload does not exceed
+        the friction.
+
+    Examples
+    --------
+    >>> ReturnSpring().static_position([2.0, 7.5, 35.0]).round(3)
+    array([0.   , 5.   , 8.467])
+    """
+
+    preload: float = 2.5
+    stiffness: float = 1.0
+    kiss_point: float = 5.0
+    cushion: float = 2.0
+    softening: float = 0.003
+    friction: float = 0.8
+    lag: float = 4e-3
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value >= 0):
+                raise DataError(f"{field.name} = {value} is refused: give a number of at least 0")
+            if value == 0 and field.name in ("stiffness", "cushion", "lag"):
+                raise DataError(f"{field.name} = 0 is refused: give a positive number, as small as you like")
+        if not self.preload > self.friction:
+            raise DataError(
+                f"preload = {self.preload} bar does not exceed friction = {self.friction} bar: the piston would never "
+                "come back; give a larger preload"
+            )
+
+    def static_position(self, pressure: ArrayLike, temperature: float = 20.0) -> Array:
+        """Give the position where a pressure that acts, friction taken off, comes to rest.
+
+        Parameters
+        ----------
+        pressure : array_like, shape (n,)
+            In bar.
+        temperature : float
+            In degC.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            In mm.
+
+        Raises
+        ------
+        DataError
+            If the temperature is not finite, or leaves no spring.
+        """
+        share = 1.0 - self.softening * (temperature - 20.0)
+        if not (math.isfinite(temperature) and share > 0):
+            raise DataError(f"temperature = {temperature} degC leaves no spring: give degC, around -20 to 60")
+        load = np.maximum(0.0, np.asarray(pressure, dtype=np.float64) / share - self.preload)
+        pressed = np.maximum(0.0, load - self.stiffness * self.kiss_point)
+        compression = (np.sqrt(self.stiffness**2 + 4.0 * self.cushion * pressed) - self.stiffness) / (
+            2.0 * self.cushion
+        )
+        return np.asarray(np.minimum(load / self.stiffness, self.kiss_point) + compression)
+
+
+def simulate_position(
+    pressure: ArrayLike,
+    temperature: float = 20.0,
+    spring: ReturnSpring | None = None,
+    sampling_time: float = SAMPLING_TIME,
+) -> Array:
+    """Give the position of the clutch, without noise, from rest at the first pressure.
+
+    Parameters
+    ----------
+    pressure : array_like, shape (n,)
+        In bar, without noise; held from sample to sample.
+    temperature : float
+        Of oil and spring, in degC.
+    spring : ReturnSpring, optional
+        By default the one of the records.
+    sampling_time : float
+        In seconds.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In mm, zero where the clutch is open.
+
+    Raises
+    ------
+    DataError
+        If the pressure is no finite series, the sampling time is not positive, or the temperature leaves no spring.
+
+    Examples
+    --------
+    >>> simulate_position(np.repeat([0.0, 2.0, 6.0, 35.0], 50))[[49, 99, 149, 199]].round(2)
+    array([0.  , 0.  , 2.72, 8.41])
+    """
+    spring = ReturnSpring() if spring is None else spring
+    p = np.asarray(pressure, dtype=np.float64)
+    if p.ndim != 1 or not p.size or not np.isfinite(p).all():
+        raise DataError(f"the pressure has shape {p.shape} or is not finite: give a series of finite samples, in bar")
+    check_samples(p.size, sampling_time)
+    target = spring.static_position(trailing(p, spring.friction, 2.0 * spring.friction), temperature)
+    decay = math.exp(-sampling_time / (spring.lag * oil_resistance(temperature - 20.0)))
+    position, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], target, zi=target[:1])
+    return np.asarray(position)

@@ -1,0 +1,45 @@
+"""Chapter 5 of the clutch thesis on records that anyone may have, and the sensor that it asks for."""
+
+from smid.theses.clutch.sensor_study.cross import ErrorTable, cross_errors
+from smid.theses.clutch.sensor_study.intervals import IntervalRow, IntervalStudy, interval_study
+from smid.theses.clutch.sensor_study.sensors import THESIS_SENSORS, train_thesis_sensors
+from smid.theses.clutch.sensor_study.single_sensor import (
+    HELD_OUT,
+    TRAINING,
+    SingleSensorStudy,
+    single_sensor_study,
+    train_single_sensor,
+)
+from smid.theses.clutch.sensor_study.structures import (
+    StructureRow,
+    StructureTable,
+    table_5_1,
+    table_5_2,
+    table_5_3,
+    table_5_4,
+)
+from smid.theses.clutch.sensor_study.traces import THESIS_FIGURES, SensorTraces, sensor_traces
+
+__all__ = [
+    "HELD_OUT",
+    "THESIS_FIGURES",
+    "THESIS_SENSORS",
+    "TRAINING",
+    "ErrorTable",
+    "IntervalRow",
+    "IntervalStudy",
+    "SensorTraces",
+    "SingleSensorStudy",
+    "StructureRow",
+    "StructureTable",
+    "cross_errors",
+    "interval_study",
+    "sensor_traces",
+    "single_sensor_study",
+    "table_5_1",
+    "table_5_2",
+    "table_5_3",
+    "table_5_4",
+    "train_single_sensor",
+    "train_thesis_sensors",
+]

@@ -1,0 +1,108 @@
+"""Every sensor of chapter 5 on every record: where it holds, and where temperature or hysteresis defeat it.
+
+Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from smid.data import Dataset
+from smid.data.bundled import load_clutch_records
+from smid.display.result import Part, Tabular
+from smid.display.table import Table
+from smid.models import ModelError
+from smid.networks import Array
+from smid.sensors import VirtualSensor
+
+__all__ = ["ErrorTable", "cross_errors"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ErrorTable(Tabular):
+    """Errors of sensors on records.
+
+    Parameters
+    ----------
+    caption : str
+        What is compared.
+    sensors, records : tuple of str
+    rmse : ndarray, shape (records, sensors)
+        Root mean squared errors, in mm.
+    """
+
+    caption: str
+    sensors: tuple[str, ...]
+    records: tuple[str, ...]
+    rmse: Array
+
+    @property
+    def table(self) -> Table:
+        """Return the errors as text; what is more, sensors or records, runs down."""
+        first, down, across, errors = "record", self.records, self.sensors, self.rmse
+        if len(across) > len(down):
+            first, down, across, errors = "sensor", across, down, errors.T
+        rows = tuple((name, *(f"{error:.3f}" for error in row)) for name, row in zip(down, errors, strict=True))
+        return Table(self.caption, (first, *across), rows, "l" + "r" * len(across))
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for record, errors in zip(self.records, self.rmse.tolist(), strict=True):
+            for sensor, rmse in zip(self.sensors, errors, strict=True):
+                yield {"record": record, "sensor": sensor, "rmse": rmse}
+
+    def plot(self) -> Figure:
+        """Draw the errors as a chart of shades."""
+        from smid.theses.clutch.sensor_study.figures import error_figure
+
+        return error_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {"sensors": list(self.sensors), "records": list(self.records), "rmse": self.rmse.tolist()}
+
+
+def cross_errors(
+    sensors: Mapping[str, VirtualSensor],
+    data: Dataset | None = None,
+    caption: str = "RMSE of each sensor on each record, in mm.",
+) -> ErrorTable:
+    """Compare sensors on records.
+
+    Parameters
+    ----------
+    sensors : mapping of str to VirtualSensor
+        Trained.
+    data : Dataset, optional
+        With the position; all bundled records by default.
+    caption : str
+        Of the table.
+
+    Returns
+    -------
+    ErrorTable
+
+    Raises
+    ------
+    ModelError
+        If there is no sensor, or one is not trained.
+
+    Examples
+    --------
+    >>> from smid.sensors import CFPX
+    >>> sensor = CFPX(5).fit(load_clutch_records("20C_step_a"), seed=1)
+    >>> cross_errors({"CFPX": sensor}).rmse.shape
+    (11, 1)
+    """
+    if not sensors:
+        raise ModelError("no sensor is given: give one or more, trained")
+    data = load_clutch_records() if data is None else data
+    columns = [list(sensor.predict(data).rmse(data).values()) for sensor in sensors.values()]
+    return ErrorTable(caption, tuple(sensors), tuple(run.name for run in data.experiments), np.array(columns).T)

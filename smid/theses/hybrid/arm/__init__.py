@@ -1,0 +1,101 @@
+"""The rotating arm: its exact motion, and the hybrid thesis's ways to estimate what is not known of it."""
+
+from smid.theses.hybrid.arm.alternating import Alternation, alternate
+from smid.theses.hybrid.arm.arm_study import (
+    SHAPES,
+    ArmStudy,
+    NetworkRuns,
+    alternating_runs,
+    arm_study,
+    input_error_runs,
+    shape_of,
+)
+from smid.theses.hybrid.arm.cost_surface import CostSurface, cost_surface, figure_6_9
+from smid.theses.hybrid.arm.embedded_arm import (
+    embedded_arm,
+    embedded_error,
+    friction_curve,
+    random_start,
+    true_friction,
+)
+from smid.theses.hybrid.arm.embedded_study import (
+    COMPARED,
+    WAYS,
+    EmbeddedRuns,
+    EmbeddedStudy,
+    Way,
+    embedded_study,
+    run_embedded,
+)
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.theses.hybrid.arm.free_run_error import FreeRunError, FreeRuns
+from smid.theses.hybrid.arm.friction_start import certified_start, friction_start, white_start
+from smid.theses.hybrid.arm.global_start import global_start, multistart_start
+from smid.theses.hybrid.arm.input_error import (
+    InputError,
+    Motion,
+    estimate_by_input_error,
+    modulate_motion,
+    quiet_filter,
+)
+from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
+from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
+from smid.theses.hybrid.arm.white import (
+    INTEGRATIONS,
+    TABLE_F2_START,
+    WhiteEstimate,
+    estimate_white,
+    white_arm,
+    white_free_run,
+)
+
+__all__ = [
+    "ARM",
+    "COMPARED",
+    "INTEGRATIONS",
+    "SHAPES",
+    "TABLE_F2_START",
+    "WAYS",
+    "Alternation",
+    "ArmStudy",
+    "CostSurface",
+    "EmbeddedRuns",
+    "EmbeddedStudy",
+    "FreeRunError",
+    "FreeRuns",
+    "InputError",
+    "ModulatingFilter",
+    "Motion",
+    "NetworkRuns",
+    "Way",
+    "WhiteEstimate",
+    "alternate",
+    "alternating_runs",
+    "arm_study",
+    "certified_start",
+    "cost_surface",
+    "embedded_arm",
+    "embedded_error",
+    "embedded_study",
+    "estimate_by_input_error",
+    "estimate_white",
+    "exact_motion",
+    "figure_6_9",
+    "friction_curve",
+    "friction_start",
+    "global_start",
+    "held_record",
+    "input_error_runs",
+    "modulate_motion",
+    "multistart_start",
+    "quiet_filter",
+    "random_start",
+    "run_embedded",
+    "shape_of",
+    "similar",
+    "thesis_record",
+    "true_friction",
+    "white_arm",
+    "white_free_run",
+    "white_start",
+]

@@ -1,0 +1,388 @@
+"""The embedded arm from many starts: how often it comes out right, the thesis's way and ours (table 8).
+
+A *way* says how the record is made, how the model is integrated, how many neurons it has and where it starts.  The
+thesis: Euler's method for plant and model, every tenth sample, three neurons, 1/J from 16 and random weights.  Ours:
+exact motion under held voltage, RK4, five neurons, and one of five starts: as the thesis's; the white model, estimated
+from the record; the centres of the intervals that are proven for it; the best of a search in input error, local or
+global.  All starts of a way are trained in lockstep.
+
+Every model is run freely over a validation record of similar sines, without noise and within the speeds that it was
+trained on.  Its error is compared with that of the white model run by the same integrator, (6.6)-(6.7), estimated from
+the same record with that integrator or exactly, whichever is better.
+
+    good: no larger        moderate: at most ten times larger        bad: beyond
+
+The thesis judged by eye, from plots.
+
+Reference: hybrid thesis, section 6.3.2, table 8, appendix F.1, figures F.3 and F.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from smid.data import Dataset
+from smid.display.result import Part, Tabular, plain
+from smid.display.table import Table, figure
+from smid.models import ModelError
+from smid.models.errors import refuse_unknown
+from smid.signals import TABLE_F1
+from smid.theses.hybrid.arm.embedded_arm import (
+    INERTIA_START,
+    embedded_arm,
+    embedded_error,
+    friction_curve,
+    random_start,
+    true_friction,
+)
+from smid.theses.hybrid.arm.exact_motion import ARM
+from smid.theses.hybrid.arm.friction_start import certified_start, white_start
+from smid.theses.hybrid.arm.global_start import global_start, multistart_start
+from smid.theses.hybrid.arm.input_error import modulate_motion, quiet_filter
+from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
+from smid.theses.hybrid.arm.white import estimate_white, white_arm
+
+__all__ = ["COMPARED", "TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
+
+Array = NDArray[np.float64]
+
+MODERATE, EVALUATIONS, AT_REST = 10.0, 100, 1.5  # times the white error, rad/s beyond which a jump is over
+HIDDEN, MORE = 5, 9
+ENCODER = 0.002  # rad, the least noise bound that the intervals are proven for
+
+TABLE_8: dict[str, str] = {
+    "one_sine": "5/9/15, 5/8/7, 12/0/7",
+    "six_equal": "8/0/10",
+    "six_one_negative": "7/4/9",
+    "six_two_negative": "1/3/16",
+    "eleven_equal": "0/0/20",
+    "six_signs": "0/0/20",
+    "six_unequal": "24/20/56",
+}
+"""Good/moderate/bad in the thesis."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a record is made and an embedded arm estimated from it.
+
+    Parameters
+    ----------
+    label : str
+        For display.
+    record : callable (sines, noise_bound, seed) -> Dataset
+        Makes a record.
+    scheme : str
+        Integrates the models.
+    hidden : int
+        Neurons.
+    starts : callable (record, noise_bound, seeds) -> ndarray, shape (B, p)
+        Gives the first points.
+    substeps : int
+        Of the scheme, per sample.
+
+    Examples
+    --------
+    >>> WAYS["small"].hidden
+    3
+    """
+
+    label: str
+    record: Callable[..., Dataset]
+    scheme: str
+    hidden: int
+    starts: Callable[[Dataset, float, Sequence[int]], Array]
+    substeps: int = 1
+
+
+def _random(neurons: int, spread: float) -> Callable[[Dataset, float, Sequence[int]], Array]:
+    hybrid = embedded_arm((neurons,))
+    return lambda _data, _bound, seeds: np.array([random_start(hybrid, spread, seed) for seed in seeds])
+
+
+def _by_input_error(start: Callable[..., Array]) -> Callable[[Dataset, float, Sequence[int]], Array]:
+    def starts(data: Dataset, bound: float, seeds: Sequence[int]) -> Array:
+        motion = modulate_motion(data, quiet_filter(bound, data.sampling_time))
+        return np.array([start(motion, HIDDEN, seed=seed) for seed in seeds])
+
+    return starts
+
+
+def _proven(neurons: int) -> Callable[[Dataset, float, Sequence[int]], Array]:
+    return lambda data, bound, seeds: certified_start(data, max(bound, ENCODER), neurons, seeds=seeds)
+
+
+def _white(data: Dataset, _bound: float, seeds: Sequence[int]) -> Array:
+    return white_start(data, HIDDEN, seeds=seeds)
+
+
+WAYS: dict[str, Way] = {
+    "random": Way("thesis, weights 0 to 1", thesis_record, "euler", 3, _random(3, 1.0)),
+    "small": Way("thesis, weights 0 to 0.01", thesis_record, "euler", 3, _random(3, 0.01)),
+    "local": Way("ours, but weights 0 to 1", held_record, "rk4", HIDDEN, _random(HIDDEN, 1.0)),
+    "white": Way("ours, estimated white model", held_record, "rk4", HIDDEN, _white),
+    "certified": Way("ours, proven intervals", held_record, "rk4", HIDDEN, _proven(HIDDEN)),
+    "fine": Way("the same, more neurons and steps", held_record, "rk4", MORE, _proven(MORE), substeps=8),
+    "multistart": Way("ours, input error", held_record, "rk4", HIDDEN, _by_input_error(multistart_start)),
+    "global": Way("ours, differential evolution", held_record, "rk4", HIDDEN, _by_input_error(global_start)),
+}
+
+
+COMPARED = ("random", "small", "local", "certified", "multistart")
+"""The ways that are compared unless others are named; one of the rest takes as long as these together."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EmbeddedRuns(Tabular):
+    """One way on one input, from many starts.
+
+    Parameters
+    ----------
+    input, way : str
+        Names.
+    theta : ndarray, shape (n,)
+        1/J of each run, in 1/(kg m2).
+    training, validation : ndarray, shape (n,)
+        Free-run errors in rad, RMS; infinite where the run leaves the finite range.
+    white : float
+        The white model's free-run error over the validation record, in rad.
+    curve : ndarray, shape (n,)
+        Largest error of the friction curve over the visited speeds, as a share of the largest friction.
+    jump : ndarray, shape (n,)
+        The network's step from -1.5 to 1.5 rad/s over the plant's.
+    """
+
+    input: str
+    way: str
+    theta: Array
+    training: Array
+    validation: Array
+    white: float
+    curve: Array
+    jump: Array
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Which runs are no worse than the white model."""
+        return np.asarray(self.validation <= self.white)
+
+    @property
+    def bad(self) -> NDArray[np.bool_]:
+        """Which runs are more than ten times worse."""
+        return ~(self.validation <= MODERATE * self.white)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Good, moderate and bad runs."""
+        good, bad = int(self.good.sum()), int(self.bad.sum())
+        return good, self.theta.size - good - bad, bad
+
+    def _content(self) -> Iterator[Part]:
+        counts = "/".join(map(str, self.counts))
+        yield f"{self.input}, {WAYS[self.way].label}: {counts} of {self.theta.size} runs good/moderate/bad."
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        columns = {
+            "reciprocal_inertia": self.theta,
+            "validation_error": self.validation,
+            "curve_error": self.curve,
+            "jump": self.jump,
+        }
+        for numbers in zip(*(values.tolist() for values in columns.values()), strict=True):
+            yield {"input": self.input, "way": self.way, **dict(zip(columns, numbers, strict=True))}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EmbeddedStudy(Tabular):
+    """Ways and inputs compared.
+
+    Parameters
+    ----------
+    runs : tuple of EmbeddedRuns
+    """
+
+    runs: tuple[EmbeddedRuns, ...]
+
+    @property
+    def table(self) -> Table:
+        """Table 8, ours beside the thesis's."""
+        header = ("input", "way", "good/moderate/bad", "thesis", "1/J when good", "white", "median", "curve", "jump")
+        rows = []
+        for runs in self.runs:
+            good = runs.good
+            thesis = TABLE_8[runs.input] if runs.way in ("random", "small") else ""
+            rows.append(
+                (
+                    runs.input,
+                    WAYS[runs.way].label,
+                    "/".join(map(str, runs.counts)),
+                    thesis,
+                    f"{runs.theta[good].min():.2f} to {runs.theta[good].max():.2f}" if good.any() else "-",
+                    figure(runs.white),
+                    figure(float(np.median(runs.validation))),
+                    f"{100 * np.median(runs.curve[good]):.1f} %" if good.any() else "-",
+                    figure(float(np.median(runs.jump[good]))) if good.any() else "-",
+                )
+            )
+        caption = (
+            "Embedded arm, plant's 1/J = 21.7391. Free-run errors of white model and median run in rad; largest error "
+            "of the friction curve, and its jump at rest over the plant's: medians of the good runs."
+        )
+        return Table(caption, header, tuple(rows), "llrrlrrrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each run."""
+        for runs in self.runs:
+            yield from runs._rows()
+
+    def plot(self) -> Figure:
+        """Draw 1/J of every run, as figures F.3 and F.7 do: good, moderate and bad ones apart."""
+        from smid.theses.hybrid.arm.figures import inertia_figure  # the figures know the results
+
+        return inertia_figure(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "runs": [
+                {
+                    "input": runs.input,
+                    "way": runs.way,
+                    "counts": dict(zip(("good", "moderate", "bad"), runs.counts, strict=True)),
+                    "thesis": TABLE_8[runs.input],
+                    "white_error": runs.white,
+                    "reciprocal_inertia": runs.theta.tolist(),
+                    "validation_error": plain(runs.validation),
+                    "curve_error": runs.curve.tolist(),
+                    "jump": runs.jump.tolist(),
+                }
+                for runs in self.runs
+            ]
+        }
+
+
+def run_embedded(
+    name: str, way: str, seeds: Iterable[int], *, noise_bound: float = 0.0, noise_seed: int | None = None
+) -> EmbeddedRuns:
+    """Estimate the embedded arm from many starts, in lockstep.
+
+    Parameters
+    ----------
+    name : str
+        Input, one of `smid.signals.TABLE_F1`.
+    way : str
+        One of `WAYS`.
+    seeds : iterable of int
+        One run for each.
+    noise_bound : float
+        The record's angle is off by uniform noise within this bound, in rad; the validation record's is not.
+    noise_seed : int, optional
+        Of the noise; needed where there is any.
+
+    Returns
+    -------
+    EmbeddedRuns
+
+    Raises
+    ------
+    ModelError
+        If there is no such input or way.
+
+    Examples
+    --------
+    >>> run_embedded("one_sine", "small", [1]).theta.round(1)
+    array([21.])
+    """
+    refuse_unknown("input", [name], TABLE_F1)
+    refuse_unknown("way", [way], WAYS)
+    chosen = WAYS[way]
+    record = chosen.record(TABLE_F1[name], noise_bound=noise_bound, seed=noise_seed)
+    check = chosen.record(similar(TABLE_F1[name]))
+    hybrid = embedded_arm((chosen.hidden,), scheme=chosen.scheme, substeps=chosen.substeps)
+    problem, validation = embedded_error(hybrid, record), embedded_error(hybrid, check)
+    found = problem.lower(chosen.starts(record, noise_bound, list(seeds)), evaluations=EVALUATIONS)
+    speed = record.experiments[0].values["speed"]
+    visited = speed[np.abs(speed) > ARM["eps"]]
+    wanted, edges = true_friction(visited), np.array([-AT_REST, AT_REST])
+    curves, jumps = [], []
+    for values in map(problem.values, found):
+        curves.append(np.abs(friction_curve(hybrid, values, visited) - wanted).max() / np.abs(wanted).max())
+        jumps.append(np.diff(friction_curve(hybrid, values, edges))[0] / np.diff(true_friction(edges))[0])
+    return EmbeddedRuns(
+        name,
+        way,
+        INERTIA_START * found[:, 0],
+        np.sqrt(problem.errors(found)),
+        np.sqrt(validation.errors(found)),
+        _white_error(record, check, chosen),
+        np.array(curves),
+        np.array(jumps),
+    )
+
+
+def embedded_study(
+    inputs: Iterable[str] = tuple(TABLE_F1),
+    ways: Iterable[str] = COMPARED,
+    *,
+    starts: int = 100,
+    progress: Callable[[str], None] | None = None,
+) -> EmbeddedStudy:
+    """Run several ways on several inputs.
+
+    Parameters
+    ----------
+    inputs : iterable of str
+        Of `smid.signals.TABLE_F1`.
+    ways : iterable of str
+        Of `WAYS`.
+    starts : int
+        Runs for each.
+    progress : callable, optional
+        Told what is run next.
+
+    Returns
+    -------
+    EmbeddedStudy
+
+    Raises
+    ------
+    ModelError
+        If there is no such input or way, or no start.
+
+    Examples
+    --------
+    >>> study = embedded_study(["one_sine"], ["small"], starts=1)
+    >>> [(runs.input, runs.way) for runs in study.runs]
+    [('one_sine', 'small')]
+    """
+    chosen, names = tuple(ways), tuple(inputs)
+    refuse_unknown("input", names, TABLE_F1)
+    refuse_unknown("way", chosen, WAYS)
+    if starts < 1:
+        raise ModelError(f"starts = {starts}: give one or more")
+    done = []
+    for name in names:
+        for way in chosen:
+            if progress is not None:
+                progress(f"embedded arm: {name}, {WAYS[way].label}")
+            done.append(run_embedded(name, way, range(starts)))
+    return EmbeddedStudy(tuple(done))
+
+
+def _white_error(record: Dataset, check: Dataset, way: Way) -> float:
+    measured = check.experiments[0].values["y"]
+    model = white_arm(way.scheme, way.substeps)
+    errors = []
+    for integration in (way.scheme, "exact"):
+        values = estimate_white(record, integration).values
+        errors.append(np.mean((model.simulate(check, values, "rest").outputs[0]["y"] - measured) ** 2))
+    return float(np.sqrt(min(errors)))

@@ -1,0 +1,156 @@
+"""The figures of the arm: where the runs of a study ended, friction curves, cost surfaces, the filter's response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
+from smid.theses.hybrid.arm.embedded_arm import true_friction
+from smid.theses.hybrid.arm.exact_motion import ARM
+
+if TYPE_CHECKING:
+    from smid.theses.hybrid.arm.cost_surface import CostSurface
+    from smid.theses.hybrid.arm.embedded_study import EmbeddedStudy
+    from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
+
+__all__ = ["friction_figure", "inertia_figure", "response_figure", "surface_figure"]
+
+Array = NDArray[np.float64]
+
+CEILING = 30.0  # of 1/J, where bad runs are drawn that end beyond
+COLUMNS = 2
+COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
+
+
+def inertia_figure(study: EmbeddedStudy) -> Figure:
+    """Draw 1/J of every run, as figures F.3 and F.7 do; good, moderate and bad ones apart.
+
+    Parameters
+    ----------
+    study : EmbeddedStudy
+
+    Returns
+    -------
+    Figure
+        Runs beyond 0 to 30 / (kg m2) stand at the edge.
+    """
+    rows = -(-len(study.runs) // COLUMNS)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.4 + 1.5 * rows), layout="constrained")
+        grid = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+        for axes, runs in zip(grid.flat, study.runs, strict=False):
+            number, theta = np.arange(runs.theta.size), np.clip(runs.theta, 0.0, CEILING)
+            middle = ~(runs.good | runs.bad)
+            axes.axhline(ARM["theta"], color=INK, linewidth=0.6, zorder=0)
+            for chosen, marker, colour, label in (
+                (runs.good, "o", BLUE, "good"),
+                (middle, "s", ORANGE, "moderate"),
+                (runs.bad, "x", RED, "bad"),
+            ):
+                axes.plot(number[chosen], theta[chosen], marker, markersize=2.6, color=colour, label=label)
+            axes.set_title(f"{runs.input.replace('_', ' ')}: {runs.way}")
+            axes.set_ylim(-1.0, CEILING + 1.0)
+        for axes in grid.flat[len(study.runs) :]:
+            axes.set_axis_off()
+        for axes in grid[-1]:
+            axes.set_xlabel("run")
+        for row in grid:
+            row[0].set_ylabel("1/J [1/(kg m²)]")
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    return figure
+
+
+def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure:
+    """Draw networks beside the friction that they should learn, figure 6.8: all speeds, and those near rest.
+
+    Parameters
+    ----------
+    curves : mapping of str to array_like, shape (n,)
+        Torques in Nm by label.
+    speed : array_like, shape (n,)
+        In rad/s, rising.
+
+    Returns
+    -------
+    Figure
+    """
+    v = np.asarray(speed, dtype=np.float64)
+    with style():
+        figure = Figure(figsize=(WIDTH, 2.8), layout="constrained")
+        whole, near = figure.subplots(1, 2)
+        for axes in (whole, near):
+            axes.plot(v, true_friction(v), color=INK, linewidth=2.4, alpha=0.3, label="plant")
+            for (label, torque), colour in zip(curves.items(), COLOURS, strict=False):
+                axes.plot(v, np.asarray(torque), color=colour, label=label)
+            axes.grid(color=GRID, linewidth=0.4)
+            axes.set_xlabel("speed [rad/s]")
+        near.set(xlim=(-8, 8), ylim=(-2.2, 2.2), title="near rest")
+        whole.set(ylabel="friction and drag [Nm]", title="visited speeds")
+        whole.legend()
+    return figure
+
+
+def surface_figure(surface: CostSurface) -> Figure:
+    """Draw a cost surface in space, as figure 6.9, and its contours with the least point of the grid.
+
+    Parameters
+    ----------
+    surface : CostSurface
+
+    Returns
+    -------
+    Figure
+    """
+    one, two = surface.names
+    height = np.log10(np.where(np.isfinite(surface.rmse), surface.rmse, np.nan))
+    across, along = np.meshgrid(surface.second, surface.first)
+    with style():
+        figure = Figure(figsize=(WIDTH, 2.9))
+        # Constrained layout cuts the labels of axes in space.
+        space: Any = figure.add_axes((0.02, 0.14, 0.46, 0.76), projection="3d")
+        space.plot_surface(along, across, height, cmap="viridis", linewidth=0.0, rcount=80, ccount=80)
+        space.set(title="log10 of the RMS error", xlabel=one, ylabel=two)
+        space.view_init(elev=38, azim=-60)
+        space.tick_params(labelsize=7)
+        for axis in (space.xaxis, space.yaxis, space.zaxis):
+            axis.set_pane_color("none")  # light panes would shine on a dark page
+        flat = figure.add_axes((0.62, 0.16, 0.36, 0.7))
+        flat.contourf(along, across, height, levels=24, cmap="viridis")
+        flat.plot(*surface.least, "o", markersize=4, color=RED, markeredgecolor=INK, markeredgewidth=0.5)
+        flat.set(xlabel=one, ylabel=two, title=f"least: {surface.rmse.min():.3g}")
+    return figure
+
+
+def response_figure(modulating: ModulatingFilter, sampling_time: float) -> Figure:
+    """Draw the frequency responses of a modulating filter as smoother, first and further differentiators.
+
+    Parameters
+    ----------
+    modulating : ModulatingFilter
+    sampling_time : float
+        In seconds.
+
+    Returns
+    -------
+    Figure
+        Magnitudes, with the ideal differentiators dashed.
+    """
+    omega = np.linspace(0.0, np.pi / sampling_time, 1001)[1:-1]
+    with style():
+        figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
+        axes = figure.subplots()
+        for order, colour in zip(range(modulating.order), COLOURS, strict=False):
+            axes.plot(omega, omega**order, color=colour, linestyle="--", linewidth=0.7)
+            size = np.abs(modulating.response(omega, sampling_time, order))
+            axes.plot(omega, np.maximum(size, 1e-6), color=colour, label=f"derivative {order}")
+        axes.set(xscale="log", yscale="log", xlabel="frequency [rad/s]", ylabel="gain [1/s per derivative]")
+        axes.set_ylim(1e-3, None)
+        axes.grid(color=GRID, linewidth=0.4)
+        axes.legend(title="ideal dashed")
+    return figure

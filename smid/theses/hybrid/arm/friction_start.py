@@ -1,0 +1,142 @@
+"""Where to begin in free-run error, out of a white arm: its inertia, and a network that is its friction and drag.
+
+    16 Nm N(v) ~ Wd sign(v) + b v |v|      over the speeds that the white arm reaches, and their opposites
+
+The constants are estimates or, without any starting value, the centres of intervals that `smid.theses.hybrid.certified`
+proves.  Of sticking the network is told nothing: within eps of rest it is what the free run makes of it.
+
+Reference: hybrid thesis, section 7.4 and appendix F.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from smid.data import Dataset
+from smid.networks import NetworkError, levenberg_marquardt, multistart
+from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQUE_UNIT, true_friction
+from smid.theses.hybrid.arm.exact_motion import exact_motion
+from smid.theses.hybrid.arm.global_start import jump_start
+from smid.theses.hybrid.arm.white import estimate_white
+from smid.theses.hybrid.certified import certify_arm
+
+__all__ = ["certified_start", "friction_start", "white_start"]
+
+Array = NDArray[np.float64]
+Seeds = Iterable[int | np.random.Generator]
+
+GRID, STARTS, ITERATIONS = 400, 2, 100
+
+
+def friction_start(data: Dataset, constants: Mapping[str, float], hidden: int = 5, *, seeds: Seeds) -> Array:
+    """Fit networks to the gliding friction and drag of a white arm.
+
+    Parameters
+    ----------
+    data : Dataset
+        One record with input ``u`` in V.
+    constants : mapping of str to float
+        theta, b, Ws and Wd, in the units of `smid.theses.hybrid.arm.ARM`.
+    hidden : int
+        Neurons.
+    seeds : iterable of int or numpy.random.Generator
+        One network for each, the nearer of two that begin as in `multistart_start`.
+
+    Returns
+    -------
+    ndarray, shape (B, 3 hidden + 2)
+        For `embedded_error` of as many neurons: 1/J, then the weights, both scaled.
+
+    Examples
+    --------
+    >>> from smid.theses.hybrid.arm.exact_motion import ARM
+    >>> from smid.theses.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> constants = {name: ARM[name] for name in ("theta", "b", "Ws", "Wd")}
+    >>> start = friction_start(held_record(TABLE_F1["one_sine"]), constants, 3, seeds=[1])
+    >>> start.shape, float(INERTIA_START * start[0, 0])
+    ((1, 11), 21.7391)
+    """
+    motion = exact_motion(data.experiments[0].values["u"], data.sampling_time, values=dict(constants))
+    speed = np.abs(motion[:, 1]).max() * np.linspace(-1.0, 1.0, GRID)
+    gliding = true_friction(speed, {**constants, "eps": 0.0})
+    problem = NetworkError((1, hidden), speed[:, None] / SPEED_UNIT, gliding / TORQUE_UNIT)
+    rows = []
+    for seed in seeds:
+        generator = np.random.default_rng(seed)
+        starts = [jump_start(hidden, generator) for _ in range(STARTS)]
+        found = multistart(levenberg_marquardt, problem, starts, iterations=ITERATIONS, patience=ITERATIONS)
+        rows.append(np.append(constants["theta"] / INERTIA_START, found.theta))
+    return np.array(rows)
+
+
+def white_start(data: Dataset, hidden: int = 5, *, seeds: Seeds) -> Array:
+    """Begin at the white arm that is estimated from a record with its exact motion.
+
+    Parameters
+    ----------
+    data : Dataset
+        One record with input ``u`` in V and output ``y``, the angle in rad.
+    hidden, seeds
+        As for `friction_start`.
+
+    Returns
+    -------
+    ndarray, shape (B, 3 hidden + 2)
+        As from `friction_start`.
+
+    Examples
+    --------
+    >>> from smid.theses.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> start = white_start(held_record(TABLE_F1["one_sine"]), 3, seeds=[1])
+    >>> round(float(INERTIA_START * start[0, 0]), 3)
+    21.739
+    """
+    return friction_start(data, estimate_white(data).values, hidden, seeds=seeds)
+
+
+def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds: Seeds) -> Array:
+    """Begin at the centres of the intervals of 1/J, b and Wd that are proven, without a starting value.
+
+    Parameters
+    ----------
+    data : Dataset
+        One record with input ``u`` in V and output ``y``, the angle in rad.
+    noise_bound : float
+        Largest error of a measured angle, in rad.
+    hidden, seeds
+        As for `friction_start`.
+
+    Returns
+    -------
+    ndarray, shape (B, 3 hidden + 2)
+        As from `friction_start`.
+
+    Raises
+    ------
+    DataError
+        Where no arm explains the record within the bound.
+
+    Examples
+    --------
+    >>> from smid.theses.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> record = held_record(TABLE_F1["six_unequal"].signal(150, 0.02), noise_bound=0.001, seed=1)
+    >>> start = certified_start(record, 0.001, 3, seeds=[1])
+    >>> bool(abs(INERTIA_START * start[0, 0] - 21.74) < 0.2)
+    True
+    """
+    record = Dataset.from_arrays(
+        input={"u": data.experiments[0].values["u"]},
+        output={"y": data.experiments[0].values["y"]},
+        sampling_time=data.sampling_time,
+    )
+    proven = certify_arm(record, noise_bound)
+    constants = {name: proven.centre(name) for name in ("theta", "b", "Wd")}
+    # Of Ws often the lower end alone means something.
+    constants["Ws"] = max(proven.intervals["Ws"][0], constants["Wd"])
+    return friction_start(data, constants, hidden, seeds=seeds)

@@ -1,0 +1,200 @@
+"""Where to begin in free-run error: at the best of a global search in input error.
+
+The free-run error of the embedded arm has many minima, and every look at it costs a simulation.  The input error has
+its best point nearly in the same place, costs a thousandth, and is linear in 1/J and the output weights, which are
+solved for at every point (variable projection).  What is left to search are the neurons' places and steepness,
+
+    N(v) = sum_i w_i tanh(e^(s_i) (v - p_i)) + d,    p_i within the visited speeds,  s_i in a range,
+
+a box of twice as many numbers as neurons, in which differential evolution goes from a random population, without a
+start.  Its best point is finished by Levenberg-Marquardt, first in input error, then by the user in free-run error.
+
+The other way is insight: "one neuron takes care of the discontinuity" (section F.1), so one begins as a jump at rest,
+the others after Nguyen and Widrow, and of several such starts the one of the least input error is taken.
+
+References: hybrid thesis, section 7.4; Storn, Price, "Differential evolution", J. Global Optimization 11 (1997);
+Golub, Pereyra, SIAM J. Numerical Analysis 10 (1973).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, differential_evolution
+
+from smid.data import DataError
+from smid.models import ModelError
+from smid.networks import lockstep, nguyen_widrow
+from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT
+from smid.theses.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error
+
+__all__ = ["global_start", "jump_start", "multistart_start"]
+
+Array = NDArray[np.float64]
+
+STEEPNESS = (0.5, 1600.0)  # of a neuron, per 80 rad/s: from nearly straight to a jump
+POPULATION = 5  # per number searched; scipy's own 15 leaves too few generations for so small a budget
+RIDGE = 1e-10
+JUMP, DESCENT = 3.0 * SPEED_UNIT, 100  # steepness per 80 rad/s, iterations
+
+
+def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed: int | np.random.Generator) -> Array:
+    """Search the input error globally, for a start in free-run error.
+
+    Parameters
+    ----------
+    motion : Motion
+        Speed, acceleration and motor torque, see `modulate_motion`.
+    hidden : int
+        Neurons.
+    budget : int
+        Points at which the input error is evaluated.
+    seed : int or numpy.random.Generator
+        Of the population.
+
+    Returns
+    -------
+    ndarray, shape (3 hidden + 2,)
+        For `embedded_error` of as many neurons: 1/J, then the weights, both scaled.
+
+    Raises
+    ------
+    ModelError
+        If there is no neuron, or the budget is less than two generations.
+    DataError
+        If the motion has fewer samples than there are numbers, or is at rest.
+
+    Examples
+    --------
+    >>> from smid.theses.hybrid.arm.input_error import modulate_motion
+    >>> from smid.theses.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> start = global_start(modulate_motion(held_record(TABLE_F1["one_sine"])), 3, budget=3000, seed=1)
+    >>> bool(abs(INERTIA_START * start[0] - 21.74) < 0.2)
+    True
+    """
+    population = POPULATION * 2 * hidden
+    if hidden < 1 or budget < 2 * population:
+        raise ModelError(f"hidden = {hidden}, budget = {budget}: give a neuron or more, and at least {2 * population}")
+    if motion.speed.size < 3 * hidden + 2:
+        raise DataError(f"{3 * hidden + 2} numbers but {motion.speed.size} samples: give more, or fewer neurons")
+    speed = motion.speed / SPEED_UNIT
+    if not np.ptp(speed) > 0:
+        raise DataError("the arm is at rest in every sample: give a voltage that moves it")
+    problem = InputError(motion, (hidden,))
+    low, high = np.log(STEEPNESS)
+    box = Bounds(
+        np.repeat([float(speed.min()), low], hidden),
+        np.repeat([float(speed.max()), high], hidden),
+    )
+
+    def cost(points: Any, /) -> Any:
+        return _project(problem, points.T)[0]
+
+    found = differential_evolution(
+        cost,
+        box,
+        popsize=POPULATION,
+        maxiter=budget // population - 1,
+        tol=0.0,
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+        rng=seed,
+    )
+    _, linear = _project(problem, found.x[None, :])
+    steepness = np.exp(found.x[hidden:])
+    inertia, output, bias = linear[0, 0], linear[0, 1:-1], linear[0, -1:]
+    start = np.concatenate([[inertia], steepness, -steepness * found.x[:hidden], output, bias])
+    best = estimate_by_input_error(problem, start).theta
+    return _for_free_run(problem, best)
+
+
+def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed: int | np.random.Generator) -> Array:
+    """Descend in input error from several starts of which one neuron is a jump at rest, for a start in free-run error.
+
+    Parameters
+    ----------
+    motion : Motion
+        Speed, acceleration and motor torque, see `modulate_motion`.
+    hidden : int
+        Neurons.
+    starts : int
+        How many.
+    seed : int or numpy.random.Generator
+        Of the starts.
+
+    Returns
+    -------
+    ndarray, shape (3 hidden + 2,)
+        As from `global_start`.
+
+    Raises
+    ------
+    ModelError
+        If there is no neuron or no start.
+    DataError
+        If the motion has fewer samples than there are numbers.
+
+    Examples
+    --------
+    >>> from smid.theses.hybrid.arm.input_error import modulate_motion
+    >>> from smid.theses.hybrid.arm.records import held_record
+    >>> from smid.signals import TABLE_F1
+    >>> start = multistart_start(modulate_motion(held_record(TABLE_F1["one_sine"])), 3, starts=2, seed=1)
+    >>> bool(abs(INERTIA_START * start[0] - 21.74) < 0.2)
+    True
+    """
+    if hidden < 1 or starts < 1:
+        raise ModelError(f"hidden = {hidden}, starts = {starts}: give a neuron or more, and a start or more")
+    problem, generator = InputError(motion, (hidden,)), np.random.default_rng(seed)
+    points = np.array([np.append(1.0, jump_start(hidden, generator)) for _ in range(starts)])
+    if points.shape[1] > motion.speed.size:
+        raise DataError(f"{points.shape[1]} numbers but {motion.speed.size} samples: give more, or fewer neurons")
+    free = np.full(points.shape[1], np.inf)
+    found, errors = lockstep(problem.points, points, -free, free, evaluations=DESCENT)
+    return _for_free_run(problem, found[np.argmin(errors)])
+
+
+def jump_start(hidden: int, generator: np.random.Generator) -> Array:
+    """Draw the weights of a network of one input in which one neuron is a jump at rest.
+
+    Parameters
+    ----------
+    hidden : int
+        Neurons.
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (3 hidden + 1,)
+
+    Examples
+    --------
+    >>> jump_start(2, np.random.default_rng(1))[[0, 2]]
+    array([240.,   0.])
+    """
+    weights = nguyen_widrow((1, hidden), generator).weights.copy()
+    weights[0], weights[hidden] = JUMP, 0.0
+    return weights
+
+
+def _for_free_run(problem: InputError, theta: Array) -> Array:
+    """Put 1/J, in the unit of the free-run error, where the input error has J."""
+    return np.append(problem.reciprocal_inertia(theta) / INERTIA_START, theta[1:])
+
+
+def _project(problem: InputError, points: Array) -> tuple[Array, Array]:
+    """Return the least input error at each point of places and steepness, shape (B, 2 hidden), and what is linear."""
+    places, steepness = np.split(points, 2, axis=1)
+    hidden = np.tanh(np.exp(steepness)[:, None, :] * (problem.speed[None, :, :] - places[:, None, :]))
+    ones = np.ones((*hidden.shape[:2], 1))
+    columns = np.concatenate([np.broadcast_to(problem.pull[:, None], ones.shape), hidden, ones], axis=2)
+    gram = np.swapaxes(columns, 1, 2) @ columns / len(problem.pull)
+    right = np.swapaxes(columns, 1, 2) @ problem.torque / len(problem.pull)
+    # Two neurons in one place are no less good than one; the ridge keeps their sum.
+    linear = np.linalg.solve(gram + RIDGE * np.eye(gram.shape[1]), right[:, :, None])[:, :, 0]
+    residual = (columns @ linear[:, :, None])[:, :, 0] - problem.torque
+    return np.mean(residual**2, axis=1), linear

@@ -1,0 +1,135 @@
+"""Records of the simulated arm, ten seconds sampled every 0.02 s, under the inputs of table F.1.
+
+Two ways, because it matters.  The thesis integrates by Euler's method in steps of 0.002 s and keeps every tenth sample
+of input and output; the input that it then gives to its models is on average 9 ms early.  A computer that drives a
+motor holds its voltage between samples: so does `held_record`, whose motion is solved exactly.
+
+Reference: hybrid thesis, listings K.13, K.14 and K.22, table F.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import DataError, Dataset
+from smid.signals import Sines
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.theses.hybrid.plants import arm_friction
+
+__all__ = ["SAMPLING_TIME", "held_record", "similar", "thesis_record"]
+
+Array = NDArray[np.float64]
+
+SAMPLING_TIME, KEPT, DURATION = 0.02, 10, 10.0  # s, of how many, s
+
+
+def similar(sines: Sines) -> Sines:
+    """Give sines to validate with: like those of the record, 10 % slower and 10 % weaker.
+
+    So the arm's speeds stay within those that a network has seen, for every input of table F.1; 10 % faster they do
+    not for two.  Figure F.4 validates with "a similar input signal" too.
+
+    Parameters
+    ----------
+    sines : Sines
+
+    Returns
+    -------
+    Sines
+
+    Examples
+    --------
+    >>> similar(Sines((1.5,), (1.0,)))
+    Sines(frequencies=(1.35,), amplitudes=(0.9,))
+    """
+    frequencies = tuple(round(0.9 * frequency, 6) for frequency in sines.frequencies)
+    return Sines(frequencies, tuple(0.9 * amplitude for amplitude in sines.amplitudes))
+
+
+def held_record(
+    u: Sines | ArrayLike, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None
+) -> Dataset:
+    """Simulate the arm from rest under a voltage that is held between samples, exactly.
+
+    Parameters
+    ----------
+    u : Sines or array_like, shape (n,)
+        Motor voltage in V every 0.02 s, or a sum of sines that gives it for ten seconds.
+    noise_bound : float
+        The measured angle is off by uniform noise within this bound, in rad.
+    seed : int or numpy.random.Generator, optional
+        Of the noise; needed where there is any.
+
+    Returns
+    -------
+    Dataset
+        Input ``u`` in V, output ``y``, the angle in rad, and channel ``speed`` in rad/s without noise.
+
+    Raises
+    ------
+    DataError
+        If the input is no series of finite numbers, the bound is negative, or there is noise without a seed.
+
+    Examples
+    --------
+    >>> held_record([0.05, 0.05, 0.05]).experiments[0].values["speed"].round(6)
+    array([0.     , 0.01995, 0.01995])
+    """
+    inputs = _voltage(u, SAMPLING_TIME) if isinstance(u, Sines) else np.asarray(u, dtype=np.float64)
+    angle, speed = exact_motion(inputs, SAMPLING_TIME).T
+    return _dataset(inputs, angle, speed, noise_bound, seed)
+
+
+def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None) -> Dataset:
+    """Simulate the arm as the thesis did: Euler's method, 0.002 s, every tenth sample kept.
+
+    Parameters
+    ----------
+    sines : Sines
+        Motor voltage.
+    noise_bound, seed
+        As for `held_record`.
+
+    Returns
+    -------
+    Dataset
+        Channels as in `held_record`.
+
+    Raises
+    ------
+    DataError
+        If the bound is negative, or there is noise without a seed.
+
+    Examples
+    --------
+    >>> thesis_record(Sines((1.5,), (1.0,))).experiments[0].n_samples
+    501
+    """
+    step = SAMPLING_TIME / KEPT
+    inputs = _voltage(sines, step)
+    law = [ARM[name] for name in ("Ws", "eps", "Wd", "b")]
+    angle = speed = 0.0
+    states = []
+    for voltage in inputs.tolist():
+        states.append((angle, speed))
+        rate = ARM["theta"] * (ARM["c"] * voltage - arm_friction(speed, *law))
+        angle, speed = angle + step * speed, speed + step * rate
+    kept = np.array(states)[::KEPT]
+    return _dataset(inputs[::KEPT], kept[:, 0], kept[:, 1], noise_bound, seed)
+
+
+def _voltage(sines: Sines, sampling_time: float) -> Array:
+    return sines.signal(round(DURATION / sampling_time) + 1, sampling_time)
+
+
+def _dataset(
+    u: Array, angle: Array, speed: Array, noise_bound: float, seed: int | np.random.Generator | None
+) -> Dataset:
+    if not (np.isfinite(noise_bound) and noise_bound >= 0) or (noise_bound and seed is None):
+        raise DataError(f"noise_bound = {noise_bound}, seed = {seed}: give a bound that is not negative, and a seed")
+    noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, angle.size) if noise_bound else 0.0
+    data = Dataset.from_arrays(input={"u": u}, output={"y": angle + noise}, sampling_time=SAMPLING_TIME, speed=speed)
+    return replace(data, source="rotating arm (simulated)")

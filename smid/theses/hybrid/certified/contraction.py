@@ -1,0 +1,65 @@
+"""Bounds of the constants in a linear problem, each certified, and of their quotients."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Relaxed, relax
+from smid.theses.hybrid.certified.enclosure import Enclosure
+
+__all__ = ["contracted", "quotient", "relaxed_problem"]
+
+
+def relaxed_problem(problem: PolynomialProblem) -> Relaxed:
+    """Return a linear problem ready for certified bounds: the lift without a complicating variable."""
+    return relax(problem, "lift", 1)
+
+
+def contracted(relaxed: Relaxed, box: Enclosure) -> Enclosure:
+    """Return the certified box of the first variables; empty where the problem is proven to hold no point.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        Of a linear problem.
+    box : Enclosure, shape (count,)
+        Of its first variables; those of no width are left alone.
+    """
+    lower, upper = box.lower.copy(), box.upper.copy()
+    for j in np.flatnonzero(box.lower < box.upper).tolist():
+        lower[j] = max(lower[j], _bound(relaxed, {(j,): 1.0}))
+        upper[j] = min(upper[j], -_bound(relaxed, {(j,): -1.0}))
+        if lower[j] > upper[j]:
+            break
+    return Enclosure(lower, upper)
+
+
+def quotient(relaxed: Relaxed, j: int, over: Enclosure, known: Enclosure) -> Enclosure:
+    """Return the certified interval of the j-th variable divided by the first.
+
+    With q an end that is known already, ``x_j - q x_0 >= gap`` moves it by gap over some x_0: a linear program each.
+
+    Parameters
+    ----------
+    relaxed : Relaxed
+        Of a linear problem.
+    j : int
+    over : Enclosure
+        Of the first variable, which is positive.
+    known : Enclosure
+        Of the quotient.
+    """
+    ends = []
+    for sign, end in ((1.0, float(known.lower)), (-1.0, float(known.upper))):
+        gap = _bound(relaxed, {(j,): sign, (0,): -sign * end})
+        move = gap / float(over.upper if gap > 0 else over.lower) if np.isfinite(gap) else -np.inf
+        ends.append(np.nextafter(sign * end + np.nextafter(move, -np.inf), -np.inf))
+    return known.meet(Enclosure.of(ends[0], -ends[1]))
+
+
+def _bound(relaxed: Relaxed, objective: Mapping[tuple[int, ...], float]) -> float:
+    return relaxed.bound(Polynomials.from_terms([objective])).bound

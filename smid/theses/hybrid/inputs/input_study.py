@@ -1,0 +1,281 @@
+"""What each input tells of the arm: excitation, Fisher's information, and certified intervals side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from smid.data import Dataset, excitation
+from smid.design.fisher import FisherInformation
+from smid.design.shrinking import shrinking_input
+from smid.display.result import Part, Tabular, plain
+from smid.display.style import BLUE, INK, ORANGE, WIDTH, style
+from smid.display.table import Table
+from smid.models import ModelError
+from smid.signals import TABLE_F1, plot_spread
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
+from smid.theses.hybrid.certified import CertifiedArm, certify_arm
+from smid.theses.hybrid.certified.box import CONSTANTS
+from smid.theses.hybrid.inputs.arm_experiments import arm_information, arm_tailored, arm_widths
+
+__all__ = ["NARROW", "TAILORED", "InputRow", "InputStudy", "arm_inputs", "input_study"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+SAMPLING_TIME = 0.02  # s, every tenth of the thesis's 2 ms
+SAMPLES = 600  # 12 s, as in figure F.2
+NOISE_BOUND = 0.002  # rad: an encoder of 1571 lines
+MOST_ORDER = 40
+
+NARROW: Mapping[str, tuple[float, float]] = {
+    "theta": (10.0, 50.0),
+    "b": (0.0, 0.01),
+    "Wd": (0.0, 2.0),
+    "Ws": (0.0, 5.0),
+}
+"""Where the search for an input looks, whose arm is known: the intervals are as narrow, and found sooner."""
+
+TAILORED = (0.5, 1.5, 0.1, 0.05, 0.5, 1 / 3, 1 / 3)
+"""By hand, as section 7.4 asks: the constant slow enough to brake soon, the switching one below Ws / c = 0.075 V."""
+
+TITLES = {"theta": "1/J", "b": "b", "Wd": "Wd", "Ws": "Ws"}
+
+
+@dataclass(frozen=True)
+class InputRow:
+    """One experiment on the arm.
+
+    Parameters
+    ----------
+    name : str
+    input, angle : ndarray, shape (n,)
+        Voltage in V, measured angle in rad.
+    order : int
+        Up to which the input is persistently exciting, at most `MOST_ORDER`; sines sampled as finely as these are so
+        nearly dependent that fewer than two orders each can be told in floating point.
+    information : FisherInformation
+        For noise as large as that of the record.
+    arm : CertifiedArm
+    """
+
+    name: str
+    input: Array
+    angle: Array
+    order: int
+    information: FisherInformation
+    arm: CertifiedArm
+
+
+@dataclass(frozen=True, repr=False)
+class InputStudy(Tabular):
+    """All experiments, from the thesis's inputs to the one whose intervals are the narrowest.
+
+    Parameters
+    ----------
+    rows : tuple of InputRow
+    sampling_time : float
+        In seconds.
+    noise_bound : float
+        In rad.
+    """
+
+    rows: tuple[InputRow, ...]
+    sampling_time: float
+    noise_bound: float
+
+    @property
+    def table(self) -> Table:
+        """Return the relative widths, and the least deviations, of all constants under every input."""
+        header = (
+            *("input", "max |u| [V]", "order"),
+            *(f"{TITLES[k]} width" for k in CONSTANTS),
+            "Ws interval [Nm]",
+            *(f"{TITLES[k]} dev." for k in CONSTANTS),
+        )
+        return Table(
+            f"Relative widths of certified intervals, |noise| <= {self.noise_bound:g} rad, and least deviations "
+            "(Cramer-Rao)",
+            header,
+            tuple(self._cells(row) for row in self.rows),
+            "l" + "r" * (len(header) - 1),
+        )
+
+    def _cells(self, row: InputRow) -> tuple[str, ...]:
+        low, high = row.arm.intervals["Ws"]
+        return (
+            row.name,
+            f"{np.abs(row.input).max():.2f}",
+            f">= {row.order}" if row.order == MOST_ORDER else f"{row.order}",
+            *(f"{100 * row.arm.relative_width(k):.3g}%" for k in CONSTANTS),
+            f"{low:.3g} to {high:.3g}",
+            *(f"{100 * share:.2g}%" for share in row.information.relative_deviations),
+        )
+
+    @property
+    def conclusion(self) -> str:
+        """Return in a sentence or two which constants the inputs tell."""
+        untold = [row.name for row in self.rows if not row.arm.told("Ws")]
+        told = [row.name for row in self.rows if row.arm.told("Ws")]
+        inside = sum(row.arm.holds(ARM) for row in self.rows)
+        return (
+            f"The arm that made the data lies inside all four intervals for {inside} of {len(self.rows)} inputs. "
+            f"Ws is proven within a factor of two under {', '.join(told) or 'none'}, and not under "
+            f"{', '.join(untold) or 'none'}. The intervals are outer ones: the least deviations say what the best of "
+            "estimators could know."
+        )
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
+        yield self.conclusion
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        """Give a row for each input and constant."""
+        for row in self.rows:
+            deviations = dict(zip(CONSTANTS, row.information.relative_deviations.tolist(), strict=True))
+            for constant in row.arm._rows():
+                yield {"input": row.name, **constant, "relative_deviation": deviations[constant["constant"]]}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "sampling_time": self.sampling_time,
+            "noise_bound": self.noise_bound,
+            "inputs": [
+                {
+                    "name": row.name,
+                    "order": row.order,
+                    "deviations": dict(zip(CONSTANTS, plain(row.information.relative_deviations), strict=True)),
+                    "arm": row.arm.to_dict(),
+                    "holds": row.arm.holds(ARM),
+                }
+                for row in self.rows
+            ],
+            "conclusion": self.conclusion,
+        }
+
+    def plot_intervals(self) -> Figure:
+        """Draw the intervals of each constant as shares of the true one, one line per input."""
+        with style():
+            figure = Figure(figsize=(1.35 * WIDTH, 0.8 + 0.24 * len(self.rows)), layout="constrained")
+            axes = figure.subplots(1, len(CONSTANTS), sharey=True)
+            places = np.arange(len(self.rows))[::-1]
+            for axis, name in zip(axes, CONSTANTS, strict=True):
+                ends = np.array([row.arm.intervals[name] for row in self.rows])
+                if name == "Ws":
+                    axis.set_xscale("log")
+                    axis.set_xlabel("Ws [Nm]")
+                    axis.axvline(ARM[name], color=INK, linewidth=0.6)
+                else:
+                    ends = 100 * (ends / ARM[name] - 1)
+                    axis.set_xlabel(f"{TITLES[name]}: off by [%]")
+                    axis.axvline(0, color=INK, linewidth=0.6)
+                told = [row.arm.told(name) for row in self.rows]
+                axis.hlines(places, ends[:, 0], ends[:, 1], colors=[BLUE if t else ORANGE for t in told], linewidth=4)
+            axes[0].set_yticks(places, [row.name for row in self.rows])
+        return figure
+
+    def plot_spread(self) -> Figure:
+        """Draw every input with its spread against the angle and its autocovariance."""
+        records = {row.name: (row.input, row.angle) for row in self.rows}
+        return plot_spread(records, self.sampling_time, input_label="voltage [V]", output_label="angle [rad]")
+
+
+def arm_inputs(samples: int = SAMPLES, sampling_time: float = SAMPLING_TIME) -> dict[str, Array]:
+    """Give the sums of table F.1 and the tailored signal.
+
+    Parameters
+    ----------
+    samples : int
+    sampling_time : float
+        In seconds.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Voltages in V, by name.
+
+    Examples
+    --------
+    >>> list(arm_inputs(100))[-1]
+    'tailored'
+    """
+    inputs = {name: sines.signal(samples, sampling_time) for name, sines in TABLE_F1.items()}
+    return inputs | {"tailored": arm_tailored(samples, sampling_time).signal(TAILORED)}
+
+
+def input_study(
+    inputs: Mapping[str, ArrayLike] | None = None,
+    *,
+    samples: int = SAMPLES,
+    noise_bound: float = NOISE_BOUND,
+    budget: int = 12,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> InputStudy:
+    """Compare inputs of the arm by what they tell.
+
+    Parameters
+    ----------
+    inputs : mapping name -> array_like, shape (n,), optional
+        Voltages in V, held for 0.02 s each; by default `arm_inputs`.
+    samples : int
+        Of the records that are made here.
+    noise_bound : float
+        In rad; the noise is uniform within it.
+    budget : int
+        Inputs to look at for the one whose intervals are the narrowest; 0 leaves it out.
+    seed : int
+        Of noise and search.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    InputStudy
+
+    Raises
+    ------
+    ModelError
+        If there are too few samples.
+
+    Examples
+    --------
+    >>> voltage = np.repeat([6.0, -6.0, 3.0, -3.0], 25)
+    >>> study = input_study({"steps": voltage}, samples=100, budget=0)
+    >>> [row.name for row in study.rows]
+    ['steps']
+    """
+    if samples < 100:
+        raise ModelError(f"samples = {samples} are too few for the slowest sine: give at least 100")
+    signals = {name: np.asarray(u, dtype=np.float64) for name, u in (inputs or arm_inputs(samples)).items()}
+    if budget:
+        if progress:
+            progress(f"searching the tailored signals, {budget} of them")
+        widths = partial(
+            arm_widths, sampling_time=SAMPLING_TIME, noise_bound=noise_bound, seed=seed + 1, prior=dict(NARROW)
+        )
+        family = arm_tailored(samples, SAMPLING_TIME)
+        signals["optimised"] = shrinking_input(family, widths, budget=budget, starts=[TAILORED], seed=seed).input
+    rows = []
+    for name, u in signals.items():
+        if progress:
+            progress(f"certifying under {name}")
+        rows.append(_row(name, u, noise_bound, seed))
+    return InputStudy(tuple(rows), SAMPLING_TIME, noise_bound)
+
+
+def _row(name: str, u: Array, noise_bound: float, seed: int) -> InputRow:
+    noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, len(u))
+    angle = exact_motion(u, SAMPLING_TIME)[:, 0] + noise
+    data = Dataset.from_arrays(input=u, output=angle, sampling_time=SAMPLING_TIME)
+    information = arm_information(u, SAMPLING_TIME, noise_bound / np.sqrt(3))
+    return InputRow(
+        name, u, angle, excitation(u, max_order=MOST_ORDER).order, information, certify_arm(data, noise_bound)
+    )

@@ -1,0 +1,21 @@
+"""The studies of the first-order process: which mismatches a network takes away, and what it learns of them."""
+
+from smid.theses.hybrid.reactor.output_errors import OutputErrors, output_errors
+from smid.theses.hybrid.reactor.reactor_study import ReactorStudy, reactor_study
+from smid.theses.hybrid.reactor.records import PLANTS, reactor_record, white_reactor
+from smid.theses.hybrid.reactor.requirements import RequirementStudy, requirement_study
+from smid.theses.hybrid.reactor.time_constant import TimeConstants, time_constant_study
+
+__all__ = [
+    "PLANTS",
+    "OutputErrors",
+    "ReactorStudy",
+    "RequirementStudy",
+    "TimeConstants",
+    "output_errors",
+    "reactor_record",
+    "reactor_study",
+    "requirement_study",
+    "time_constant_study",
+    "white_reactor",
+]

@@ -1,0 +1,93 @@
+"""The figures of the reactor studies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
+from smid.hybrid.estimate import ERRORS
+from smid.theses.hybrid.reactor.records import SAMPLING_TIME
+
+if TYPE_CHECKING:
+    from smid.theses.hybrid.reactor.output_errors import OutputErrors
+    from smid.theses.hybrid.reactor.requirements import RequirementStudy
+
+__all__ = ["output_error_figure", "requirement_figure"]
+
+_TITLES = {"prediction": "trained one step ahead", "simulation": "trained in free run"}
+_COLOURS = (RED, BLUE, ORANGE, SKY, GREEN)
+_SMALLEST, _LARGEST = 1e-6, 10.0
+
+
+def output_error_figure(study: OutputErrors) -> Figure:
+    """Draw the largest output errors, as dots beside the plants' names.
+
+    Parameters
+    ----------
+    study : OutputErrors
+
+    Returns
+    -------
+    Figure
+    """
+    from smid.theses.hybrid.reactor.output_errors import AXIS, CELLS
+
+    count = len(study.plants)
+    with style():
+        figure = Figure(figsize=(WIDTH, 1.1 + 0.34 * count), layout="constrained")
+        panels = figure.subplots(1, len(ERRORS), sharex=True, sharey=True)
+        for axes, error in zip(panels, ERRORS, strict=True):
+            axes.axvline(AXIS, color=GRID, linewidth=0.9)
+            for k, (column, colour) in enumerate(zip(CELLS, _COLOURS, strict=True)):
+                places = np.arange(count) + 0.13 * (k - 2)
+                values = np.clip(study.largest[error, column], _SMALLEST, _LARGEST)
+                axes.plot(values, places, "o", color=colour, markersize=4, label=column)
+            axes.plot(study.alone, np.arange(count), "|", color=INK, markersize=12, label="first principles alone")
+            axes.set_xscale("log")
+            axes.set_title(_TITLES[error], loc="left")
+            axes.grid(True, axis="x", linewidth=0.4, color=GRID)
+            axes.set_xlabel("largest output error [mol/m³]")
+        panels[0].set_yticks(np.arange(count), [plant.replace("_", " ") for plant in study.plants])
+        panels[0].set_ylim(count - 0.5, -0.5)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+def requirement_figure(study: RequirementStudy) -> Figure:
+    """Draw what the networks learned, trained in free run, beside what they have to.
+
+    Parameters
+    ----------
+    study : RequirementStudy
+
+    Returns
+    -------
+    Figure
+    """
+    from smid.theses.hybrid.reactor.output_errors import CELLS
+
+    colours = dict(zip(CELLS, _COLOURS, strict=True))
+    shown = [item for item in study.learned if item.error == "simulation"]
+    plants = list(dict.fromkeys(item.plant for item in shown))
+    topologies = list(dict.fromkeys(item.requirement.topology for item in shown))
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.7 + 1.5 * len(plants)), layout="constrained")
+        panels = figure.subplots(len(plants), len(topologies), sharex=True, squeeze=False)
+        drawn = {}
+        for item in shown:
+            axes = panels[plants.index(item.plant), topologies.index(item.requirement.topology)]
+            time = SAMPLING_TIME * np.arange(item.response.size)
+            (line,) = axes.plot(time, item.response, color=colours[item.column], label=item.column, zorder=3)
+            (wanted,) = axes.plot(time, item.wanted, "o", color=INK, markersize=2.2, label="required", zorder=2)
+            drawn.update({item.column: line, "required": wanted})
+            axes.set_title(f"{item.plant.replace('_', ' ')}, {item.requirement.topology}", loc="left", fontsize=8)
+            axes.grid(True, linewidth=0.4, color=GRID)
+        for axes in panels[-1]:
+            axes.set_xlabel("time [s]")
+        figure.supylabel("output of the network [mol/m³]", fontsize=8)
+        figure.legend(list(drawn.values()), list(drawn), loc="outside upper center", ncols=3)
+    return figure

@@ -1,0 +1,126 @@
+"""The records of the reactor studies: a plant under one of the thesis's inputs, and the model that is to be completed.
+
+All are sampled at 1 s, as in the thesis, and begin at the first sample of the input.  The input lies within 0.1 to 0.9;
+the staircase has steps of 0.1, each of 20 samples, and noise of 0.05 on it.
+
+Reference: hybrid thesis, listings K.1 and K.4, figure A.14.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from smid.data import Dataset
+from smid.fitting.binding import bind
+from smid.hybrid.hybrid_model import HYBRID, HybridModel
+from smid.models import Model, Reactor, simulate
+from smid.models.errors import refuse_unknown
+from smid.networks import Array
+from smid.signals import constant, noisy_staircase, sine
+from smid.theses.hybrid.full_reactor import simulate_full_reactor
+from smid.theses.hybrid.plants import MISMATCHES, reactor_base, simulate_reactor
+
+__all__ = ["PLANTS", "SIGNALS", "free_run", "reactor_record", "white_reactor"]
+
+SAMPLING_TIME = 1.0
+FULL = "full_balances"
+PLANTS: tuple[str, ...] = (*MISMATCHES, FULL)
+"""Table 2, the plant of (5.12), and the full balances."""
+
+CENTRE, REACH, VALIDATION = 0.5, 0.4, 100
+SUBSTEPS = 4  # of Runge and Kutta's scheme: the white model's error is then below 1e-6
+
+SIGNALS = ("noisy_staircase", "sine", "constant")
+
+
+def reactor_record(plant: str, signal: str = "noisy_staircase", seed: int = 1) -> Dataset:
+    """Simulate a reactor under one of the thesis's inputs, without noise.
+
+    Parameters
+    ----------
+    plant : str
+        One of `PLANTS`.
+    signal : {"noisy_staircase", "sine", "constant"}
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    Dataset
+        With the input ``u`` and the output ``y``.
+
+    Raises
+    ------
+    ModelError
+        If the plant or the signal is not known.
+
+    Examples
+    --------
+    >>> reactor_record("factor", "constant").values("y")[[0, -1]].round(3)
+    array([0.5 , 0.19])
+    """
+    refuse_unknown("plant", [plant], PLANTS)
+    refuse_unknown("signal", [signal], SIGNALS)
+    u = _input(signal, seed)
+    y = simulate_full_reactor(u, SAMPLING_TIME) if plant == FULL else simulate_reactor(plant, u, SAMPLING_TIME)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=SAMPLING_TIME, name=signal)
+    return replace(data, source=f"{plant}, {signal} (simulated)")
+
+
+def _input(signal: str, seed: int) -> Array:
+    if signal == "constant":
+        return constant(VALIDATION, offset=CENTRE)
+    if signal == "sine":
+        return sine(100, amplitude=REACH, offset=CENTRE)
+    return noisy_staircase(340, seed=seed, steps=4, amplitude=REACH, offset=CENTRE, noise_amplitude=0.05)
+
+
+def white_reactor(plant: str) -> Model:
+    """Give the first principles that its designer believes in.
+
+    Parameters
+    ----------
+    plant : str
+        One of `PLANTS`.
+
+    Returns
+    -------
+    Model
+        A `Reactor` with fixed parameters.
+
+    Raises
+    ------
+    ModelError
+        If the plant is not known.
+
+    Examples
+    --------
+    >>> white_reactor("time_constant").parameter("tau").lower  # s; the plant's is 2 s
+    4.0
+    """
+    refuse_unknown("plant", [plant], PLANTS)
+    return replace(Reactor(2.0) if plant == FULL else reactor_base(plant), substeps=SUBSTEPS)
+
+
+def free_run(hybrid: HybridModel, data: Dataset) -> Array:
+    """Run an estimated hybrid reactor freely from where the plant begins: a tank filled from the inflow.
+
+    Parameters
+    ----------
+    hybrid : HybridModel
+        Of `white_reactor`, with estimated values.
+    data : Dataset
+        A `reactor_record`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The output; inf or NaN where it runs away.
+    """
+    model, u = hybrid.model, data.values("u")
+    white = bind(hybrid.white, data)
+    values = {p.name: model.values[p.name] for p in white.parameters if p.name in model.values}
+    alone = simulate(white, {"u": u}, values, {"w": u[:1]})["w"]
+    first = {"w": alone, HYBRID: data.values("y")}
+    initial = {line.signal: first[line.signal][: model.max_lag] for line in model.lines}
+    return simulate(model, {"u": u}, initial=initial, check=False)["y"]

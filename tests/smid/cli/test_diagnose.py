@@ -1,0 +1,167 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_cli_json_schema import check_object
+
+from smid.cli.console import Progress
+from smid.diagnosis import EFFECTS
+
+FEW = "--effects input_dead_zone,input_delay,missing_input --workers 1"
+COMMON = "dead.csv --input u --output y --model model.toml"
+
+
+@pytest.fixture(autouse=True)
+def _records(folder):
+    """Beside the record of the other commands, one of the same plant behind a dead zone of 0.4 V."""
+    random = np.random.default_rng(0)
+    u = np.repeat(random.uniform(-1, 1, 36), 10)
+    v = np.sign(u) * np.maximum(np.abs(u) - 0.4, 0)
+    w = np.zeros(u.size)
+    for k in range(1, u.size):
+        w[k] = 0.7 * w[k - 1] + 0.5 * v[k - 1]
+    y, junk = w + random.uniform(-0.02, 0.02, u.size), random.uniform(size=u.size)
+    rows = [f"{0.1 * k:.1f},{u[k]:.6f},{y[k]:.6f},{junk[k]:.4f}" for k in range(u.size)]
+    (folder / "dead.csv").write_text("\n".join(["# SIMULATED", "time [s],u [V],y [bar],oil temp [degC]", *rows]) + "\n")
+
+
+def written(name="out.json"):
+    return json.loads(Path(name).read_text(encoding="utf-8"))
+
+
+def test_a_cause_is_named_and_both_files_are_written(smid):
+    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --json out.json --report out.html")
+    assert result.exit_code == 0, result.output
+    assert "Cause: input_dead_zone." in result.stdout
+    assert "Proven: no parameters of the base model explain" in result.stdout
+    assert result.stderr == "", "quiet in a pipe"
+    document = written()
+    check_object(document, "smid.diagnose/1", "diagnose")
+    assert document["verdict"] == "named"
+    assert set(document["gain"]) == {
+        f"{name}_{when}"
+        for name in ("rmse", "fit_percent", "noise_bound", "violations")
+        for when in ("before", "after")
+    }
+    (cause,) = document["causes"]
+    assert cause["effect"] == "input_dead_zone"
+    (threshold,) = cause["parameters"].values()
+    assert threshold["lower"] <= 0.4 <= threshold["upper"]
+    assert threshold["null"] == 0
+    assert {rival["effect"] for rival in cause["rivals"]} == {"input_delay"}
+    assert document["data"]["source"] == "dead.csv (SIMULATED)"
+    page = Path("out.html").read_text(encoding="utf-8")
+    assert "Diagnosis of y: input dead zone" in page
+    assert "simulated data, not measured" in page
+
+
+def test_nothing_named_is_no_failure(smid):
+    result = smid(f"diagnose {COMMON} --effects input_delay --workers 1 --no-certify --json out.json")
+    assert result.exit_code == 0, result.output
+    document = written()
+    check_object(document, "smid.diagnose/1", "diagnose")
+    assert (document["verdict"], document["causes"], document["proof"]) == ("none", [], None)
+    assert document["gain"]["violations_before"] is None
+    assert document["gain"]["rmse_before"] == document["gain"]["rmse_after"]
+
+
+def test_json_to_standard_output_comes_alone(smid):
+    result = smid(f"diagnose {COMMON} --effects input_delay --workers 1 --json -")
+    assert json.loads(result.stdout)["verdict"] == "none"
+
+
+def test_only_the_channels_that_were_named_are_considered(smid):
+    line = f"diagnose {COMMON} --effects missing_input --workers 1 --json out.json"
+    assert smid(line).exit_code == 0
+    assert written()["skipped"] == {"missing_input": "a further measured channel that moves"}
+    result = smid(f"{line} --channel oil_temp")
+    assert result.exit_code == 0, result.output
+    assert written()["skipped"] == {}
+
+
+def test_the_effects_are_listed(smid):
+    result = smid("diagnose --list-effects")
+    assert result.exit_code == 0
+    assert [line.split()[0] for line in result.stdout.splitlines()] == [effect.name for effect in EFFECTS]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (f"{COMMON} --effects input_deadzone", ["input_deadzone", "input_dead_zone"]),
+        (f"{COMMON} --effects ,", ["at least one"]),
+        (f"{COMMON} --noise-bound 0", ["--noise-bound"]),
+        (f"{COMMON} --holdout 0.99", ["--holdout"]),
+        (f"{COMMON} --stop 50", ["too few", "longer record"]),
+        (f"{COMMON} --channel junk", ["no column 'junk'"]),
+        (f"{COMMON} --workers 0", ["--workers"]),
+        (f"{COMMON} --report missing/r.html", ["there is no folder missing"]),
+        ("dead.csv --input u --output y", ["--model"]),
+    ],
+)
+def test_bad_input_is_told_in_one_line(smid, monkeypatch, line, words):
+    def fit(*_arguments, **_options):
+        raise AssertionError("fitted before the mistake was told")
+
+    # The package's name for this module is the function in it.
+    monkeypatch.setattr(sys.modules["smid.diagnosis.diagnose"], "fit", fit)
+    result = smid(f"diagnose {line}")
+    assert result.exit_code == 2, (result.output, result.exception)
+    assert result.stdout == ""
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1
+    for word in words:
+        assert word in result.stderr
+
+
+def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
+    def interrupt(_self, line):
+        if line.startswith("named "):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Progress, "__call__", interrupt)
+    result = smid(f"diagnose {COMMON} {FEW} --no-certify --json out.json --report out.html")
+    assert result.exit_code == 130
+    assert "effects that were not tried yet may explain more" in result.stderr
+    assert "Cause: input_dead_zone." in result.stdout
+    document = written()
+    assert document["interrupted"]
+    assert document["causes"][0]["effect"] == "input_dead_zone"
+    assert "Ended early: effects that were not tried yet" in Path("out.html").read_text(encoding="utf-8")
+
+
+def test_interrupted_before_the_search_there_is_no_result(smid, monkeypatch):
+    def interrupt(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Progress, "__call__", interrupt)
+    result = smid(f"diagnose {COMMON} {FEW}")
+    assert result.exit_code == 130
+    assert "there is no result yet" in result.stderr
+
+
+def test_a_pipe_is_quiet():
+    line = f"diagnose {COMMON} --effects input_delay,extra_lag --workers 2".split()
+    done = subprocess.run([sys.executable, "-m", "smid", *line], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert "\x1b" not in done.stdout
+
+
+def test_nothing_is_proven_without_a_noise_bound(smid):
+    result = smid(f"diagnose {COMMON} --prove 40")
+    assert result.exit_code == 2
+    assert "--prove needs a noise bound" in result.stderr
+
+
+def test_intervals_are_proven_on_demand(smid):
+    Path("model.toml").write_text('class = "OutputError"\nstable = true\n', encoding="utf-8")
+    line = f"diagnose {COMMON} --effects input_dead_zone --noise-bound 0.02 --no-certify --prove 40 --json out.json"
+    result = smid(f"{line} --workers 1")
+    assert result.exit_code == 0, result.output
+    (threshold,) = written()["causes"][0]["parameters"].values()
+    assert threshold["proven"]
+    assert threshold["lower"] <= 0.4 <= threshold["upper"]

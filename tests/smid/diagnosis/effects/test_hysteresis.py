@@ -1,0 +1,55 @@
+"""Plays with a density of gaps follow relays of Preisach, wherever their range lies, and keep its ends."""
+
+import numpy as np
+
+from smid import OutputError
+from smid.diagnosis.effects.check import cases
+from smid.diagnosis.effects.hysteresis import EFFECT
+from smid.diagnosis.search.trial import THOROUGH, Base, try_effect
+from smid.fitting.fit import fit
+from smid.models import simulate
+from tests.smid.diagnosis.lag_records import lag, record
+
+LOW, HIGH = 1.0, 5.0
+
+
+def relays(u: np.ndarray, count: int = 100) -> np.ndarray:
+    """The mean of relays with all pairs of thresholds between LOW and HIGH, at first up where that is nearer."""
+    levels = np.linspace(LOW, HIGH, count)
+    up, down = (a[np.triu_indices(count)] for a in np.meshgrid(levels, levels))
+    state, out = np.where(up + down < 2 * u[0], 1.0, -1.0), np.empty(len(u))
+    for k, now in enumerate(u):
+        state = np.where(up <= now, 1.0, np.where(down > now, -1.0, state))
+        out[k] = (LOW + HIGH) / 2 + (HIGH - LOW) / 2 * state.mean()
+    return out
+
+
+def test_relays_about_a_level_that_is_not_zero_are_followed() -> None:
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.uniform(LOW, HIGH, 60), 10)
+    u[:30] = np.repeat([(LOW + HIGH) / 2, LOW, HIGH], 10)  # from the middle over the whole range
+    data = record(u, lag(0.2 * u + 0.8 * relays(u)), bound=0.02)
+    used = (np.arange(len(u)) < 400,)
+    base = Base(fit(OutputError(stable=True), data, used), data, used, "u", "y")
+    trial = try_effect(EFFECT, base, THOROUGH)
+    assert trial is not None
+    held = ~used[0]
+    before, after = (np.sqrt(np.mean(f.residual(data, "y")[0][held] ** 2)) for f in (base.fit, trial.fit))
+    assert trial.label == "Prandtl-Ishlinskii at the input"
+    assert after < 0.25 * before
+
+
+def test_a_loop_keeps_the_ends_of_the_range() -> None:
+    case = cases()[0]
+    low, high = case.site.span(case.site.input)
+    sweep = np.concatenate([np.linspace(low, high, 50), np.linspace(high, low, 50), np.linspace(low, high, 50)])
+    for extension in EFFECT.extend(case.model, case.site):
+        if not extension.label.endswith("at the input"):
+            continue
+        for start in extension.starts:
+            model = extension.model
+            values = {p.name: start.get(p.name, case.model.values.get(p.name, 0.0)) for p in model.parameters}
+            joined = simulate(model, {case.site.input: sweep}, values)[f"{case.site.input}_joined"]
+            assert np.isclose(joined[99], low, rtol=0.02 * (high - low))
+            assert np.isclose(joined[149], high, rtol=0.02 * (high - low))
+            assert abs(joined[74] - joined[124]) > 0.01 * (high - low)

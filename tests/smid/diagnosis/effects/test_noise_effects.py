@@ -1,0 +1,132 @@
+"""Effects on the noise: found where they are, and not taken for what looks like them."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from smid import Dataset
+from smid.diagnosis import EFFECTS, Site, diagnose
+from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, lag, record, steps
+
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+TRUE = LAG.with_values({"a1": -0.8, "b0": 0.5})
+
+
+def detection(name: str, u: np.ndarray, y: np.ndarray):
+    """Ask an effect, of the true model."""
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1, units={"u": "V", "y": "bar"})
+    return BY_NAME[name].detect(TRUE, Site(data, "u", "y", (y - lag(u),)))
+
+
+def white(seed: int, n: int = 500) -> np.ndarray:
+    return np.random.default_rng([seed, 2]).standard_normal(n)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_input_noise_is_detected_and_its_size_told(seed):
+    u = steps(seed, 500)
+    recorded = u + 0.1 * white(seed)
+    found = detection("input_noise", recorded, lag(u) + 0.01 * white(seed + 50))
+    assert found is not None
+    assert found.values["deviation"] == pytest.approx(0.1, rel=0.2)
+    assert found.confidence > 0.5
+    assert any(m.channel == "u" and m.noise for m in found.model.measurements)
+    assert "V RMS" in BY_NAME["input_noise"].describe(found.values, Site(record(u, u), "u", "y"))
+
+
+def test_white_noise_on_the_output_is_no_input_noise():
+    assert not [s for s in range(20) if detection("input_noise", u := steps(s, 500), lag(u) + 0.05 * white(s))]
+
+
+@pytest.mark.parametrize("pole", [-0.6, 0.4, 0.97])
+def test_noise_of_another_colour_is_no_input_noise(pole):
+    """0.8 would be the plant's own, and cannot be told from input noise."""
+    taken = 0
+    for seed in range(10):
+        u = steps(seed, 500)
+        colour = autoregressive(np.random.default_rng([seed, 3]), 500, pole)
+        taken += detection("input_noise", u, lag(u) + 0.05 * colour) is not None
+    assert taken <= 1
+
+
+def test_a_resonant_disturbance_is_no_input_noise():
+    for seed in range(5):
+        u = steps(seed, 500)
+        ringing = lfilter([1.0], [1.0, -1.8 * np.cos(1.0), 0.81], white(seed))
+        assert detection("input_noise", u, lag(u) + 0.05 * ringing) is None
+
+
+@pytest.mark.parametrize("step", [0.05, 0.2])
+def test_rounding_is_detected_with_its_step(step):
+    u = steps(0, 400)
+    y = lag(u) + 0.1 * step * white(0, 400)
+    found = detection("quantisation", u, step * np.round(y / step))
+    assert found.values["step"] == pytest.approx(step, rel=1e-6)
+    assert detection("quantisation", u, y) is None
+
+
+def test_rounding_below_the_noise_is_no_cause():
+    u = steps(0, 400)
+    y = lag(u) + 0.1 * white(0, 400)
+    assert detection("quantisation", u, 0.05 * np.round(y / 0.05)) is None
+
+
+def glitched(seed: int, size: float = 5.0) -> tuple[Dataset, Dataset, np.ndarray]:
+    """A record without and with six glitches, and where these are; one of them is held out."""
+    u = steps(seed, 300)
+    clean = record(u, lag(dead_zone(u, 0.3)), seed)
+    random = np.random.default_rng(seed)
+    places = np.sort(np.append(random.choice(np.arange(5, 200), 5, replace=False), 250))
+    y = clean.values("y").copy()
+    y[places] += random.choice([-size, size], 6)
+    return clean, record(u, y, bound=0.0), places
+
+
+@pytest.mark.parametrize(("size", "order"), [(5.0, 1), (0.15, -1)])
+def test_glitches_are_named_and_no_fit_bends_to_them(size, order):
+    """The small ones are hidden by what the base model lacks, and seen when it is named."""
+    clean, data, places = glitched(0, size)
+    effects = ["outliers", "input_dead_zone"]
+    plain, found = (diagnose(LAG, d, BOUND, effects, certify=False, workers=1) for d in (clean, data))
+    assert [c.effect for c in plain.causes] == ["input_dead_zone"]
+    assert [c.effect for c in found.causes] == effects[::order]
+    assert found.model.values == pytest.approx(plain.model.values, abs=5e-3)
+    values = {p.name: p.value for p in found.causes[::order][0].parameters}
+    assert values["count"] == len(places)
+    assert values["size"] == pytest.approx(size, rel=0.1)
+    # The glitch in the held-out part is not judged by.
+    assert found.gain.rmse_after == pytest.approx(plain.gain.rmse_after, rel=0.05)
+    assert not found.unexplained
+
+
+def test_interrupted_in_its_second_look_it_tells_what_the_first_has_found():
+    _, data, _ = glitched(0, 0.15)
+    lines = []
+
+    def progress(line):
+        lines.append(line)
+        if line.startswith("input_dead_zone") and "hid glitches" in " ".join(lines):
+            raise KeyboardInterrupt
+
+    effects = ["outliers", "input_dead_zone"]
+    found = diagnose(LAG, data, BOUND, effects, certify=False, workers=1, progress=progress)
+    assert found.interrupted
+    assert [c.effect for c in found.causes] == ["input_dead_zone"]
+
+
+def test_glitches_that_nobody_asked_about_stay_in():
+    _, data, _ = glitched(0)
+    found = diagnose(LAG, data, None, ["input_dead_zone"], certify=False, workers=1)
+    assert "outliers" not in [c.effect for c in found.causes]
+    assert found.gain.rmse_after > 0.3
+    assert [f.kind for f in found.faults].count("outliers") <= 1
+
+
+def test_input_noise_is_named_by_the_diagnosis_and_put_into_the_model():
+    u = steps(1, 500)
+    data = record(u + 0.1 * white(1), lag(u), bound=0.005)
+    found = diagnose(LAG, data, None, ["input_noise", "input_delay"], certify=False, workers=1)
+    assert [c.effect for c in found.causes] == ["input_noise"]
+    assert any(m.channel == "u" and m.noise for m in found.model.measurements)
+    assert found.verdict == "named"
+    assert "0.1" in found.causes[0].sentence

@@ -1,0 +1,86 @@
+"""Output-error least squares finds what made the data, through kinks, several experiments and bad starts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy
+
+from smid import DataError, Dataset, Hammerstein, OutputError, Parameter
+from smid.fitting.fit import fit
+from smid.models import VALUE, Measurement, Model, simulate
+
+RNG = np.random.default_rng(5)
+U = np.repeat(RNG.uniform(-1, 1, 60), 5)
+
+
+def _data(model: Model, values: dict[str, float], noise: float = 0.0, seed: int = 0) -> Dataset:
+    y = simulate(model, {"u": U}, values)["y"] + noise * np.random.default_rng(seed).uniform(-1, 1, len(U))
+    return Dataset.from_arrays(input={"u": U}, output={"y": y}, sampling_time=0.1)
+
+
+@pytest.mark.parametrize(
+    ("model", "values"),
+    [
+        (OutputError(2, 1), {"a1": -1.6, "a2": 0.68, "b0": 0.05, "b1": 0.03}),
+        (Hammerstein(powers=(3, 1)), {"alpha": -0.7, "gamma1": 0.4, "gamma2": 1.0}),
+        (
+            OutputError().insert_before("u", lambda u: sympy.Max(0, u - sympy.Symbol("d")), [Parameter("d", 0, 1)]),
+            {"a1": -0.8, "b0": 0.5, "d": 0.3},
+        ),
+    ],
+)
+def test_noise_free_data_give_back_the_parameters(model: Model, values: dict[str, float]) -> None:
+    found = fit(model, _data(model, values)).model.values
+    assert found == pytest.approx(values, abs=1e-5)
+
+
+def test_error_is_the_noise() -> None:
+    model, values = OutputError(2, 1), {"a1": -1.6, "a2": 0.68, "b0": 0.05, "b1": 0.03}
+    data = _data(model, values, 0.02)
+    residual = fit(model, data).residual(data, "y")[0]
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(0.02 / np.sqrt(3), rel=0.1)
+
+
+def test_only_the_used_samples_count() -> None:
+    model, values = OutputError(), {"a1": -0.8, "b0": 0.5}
+    data = _data(model, values)
+    spoilt = Dataset.from_arrays(
+        input={"u": U},
+        output={"y": np.where(np.arange(len(U)) < 200, data.experiments[0].values["y"], 7.0)},
+        sampling_time=0.1,
+    )
+    found = fit(model, spoilt, [np.arange(len(U)) < 200])
+    assert found.model.values == pytest.approx(values, abs=1e-5)
+    assert len(found.simulated[0]["y"]) == len(U)
+
+
+def test_experiments_share_parameters_and_have_their_own_start() -> None:
+    model, values = OutputError(), {"a1": -0.9, "b0": 0.5}
+    runs = [
+        Dataset.from_arrays(
+            input={"u": U},
+            output={"y": simulate(model, {"u": U}, values, {"w": np.array([start])})["y"]},
+            sampling_time=0.1,
+            name=name,
+        )
+        for name, start in (("low", -2.0), ("high", 3.0))
+    ]
+    data = Dataset.merge(runs)
+    found = fit(model, data)
+    assert found.model.values == pytest.approx(values, abs=1e-5)
+    assert found.cost < 1e-8
+
+
+def test_curved_sensor_is_differentiated_through_its_inverse() -> None:
+    plain = OutputError()
+    model = Model("curved", plain.parameters, plain.lines, (Measurement("y", "w", "eta", VALUE + VALUE**3),))
+    values = {"a1": -0.8, "b0": 0.5}
+    data = _data(model, values)
+    assert fit(model, data).model.values == pytest.approx(values, abs=1e-5)
+
+
+def test_a_model_that_always_runs_away_is_refused() -> None:
+    model = OutputError(fixed={"a1": -3.0})
+    with pytest.raises(DataError, match="cannot be simulated"):
+        fit(model, _data(OutputError(), {"a1": -0.5, "b0": 1.0}))

@@ -1,0 +1,157 @@
+"""Boxes proven from the data: they hold the truth, and where nothing bounds a parameter that is said."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy
+
+from benchmarks.soundness.random_problems import RandomProblem, random_problem
+from relaxations.search.hierarchy import Proof
+from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
+from smid.identification.finite_box import Boxed, vanishing_factors, with_finite_box
+from smid.models import Line, Measurement, Parameter
+from smid.models.symbols import signal, t
+
+SEEDS = 16
+
+
+@cache
+def boxed_problem(seed: int) -> tuple[RandomProblem, FeasibleSet, Boxed]:
+    problem = random_problem(seed)
+    feasible = FeasibleSet(problem.model, problem.data, problem.noise_bound)
+    return problem, feasible, with_finite_box(feasible)
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_a_derived_box_holds_the_truth(seed: int) -> None:
+    problem, feasible, boxed = boxed_problem(seed)
+    names = boxed.feasible.problem.names
+    if boxed.unbounded:  # then nothing was invented either
+        assert set(boxed.unbounded) <= set(feasible.problem.unbounded)
+        return
+    assert set(boxed.derived) == set(feasible.problem.unbounded)
+    assert not boxed.feasible.problem.unbounded
+    for name, true in problem.truth.items():
+        k = names.index(name)
+        assert boxed.feasible.problem.lower[k] <= true <= boxed.feasible.problem.upper[k]
+    # A prior is kept, or tightened; it never grows.
+    assert (boxed.feasible.problem.lower >= feasible.problem.lower).all()
+    assert (boxed.feasible.problem.upper <= feasible.problem.upper).all()
+
+
+def test_most_of_the_random_problems_get_a_box() -> None:
+    """The test above would pass if no box were ever proven."""
+    assert sum(not boxed_problem(seed)[2].unbounded for seed in range(SEEDS)) >= 0.75 * SEEDS
+
+
+def test_a_finite_prior_is_left_alone() -> None:
+    problem = random_problem(0)
+    model = problem.model.bound(b0=(-10, 10))
+    feasible = FeasibleSet(model, problem.data, problem.noise_bound)
+    boxed = with_finite_box(feasible)
+    assert boxed.feasible is feasible
+    assert (boxed.derived, boxed.unbounded) == ((), ())
+
+
+def test_the_factor_that_may_vanish() -> None:
+    alpha = sympy.Symbol("alpha", real=True)
+    one = Hammerstein(1, (3, 1), stable=True)
+    assert vanishing_factors(one, ("gamma1", "gamma2")) == {"gamma1": alpha + 1, "gamma2": alpha + 1}
+    assert vanishing_factors(one, ("gamma2",)) == {"gamma2": alpha + 1}
+    a1, a2 = sympy.symbols("alpha1 alpha2", real=True)
+    two = vanishing_factors(Hammerstein(2, (3,), stable=True), ("gamma1",))
+    assert sympy.expand(two["gamma1"] - (1 + a1 + a2)) == 0
+    assert vanishing_factors(OutputError(2, 1, stable=True), ("b0", "b1")) == {}
+
+
+def record(u: np.ndarray, y: np.ndarray) -> Dataset:
+    return Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+
+
+def unbounded_problems() -> dict[str, tuple[Model, Dataset, float, tuple[str, ...]]]:
+    rng = np.random.default_rng(0)
+    n = 12
+    late = np.r_[np.zeros(n - 1), 1.0]  # it excites, but only after the last sample that any equation reads
+    decay = 0.9 ** np.arange(n) + rng.uniform(-0.01, 0.01, n)
+    wave = record(rng.normal(size=n), np.sin(np.arange(n)))
+    return {
+        # b0 multiplies zeros only.
+        "the input comes too late": (OutputError(stable=True), record(late, decay), 0.01, ("b0",)),
+        # The noise explains the whole record, so w = 0, b0 = 0 and any pole do.
+        "all noise": (OutputError(), wave, 2.0, ("a1", "b0")),
+        # alpha = -1 cannot be excluded, and (1 + alpha) gamma vanishes there.
+        "a vanishing product": (Hammerstein(1, (3, 1), stable=True), wave, 2.0, ("gamma1", "gamma2")),
+    }
+
+
+@pytest.mark.parametrize("name", unbounded_problems())
+def test_what_the_data_do_not_bound_is_reported_unbounded(name: str) -> None:
+    model, data, noise_bound, expected = unbounded_problems()[name]
+    assert with_finite_box(FeasibleSet(model, data, noise_bound)).unbounded == expected
+    estimate = identify(model, data, noise_bound)
+    assert estimate.unbounded == expected
+    assert estimate.enclosure is None
+    assert estimate.centre_status is CentreStatus.UNDECIDED
+    for interval, parameter in zip(estimate.intervals, model.parameters, strict=True):
+        # The prior box, and nothing that looks like a result of the data.
+        assert (interval.lower, interval.upper) == (parameter.lower, parameter.upper)
+        assert (interval.proof_lower, interval.proof_upper) == (Proof.BOX, Proof.BOX)
+        assert np.isnan(interval.inner_lower)
+        assert np.isnan(interval.inner_upper)
+    assert f"No box could be proven for {', '.join(expected)}: give it bounds, or richer data." in str(estimate)
+    plain = {p["name"]: p for p in estimate.to_dict()["parameters"]}
+    for parameter in expected:
+        assert plain[parameter]["lower"] is None
+        assert plain[parameter]["upper"] is None
+    assert not dict(estimate.model.values)  # no central model is made up
+
+
+def test_bounds_cure_an_unbounded_parameter() -> None:
+    model, data, noise_bound, _ = unbounded_problems()["the input comes too late"]
+    estimate = identify(model.bound(b0=(-2, 3)), data, noise_bound)
+    assert estimate.unbounded == ()
+    assert (estimate["b0"].lower, estimate["b0"].upper) == (-2, 3)
+    assert (estimate["b0"].proof_lower, estimate["b0"].proof_upper) == (Proof.BOX, Proof.BOX)
+    assert estimate["a1"].proof_lower is Proof.PROVEN
+    assert estimate["a1"].lower <= -0.9 <= estimate["a1"].upper
+
+
+def test_knowledge_that_is_curved_in_the_loose_parameters_is_no_obstacle():
+    # b0^2 >= b1^2 (minimum phase) is left out where a box is derived for b0 and b1.
+    case = random_problem(3, "errors in variables", 30)
+    model = ErrorsInVariables(1, 1, stable=True, minimum_phase=True, dc_gain=(-100, 100))
+    boxed = with_finite_box(FeasibleSet(model, case.data, case.noise_bound))
+    assert boxed.unbounded == ()
+    assert boxed.derived == ("b0", "b1")
+    place = boxed.feasible.problem.names.index("b0")
+    assert boxed.feasible.problem.lower[place] <= case.truth["b0"] <= boxed.feasible.problem.upper[place]
+
+
+def hidden_state() -> tuple[Model, dict[str, np.ndarray], np.ndarray]:
+    """Return a model whose state x no channel measures, its input and its output."""
+    a, b = Parameter("a", -0.9, 0.9), Parameter("b", 0.1, 2.0)
+    u, x, z = signal("u"), signal("x"), signal("z")
+    lines = (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(z[t], b.symbol * x[t]))
+    rng = np.random.default_rng(0)
+    inputs, state = rng.uniform(-1, 1, 12), np.zeros(12)
+    for k in range(1, 12):
+        state[k] = 0.5 * state[k - 1] + inputs[k - 1]
+    model = Model("hidden", (a, b), lines, (Measurement("y", "z", "eta"),))
+    return model, {"u": inputs}, 0.8 * state + rng.uniform(-0.02, 0.02, 12)
+
+
+def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works() -> None:
+    model, inputs, y = hidden_state()
+    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    estimate = identify(model, data, 0.02)
+    assert estimate.unbounded == ("x",)
+    assert "No box could be proven for x: no channel measures x" in estimate.summary
+
+    known = replace(model, measurements=(*model.measurements, Measurement("x0", "x", "deviation")))
+    data = Dataset.from_arrays(input=inputs, output={"y": y, "x0": 0 * y}, sampling_time=1.0)
+    cured = identify(known, data, {"y": 0.02, "x0": 5.0}, rounds=1)
+    assert cured.unbounded == ()
+    assert cured["a"].lower <= 0.5 <= cured["a"].upper
+    assert cured["b"].lower <= 0.8 <= cured["b"].upper

@@ -1,0 +1,164 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_report_page import read
+
+import smid
+from smid.diagnosis import Fault, Verdict
+from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.experiment import SeparatingExperiment
+from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure
+from smid.reports import report, versions
+from smid.reports.mathml import equations
+from tests.smid.reports.dead_zone_records import diagnosis_of, record
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    return diagnosis_of(0.0)
+
+
+@pytest.fixture(scope="module")
+def ambiguous(named):
+    first = named.causes[0]
+    rival = replace(first.rivals[0], odds=1.7, why="explains the data as well")
+    names = (first.effect, rival.effect)
+    sentence = f"To tell {names[0]} from {names[1]}, record a PRBS."
+    return replace(
+        named,
+        verdict=Verdict.AMBIGUOUS,
+        causes=(replace(first, rivals=(rival, *first.rivals[1:]), confidence=0.6),),
+        experiment=SeparatingExperiment("PRBS", np.tile([0.2, -0.2], 50), 0.12, names, sentence),
+        model=named.base,
+        extended=named.simulated,
+        unexplained=True,
+    )
+
+
+def headings(page, *names):
+    places = [page.text.index(name) for name in names]
+    assert places == sorted(places), names
+
+
+def test_a_named_cause_is_told_from_verdict_to_versions(named, tmp_path):
+    proof = Emptiness("pressure", "bar", 0.06, "run", 20, 59, ((31, 0.4),))
+    fault = Fault("quantisation", "pressure", "warning", "pressure is rounded to 0.01 bar.")
+    page = read(report(replace(named, proof=proof, faults=(fault,)), tmp_path / "r.html", notes=("A note.",)))
+    assert "Diagnosis of pressure: input dead zone" in page.text
+    assert "Cause: input dead zone. " + named.causes[0].sentence in page.text
+    headings(
+        page,
+        "A note.",
+        "What the simulation gets wrong",
+        "The evidence",
+        "Proven: no parameters of the base model explain samples 20 to 59",
+        "confidence",
+        "The rivals, and why they lost",
+        named.causes[0].rivals[0].why,
+        "The data themselves",
+        "pressure is rounded to 0.01 bar.",
+        "The extended model",
+        "Before and after",
+        "least noise bound that explains them",
+        "not tried: it needs a further measured channel",
+        "What this page does not prove",
+        "Settings and versions",
+        versions()["clarabel"],
+    )
+    assert "excluded" in page.text
+    assert f"{named.gain.violations_before} of {named.gain.samples}" in page.text
+    assert all(page.labels)
+
+
+def test_new_parameters_are_highlighted_and_old_ones_are_not(named):
+    (name,) = named.new_parameters
+    assert any('class="new"' in row for row in equations(named.model, [name]))
+    assert not any('class="new"' in row for row in equations(named.base, [name]))
+    assert not any('class="new"' in row for row in equations(named.model))
+
+
+def test_nothing_wrong_reads_well(nothing, tmp_path):
+    assert nothing.verdict is Verdict.NONE
+    page = read(report(nothing, tmp_path / "r.html"))
+    assert "no cause named" in page.text
+    assert "What the base model leaves looks like noise" in page.text
+    assert "How the simulation compares" in page.text
+    assert "The rivals" not in page.text
+    assert "extended model" not in page.text
+
+
+def test_the_ambiguous_names_both_and_draws_the_experiment(ambiguous, tmp_path):
+    page = read(report(ambiguous, tmp_path / "r.html"))
+    assert "Diagnosis of pressure: input dead zone or input delay" in page.text
+    assert "these data cannot tell which" in page.text
+    headings(page, "The experiment to do next", "To tell input dead zone from input delay", "What the simulation")
+    assert "The effects it may be" in page.text
+    assert any("experiment to do next" in label for label in page.labels)
+
+
+def test_page_is_self_contained_and_escaped(named, tmp_path):
+    odd = replace(named, data=replace(named.data, source="<b>simulated</b>.csv"))
+    path = report(odd, tmp_path / "r.html", links={"The other page": "other.html"})
+    page = read(path)
+    assert [a for a in page.addresses if not a.startswith(("#", "data:image/png"))] == ["other.html"]
+    assert len(page.ids) == len(set(page.ids)), "names repeat between the figures"
+    assert "<b>simulated" not in path.read_text(encoding="utf-8")
+    assert "simulated data, not measured" in page.text
+
+
+def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
+    with pytest.raises(TypeError, match="leave them out"):
+        report(named, tmp_path / "r.html", truth={"a1": -0.85})
+
+
+def test_an_interrupted_search_says_so(named, tmp_path):
+    assert (
+        "Ended early: effects that were not tried"
+        in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
+    )
+
+
+def test_before_and_after_shades_what_no_fit_has_seen(named, nothing):
+    top, close, below = before_and_after(named).axes
+    assert [line.get_label() for line in top.lines] == ["measured", "base model", "extended model"]
+    (shade,) = top.patches
+    assert shade.get_x() == pytest.approx(0.01 * np.flatnonzero(named.held[0])[0])
+    assert len(below.patches) == 2, "the held-out part and the noise bound"
+    inside = close.get_xlim()
+    assert inside[0] >= shade.get_x() - 1e-9, "the close view shows held-out data"
+    assert len(before_and_after(nothing).axes) == 2
+    assert named.plot().axes[0].get_ylabel() == "pressure [bar]"
+
+
+def test_several_experiments_stand_one_after_the_other(named):
+    twice = replace(
+        named,
+        data=smid.Dataset.merge([named.data, record_named("again")]),
+        simulated=named.simulated * 2,
+        extended=named.extended * 2,
+        held=named.held * 2,
+    )
+    top = before_and_after(twice).axes[0]
+    assert len(top.lines[0].get_xdata()) == 840
+    assert len(top.patches) == 2
+
+
+def record_named(name):
+    data = record(0.3)
+    return replace(data, experiments=tuple(replace(run, name=name) for run in data.experiments))
+
+
+def test_rivals_are_bars_below_the_named_effect(named):
+    (axes,) = rivals_figure(named.causes[0], "bar").axes
+    names = [t.get_text() for t in axes.get_yticklabels()]
+    assert names[0] == "input dead zone"
+    assert names[-1] == "without any of them"
+    widths = [bar.get_width() for bar in axes.patches]
+    assert widths[0] == min(widths)
+
+
+def test_the_experiment_is_drawn_in_seconds_and_units(ambiguous):
+    (axes,) = experiment_figure(ambiguous.experiment, ambiguous).axes
+    assert axes.get_ylabel() == "current [A]"
+    assert axes.lines[0].get_xdata()[-1] == pytest.approx(0.99)
