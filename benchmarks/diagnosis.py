@@ -1,7 +1,7 @@
 """One diagnosis with all effects: analytic sensitivities in two processes against finite differences in one.
 
-The search is the same, `smid.diagnosis.search.search`; what differs is where the Jacobians come from and how many processes
-share the effects.  The case is a blind one of 1000 samples.
+The search is the same, `smid.diagnosis.search.search`; what differs is where the Jacobians come from and how many
+processes share the effects.  The case is a blind one of 1000 samples.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Make the simulated records of current, pressure and position in the folder ``clutch``.
 
 The names are those of the data sets of the clutch thesis (figures 3.3, 3.4 and 3.13 to 3.20), which are not public.
-The plant is the same for all: `smid.theses.clutch.plant` with all its ingredients, then `smid.theses.clutch.position`.  What differs
-is the current and the temperature:
+The plant is the same for all: `smid.theses.clutch.plant` with all its ingredients, then
+`smid.theses.clutch.position`.  What differs is the current and the temperature:
 
 - ``ramp_a`` and ``ramp_b`` go up and down at many slopes; ``ramp_b`` turns half way more often.
 - ``step_a`` rises from zero to one or two levels, and falls to zero.  The position then always settles from below.

@@ -2,8 +2,8 @@
 
 The ramps were made by the Hammerstein model of the clutch thesis (make_clutch_ramps.py). On steps that model fails:
 there the thesis found a pole of 0.9562 instead of 0.65142 (equation 3.22, section 3.2). This record comes from
-`smid.theses.clutch.plant`, the same actuator with one thing more: its pole depends on the pressure, slow near zero and fast
-above, ::
+`smid.theses.clutch.plant`, the same actuator with one thing more: its pole depends on the pressure, slow near zero
+and fast above, ::
 
     d p/dt = (x - p) / tau(p),   tau(p) = fast + (slow - fast) exp(-p / 3 bar)
 

@@ -70,7 +70,7 @@ def check_seconds(seconds: float) -> None:
 
     Parameters
     ----------
-    seconds : float
+    seconds
         Infinite for no limit.
 
     Raises
@@ -99,7 +99,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
     Parameters
     ----------
-    seconds : float
+    seconds
         Positive; infinite for no limit.
 
     Yields
@@ -129,14 +129,6 @@ def time_limit(seconds: float) -> Iterator[None]:
 def limited(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Return a function that runs under the time limit that its keyword ``seconds`` states.
 
-    Parameters
-    ----------
-    function : callable
-
-    Returns
-    -------
-    callable
-
     Examples
     --------
     >>> @limited
@@ -157,10 +149,6 @@ def limited(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 def remaining() -> float:
     """Return the seconds that are left; infinite without a limit, and never negative.
 
-    Returns
-    -------
-    float
-
     Examples
     --------
     >>> remaining()
@@ -174,7 +162,7 @@ def check_time(needed: float = 0.0) -> None:
 
     Parameters
     ----------
-    needed : float
+    needed
         Estimate, in seconds, for a step that nothing can end early.
 
     Raises
@@ -193,14 +181,6 @@ def check_time(needed: float = 0.0) -> None:
 def stopped_by(stop: BaseException) -> str:
     """Return ``"TIME"``, ``"MEMORY"`` or ``"INTERRUPTED"``: the name of the reason that one of `STOPS` stands for.
 
-    Parameters
-    ----------
-    stop : BaseException
-
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> stopped_by(TimeIsUp()), stopped_by(KeyboardInterrupt())
@@ -216,10 +196,8 @@ def map_in_time(
 
     Parameters
     ----------
-    executor : concurrent.futures.Executor or None
+    executor
         None computes each result here, when it is asked for.
-    function : callable
-    items : iterable
 
     Yields
     ------

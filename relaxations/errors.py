@@ -1,8 +1,16 @@
 """Mistakes of the user. Each is told in one line that names the cause and the cure."""
 
+__all__ = ["ProblemError", "UserError"]
+
 
 class UserError(ValueError):
-    """Base of the errors that a user can mend: in the problem, the model or the data."""
+    """Base of the errors that a user can mend: in the problem, the model or the data.
+
+    Examples
+    --------
+    >>> issubclass(ProblemError, UserError)
+    True
+    """
 
 
 class ProblemError(UserError):

@@ -14,7 +14,7 @@ def run() -> str:
     lines = [
         "## Named problems",
         "",
-        f"`relaxations.search.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
+        f"`relaxations.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
         "optimum's magnitude, or one.",
         "",
         "| problem | variables | optimum - bound | point - optimum | order | branches | s | stopped |",

@@ -32,7 +32,7 @@ def run() -> str:
     cases = [(name, case, in_box) for name in names() if (in_box := boxed(case := load(name))) is not None]
     head = (
         f"{len(cases)} of the {len(names())} named problems, in a box of {REACH:g} where they have none. The others "
-        f"have no known minimiser in such a box. `relaxations.search.minimise` with a tolerance of {TOLERANCE:g} and at most "
+        f"have no known minimiser in such a box. `minimise` with a tolerance of {TOLERANCE:g} and at most "
         f"{SECONDS:g} s."
     )
     return "\n".join(["## Named problems: whether a statement is false", "", head, table(_judged(cases))])

@@ -35,7 +35,7 @@ class Balls:
 
     Parameters
     ----------
-    mid, rad : ndarray of float64, same shape
+    mid, rad
         Midpoints, and radii that are at least the distance to the exact value.
 
     Examples
@@ -144,8 +144,7 @@ def outwards(value: Fraction, direction: int) -> float:
 
     Parameters
     ----------
-    value : Fraction
-    direction : {-1, 1}
+    direction
         Of a lower end, which is rounded down, and of an upper end, which is rounded up.
 
     Returns
@@ -173,8 +172,8 @@ def concatenate(parts: list[Balls]) -> Balls:
 
     Parameters
     ----------
-    parts : list of Balls, each of shape (n_k, ...)
-        One at least.
+    parts
+        Each of shape (n_k, ...). One at least.
 
     Returns
     -------
@@ -199,7 +198,8 @@ def gram(factors: Array) -> Balls:
 
     Parameters
     ----------
-    factors : ndarray, shape (count, k, r)
+    factors
+        Shape (count, k, r).
 
     Returns
     -------

@@ -16,9 +16,9 @@ def from_float(value: float, bits: int) -> Interval:
 
     Parameters
     ----------
-    value : float
+    value
         Finite.
-    bits : int
+    bits
         Binary places after the point.
 
     Returns
@@ -44,10 +44,9 @@ def widened(value: Interval, radius: float, bits: int) -> Interval:
 
     Parameters
     ----------
-    value : tuple of (int, int)
-    radius : float
+    radius
         At least zero; rounded up.
-    bits : int
+    bits
         Binary places after the point, of ``value`` and of the result.
 
     Returns
@@ -68,8 +67,7 @@ def multiply(x: Interval, y: Interval, bits: int) -> Interval:
 
     Parameters
     ----------
-    x, y : tuple of (int, int)
-    bits : int
+    bits
         Binary places after the point, of both and of the result.
 
     Returns
@@ -100,8 +98,7 @@ def divide(x: Interval, y: Interval, bits: int) -> Interval | None:
 
     Parameters
     ----------
-    x, y : tuple of (int, int)
-    bits : int
+    bits
         Binary places after the point, of both and of the result.
 
     Returns
@@ -139,8 +136,7 @@ def to_floats(value: Interval, bits: int) -> tuple[float, float]:
 
     Parameters
     ----------
-    value : tuple of (int, int)
-    bits : int
+    bits
         Binary places after the point.
 
     Returns
@@ -163,8 +159,7 @@ def middle(value: Interval, bits: int) -> float:
 
     Parameters
     ----------
-    value : tuple of (int, int)
-    bits : int
+    bits
         Binary places after the point.
 
     Returns

@@ -24,8 +24,8 @@ def pad(factors: Factors, degree: int) -> Factors:
 
     Parameters
     ----------
-    factors : ndarray of int64, shape (n, k)
-    degree : int
+    factors
+        Shape (n, k).
 
     Returns
     -------
@@ -46,7 +46,8 @@ def trim(factors: Factors) -> Factors:
 
     Parameters
     ----------
-    factors : ndarray of int64, shape (n, k)
+    factors
+        Shape (n, k).
 
     Returns
     -------
@@ -67,7 +68,7 @@ def multiply(left: Factors, right: Factors) -> Factors:
 
     Parameters
     ----------
-    left, right : ndarray of int64, shapes (n, j) and (n, k)
+    left, right
         One of them may have a single row, which then multiplies every row of the other.
 
     Returns
@@ -93,7 +94,8 @@ def unique(factors: Factors) -> tuple[Factors, Index]:
 
     Parameters
     ----------
-    factors : ndarray of int64, shape (n, k)
+    factors
+        Shape (n, k).
 
     Returns
     -------
@@ -135,13 +137,12 @@ class Polynomials:
 
     Parameters
     ----------
-    n_rows : int
-    rows : ndarray of int64, shape (n_terms,)
-        The polynomial to which each term belongs.
-    factors : ndarray of int64, shape (n_terms, degree)
-        The term's monomial: sorted variable numbers, padded in front with -1.
-    coefficients : Balls, shape (n_terms,)
-        Coefficients with their rounding error.
+    rows
+        Shape (n_terms,). The polynomial to which each term belongs.
+    factors
+        Shape (n_terms, degree). The term's monomial: sorted variable numbers, padded in front with -1.
+    coefficients
+        Shape (n_terms,). Coefficients with their rounding error.
 
     Examples
     --------

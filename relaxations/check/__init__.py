@@ -39,12 +39,8 @@ def check(content: Any) -> tuple[Theorem, ...]:
 
     Parameters
     ----------
-    content : object
+    content
         The content of a file, as :func:`read` returns it.
-
-    Returns
-    -------
-    tuple of Theorem
 
     Raises
     ------
@@ -74,14 +70,6 @@ def check(content: Any) -> tuple[Theorem, ...]:
 
 def theorems(content: Any) -> tuple[Theorem, ...]:
     """Return what :func:`check` returns, also where the stated box says as much.
-
-    Parameters
-    ----------
-    content : object
-
-    Returns
-    -------
-    tuple of Theorem
 
     Raises
     ------
@@ -120,7 +108,7 @@ def main(arguments: list[str]) -> int:
 
     Parameters
     ----------
-    arguments : list of str
+    arguments
         The file's path alone, or ``--help``.
 
     Returns

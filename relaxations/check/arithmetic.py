@@ -67,7 +67,7 @@ class Polynomial:
 
     Parameters
     ----------
-    mid, rad : dict of monomial to Fraction
+    mid, rad
         A monomial is the sorted tuple of its variables' numbers, with repetition.
 
     Examples

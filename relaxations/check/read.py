@@ -33,13 +33,11 @@ class Document:
 
     Parameters
     ----------
-    stated : Stated
-    box : list of (end, end)
-    steps : iterable
+    steps
         The steps, each read when its turn comes.
-    work : Work
+    work
         What the check may still cost.
-    origin : object
+    origin
         What the file says about the model and the data; None where it says nothing.
     """
 
@@ -52,14 +50,6 @@ class Document:
 
 def read(path: str | Path) -> Any:
     """Return the content of a certificate file, for :func:`relaxations.check.check`.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    object
 
     Raises
     ------

@@ -39,11 +39,10 @@ class Theorem:
 
     Parameters
     ----------
-    step : str
+    step
         Which one proves it.
-    objective : Polynomial
+    objective
         In the variables of the file.
-    bound : Fraction
 
     Examples
     --------

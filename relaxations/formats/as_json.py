@@ -30,9 +30,7 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
 
     Parameters
     ----------
-    path : str or Path
-    problem : PolynomialProblem
-    objective : Polynomials, optional
+    objective
         One row.
 
     Examples
@@ -58,10 +56,6 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
 
 def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
     """Read a problem and its objective.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Returns
     -------

@@ -22,12 +22,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-import relaxations.search.minimise
 from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.search.minimise import Minimum
+from relaxations.search.minimise import minimise as minimise_problem
 
 Names = tuple[str, ...]  # a monomial: names with repetition, sorted
 Number = int | float | Fraction
@@ -40,7 +41,7 @@ class Expression:
 
     Parameters
     ----------
-    terms : mapping {names with repetition: coefficient}
+    terms
         Without zeros; see :func:`variables`.
     """
 
@@ -125,11 +126,6 @@ class Expression:
 class Constraint:
     """``expression >= 0``, or ``expression == 0``; made by comparing expressions.
 
-    Parameters
-    ----------
-    expression : Expression
-    equality : bool
-
     Examples
     --------
     >>> x, y = variables("x y")
@@ -156,12 +152,8 @@ def variables(names: str) -> tuple[Expression, ...]:
 
     Parameters
     ----------
-    names : str
+    names
         With spaces or commas between them.
-
-    Returns
-    -------
-    tuple of Expression
 
     Raises
     ------
@@ -183,14 +175,6 @@ def variables(names: str) -> tuple[Expression, ...]:
 
 def constant(value: Expression | Number) -> Expression:
     """Return a number as an expression; an expression as it is.
-
-    Parameters
-    ----------
-    value : Expression or number
-
-    Returns
-    -------
-    Expression
 
     Raises
     ------
@@ -221,13 +205,13 @@ def problem_of(
 
     Parameters
     ----------
-    objective : Expression or number
+    objective
         To be minimised.
-    constraints : sequence of Constraint
+    constraints
         Those on one variable alone, such as ``x >= 0``, become its box.
-    names : sequence of str, optional
+    names
         Variables in their order; those that are not named follow, sorted by name.
-    box : mapping name -> (lower, upper), optional
+    box
         ``None`` stands for no bound.
 
     Returns
@@ -277,10 +261,9 @@ def stated_problem(
 
     Parameters
     ----------
-    objective : Expression
+    objective
         To be minimised.
-    constraints : sequence of Constraint
-    box : dict of name to (lower, upper)
+    box
         Fractions, or None for no bound: of every variable that occurs.
 
     Returns
@@ -316,22 +299,16 @@ def stated_problem(
     )
 
 
-def minimise(
-    objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any
-) -> relaxations.search.minimise.Minimum:
+def minimise(objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any) -> Minimum:
     """Enclose a minimum: from below by a certificate, from above by a verified point.
 
     Parameters
     ----------
-    objective : Expression or number
-    constraints : sequence of Constraint
+    constraints
         Together they must bound every variable.
     **options
-        Those of :func:`relaxations.search.minimise.minimise`: method, order, tolerance, nodes, seconds, solver, progress.
-
-    Returns
-    -------
-    relaxations.search.minimise.Minimum
+        Those of :func:`relaxations.search.minimise.minimise`: method, order, tolerance, nodes, seconds, solver,
+        progress.
 
     Raises
     ------
@@ -347,7 +324,7 @@ def minimise(
     >>> {name: round(value, 3) for name, value in found.point.items()}
     {'x': 0.5, 'y': 1.0}
     """
-    return relaxations.search.minimise.minimise(*problem_of(objective, constraints), **options)
+    return minimise_problem(*problem_of(objective, constraints), **options)
 
 
 def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:

@@ -49,10 +49,6 @@ class _Model:
 def read_gams(path: str | Path) -> tuple[PolynomialProblem, Polynomials]:
     """Read a file; see :func:`parse_gams`.
 
-    Parameters
-    ----------
-    path : str or Path
-
     Returns
     -------
     problem : PolynomialProblem
@@ -89,10 +85,6 @@ def parse_gams(text: str) -> tuple[PolynomialProblem, Polynomials]:
     """Return the problem that a scalar GAMS model states, and its objective, to be minimised.
 
     An objective variable that one equation defines, linearly and without bounds, is put in and drops out.
-
-    Parameters
-    ----------
-    text : str
 
     Returns
     -------

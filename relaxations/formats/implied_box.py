@@ -26,9 +26,9 @@ def implied_box(constraints: Sequence[tuple[Terms, bool]], box: Box) -> Box:
 
     Parameters
     ----------
-    constraints : sequence of (terms, equality)
+    constraints
         ``terms >= 0``, or ``== 0`` for equalities.
-    box : mapping name -> (lower, upper)
+    box
         ``None`` stands for no bound.
 
     Returns

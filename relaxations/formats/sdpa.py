@@ -36,13 +36,15 @@ class SDPProblem:
 
     Parameters
     ----------
-    cost : ndarray, shape (m,)
-    sizes : tuple of int
+    cost
+        Shape (m,).
+    sizes
         Width of each block; negative for a diagonal one.
-    matrix, block, row, column : ndarray of int, shape (n_entries,)
-        Where each entry belongs: F_0 to F_m, then from 0, ``row <= column``.
-    value : ndarray, shape (n_entries,)
-    comment : str
+    matrix, block, row, column
+        Shape (n_entries,). Where each entry belongs: F_0 to F_m, then from 0, ``row <= column``.
+    value
+        Shape (n_entries,).
+    comment
         One line for the head of a file.
     """
 
@@ -80,14 +82,9 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
 
     Parameters
     ----------
-    program : ConicProgram
-    objective : ndarray, shape (n_moments,)
+    objective
+        Shape (n_moments,).
         Coefficients of the moments; entry 0 is a constant, which the format cannot hold and the comment names.
-    comment : str
-
-    Returns
-    -------
-    SDPProblem
 
     Raises
     ------
@@ -158,10 +155,6 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
 def conic_of(problem: SDPProblem) -> ConicProgram:
     """Return a semidefinite program in the form that the solvers take.
 
-    Parameters
-    ----------
-    problem : SDPProblem
-
     Returns
     -------
     ConicProgram
@@ -228,11 +221,6 @@ def _height(size: int) -> int:
 def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
     """Write a file; every float is read back as it was.
 
-    Parameters
-    ----------
-    path : str or Path
-    problem : SDPProblem
-
     Examples
     --------
     >>> import tempfile
@@ -266,14 +254,6 @@ def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
 def read_sdpa(path: str | Path) -> SDPProblem:
     """Read a file; see :func:`parse_sdpa`.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    SDPProblem
-
     Raises
     ------
     ProblemError
@@ -305,12 +285,8 @@ def parse_sdpa(text: str) -> SDPProblem:
 
     Parameters
     ----------
-    text : str
+    text
         In SDPA's sparse format.
-
-    Returns
-    -------
-    SDPProblem
 
     Raises
     ------

@@ -30,9 +30,8 @@ class Token:
 
     Parameters
     ----------
-    kind : {"number", "name", "relation", "sign"}
-    text : str
-    line : int
+    kind
+        One of {"number", "name", "relation", "sign"}.
     """
 
     kind: str
@@ -45,13 +44,8 @@ def tokens(text: str, line: int = 1) -> list[Token]:
 
     Parameters
     ----------
-    text : str
-    line : int
+    line
         Number of its first line.
-
-    Returns
-    -------
-    list of Token
 
     Raises
     ------
@@ -79,13 +73,8 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
 
     Parameters
     ----------
-    text : str
-    names : mapping name -> Expression
+    names
         What each name stands for.
-
-    Returns
-    -------
-    Expression
 
     Raises
     ------
@@ -107,13 +96,8 @@ def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expres
 
     Parameters
     ----------
-    pieces : list of Token
-    names : mapping name -> Expression
+    names
         What each name stands for.
-
-    Returns
-    -------
-    Expression
 
     Raises
     ------

@@ -21,6 +21,8 @@ from relaxations.formats.expressions import Constraint, stated_problem, variable
 from relaxations.formats.text import parse
 from relaxations.problem.problem import PolynomialProblem
 
+__all__ = ["NamedProblem", "load", "names"]
+
 
 @dataclass(frozen=True)
 class NamedProblem:
@@ -28,20 +30,18 @@ class NamedProblem:
 
     Parameters
     ----------
-    name : str
-    problem : PolynomialProblem
+    problem
         Exactly as stated: no box is derived.
-    objective : Polynomials
+    objective
         To be minimised.
-    optimum : float
+    optimum
         The known minimum (or infimum), to the digits that its source and its verification give.
-    minimisers : tuple of tuple of float
+    minimisers
         Known ones, possibly not all.
-    order : int or None
+    order
         Of the relaxation that reaches the optimum; None where none does, or none is known.
-    order_is : str or None
+    order_is
         Where the order comes from.
-    source, verification, notes : str
     """
 
     name: str
@@ -70,10 +70,6 @@ def _entries() -> dict[str, dict[str, Any]]:
 def names() -> tuple[str, ...]:
     """Return the names of all problems.
 
-    Returns
-    -------
-    tuple of str
-
     Examples
     --------
     >>> "motzkin" in names()
@@ -84,14 +80,6 @@ def names() -> tuple[str, ...]:
 
 def load(name: str) -> NamedProblem:
     """Return a problem by its name.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    NamedProblem
 
     Raises
     ------

@@ -1,1 +1,8 @@
 """Relaxations: moment matrices (Lasserre), the parametric lift, and the conic programs they become."""
+
+from relaxations.moments.conic import conic_program, multipliers
+from relaxations.moments.lasserre import lasserre
+from relaxations.moments.lift import complicating_variables, lift
+from relaxations.moments.moment import Relaxation
+
+__all__ = ["Relaxation", "complicating_variables", "conic_program", "lasserre", "lift", "multipliers"]

@@ -21,13 +21,11 @@ class Clique:
 
     Parameters
     ----------
-    variables : tuple of int
-    order : int
+    order
         Of the relaxation.
-    equalities : Polynomials
-    multiples : Polynomials
+    multiples
         All ``h m`` of the equalities up to degree ``2 * order``.
-    inequalities : Polynomials
+    inequalities
         The g, the constant 1 first.
     """
 
@@ -52,9 +50,9 @@ class Split:
 
     Parameters
     ----------
-    multiples : ndarray of int
+    multiples
         Numbers of the multiples of equalities.
-    blocks : tuple of tuple of ndarray of int
+    blocks
         For every inequality the parts of its basis, as numbers of monomials, each sorted.
     """
 
@@ -69,14 +67,6 @@ class Split:
 
 def whole(clique: Clique) -> Split:
     """Keep everything.
-
-    Parameters
-    ----------
-    clique : Clique
-
-    Returns
-    -------
-    Split
 
     Examples
     --------

@@ -33,13 +33,13 @@ class Cones:
 
     Parameters
     ----------
-    zero : int
+    zero
         Rows of equalities.
-    nonnegative : int
+    nonnegative
         Rows of the nonnegative orthant.
-    second_order : tuple of int
+    second_order
         Rows of each Lorentz cone: 3, that of a 2 x 2 block.
-    semidefinite : tuple of int
+    semidefinite
         Width w of each block, which has ``w (w + 1) / 2`` rows.
 
     Examples
@@ -65,13 +65,13 @@ class ConicProgram:
 
     Parameters
     ----------
-    matrix : sparse matrix, shape (n_rows, n_moments - 1)
-        A; without a column for the constant moment.
-    rhs : ndarray, shape (n_rows,)
-        b.
-    cones : Cones
+    matrix
+        Shape (n_rows, n_moments - 1). A; without a column for the constant moment.
+    rhs
+        Shape (n_rows,). b.
+    cones
         K, in the order of the rows.
-    slices : tuple of slice
+    slices
         Rows of each Blocks group of the relaxation; empty where the program comes from elsewhere.
     """
 
@@ -92,8 +92,10 @@ class Multipliers:
 
     Parameters
     ----------
-    equalities : ndarray, shape (n_equalities,)
-    factors : tuple of ndarray, each (count, size, rank)
+    equalities
+        Shape (n_equalities,).
+    factors
+        Each of shape (count, size, rank).
         The semidefinite multiplier of block k of a group is ``F_k F_k'``: nothing else can come of it.
     """
 
@@ -108,11 +110,11 @@ def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) ->
 
     Parameters
     ----------
-    widths : mapping of int to int
+    widths
         How many blocks there are of each width.
-    terms : int
+    terms
         Of all rows and blocks, one for each coefficient times moment.
-    what, cure : str
+    what, cure
         What asks for them and what to choose instead, for the message.
 
     Raises
@@ -139,8 +141,7 @@ def check_bytes(needed: float, what: str, cure: str) -> None:
 
     Parameters
     ----------
-    needed : float
-    what, cure : str
+    what, cure
         What asks for them ("... asks for ") and what to choose instead, for the message.
 
     Raises
@@ -166,14 +167,6 @@ def _size(count: float) -> str:
 
 def conic_program(relaxation: Relaxation) -> ConicProgram:
     """Lay out the constraints of a relaxation for a solver.
-
-    Parameters
-    ----------
-    relaxation : Relaxation
-
-    Returns
-    -------
-    ConicProgram
 
     Examples
     --------
@@ -278,15 +271,10 @@ def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> M
 
     Parameters
     ----------
-    relaxation : Relaxation
-    program : ConicProgram
+    program
         Made of it.
-    dual : ndarray, shape (n_rows,)
-        Finite.
-
-    Returns
-    -------
-    Multipliers
+    dual
+        Shape (n_rows,). Finite.
 
     Examples
     --------

@@ -28,8 +28,8 @@ def complement(vectors: Array) -> Array | None:
 
     Parameters
     ----------
-    vectors : ndarray, shape (n_vectors, size)
-        Coefficients of the ``h m`` over a basis: see :func:`multiples`.
+    vectors
+        Shape (n_vectors, size). Coefficients of the ``h m`` over a basis: see :func:`multiples`.
 
     Returns
     -------
@@ -57,8 +57,9 @@ def supported(vectors: Array, part: Index) -> Array:
 
     Parameters
     ----------
-    vectors : ndarray, shape (n_vectors, size)
-    part : ndarray of int
+    vectors
+        Shape (n_vectors, size).
+    part
         Numbers of some members of the basis.
 
     Returns
@@ -79,7 +80,8 @@ def independent(vectors: Array) -> Index:
 
     Parameters
     ----------
-    vectors : ndarray, shape (n, k)
+    vectors
+        Shape (n, k).
 
     Returns
     -------
@@ -104,10 +106,8 @@ def multiples(equalities: Polynomials, variables: tuple[int, ...], degree: int) 
 
     Parameters
     ----------
-    equalities : Polynomials
+    equalities
         In ``variables`` only.
-    variables : tuple of int
-    degree : int
 
     Returns
     -------
@@ -131,10 +131,8 @@ def multiplied(equalities: Polynomials, variables: tuple[int, ...], degree: int)
 
     Parameters
     ----------
-    equalities : Polynomials
+    equalities
         In ``variables`` only.
-    variables : tuple of int
-    degree : int
 
     Returns
     -------
@@ -159,9 +157,8 @@ def coordinates(polynomials: Polynomials, basis: Factors) -> Array:
 
     Parameters
     ----------
-    polynomials : Polynomials
-    basis : ndarray of int64, shape (n_monomials, degree)
-        With every monomial that occurs.
+    basis
+        Shape (n_monomials, degree). With every monomial that occurs.
 
     Returns
     -------

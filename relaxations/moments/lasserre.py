@@ -52,21 +52,18 @@ def lasserre(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
-    order : int or tuple of int
+    order
         At least half of every degree; one for each of :func:`groups` where they differ.
-    method : {"sparse", "dense", "terms", "chordal", "textbook"}
-    objective : Polynomials, optional
+    method
+        One of {"sparse", "dense", "terms", "chordal", "textbook"}.
+    objective
         In the scaled variables; one row for each objective that the relaxation is to serve. A split by symmetry or
         terms leaves no moments for others. Without it nothing is split by symmetry, a split by terms serves single
         variables, and products of variables that share no constraint have no moments.
-    steps : int
+    steps
         Of the extension of supports, for ``"terms"`` and ``"chordal"``: each is at least as tight as the one before.
-
-    Returns
-    -------
-    Relaxation
 
     Raises
     ------
@@ -109,13 +106,12 @@ def plan(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to [-1, 1].
-    order : int or tuple of int
-    method : {"sparse", "dense", "terms", "chordal", "textbook"}
-    objective : Polynomials, optional
+    method
+        One of {"sparse", "dense", "terms", "chordal", "textbook"}.
+    objective
         As for :func:`lasserre`.
-    steps : int
 
     Returns
     -------
@@ -172,10 +168,9 @@ def groups(
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    order : int
-    method : {"sparse", "dense", "terms", "chordal", "textbook"}
-    objective : Polynomials, optional
+    method
+        One of {"sparse", "dense", "terms", "chordal", "textbook"}.
+    objective
         The variables of each of its monomials lie in one clique.
 
     Returns

@@ -59,13 +59,8 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    most : int
+    most
         Largest set to look for.
-
-    Returns
-    -------
-    ndarray of int, sorted, or None
 
     Examples
     --------
@@ -122,14 +117,6 @@ def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None
 def nonlinear_variables(problem: PolynomialProblem) -> Index:
     """Return some set of variables, found greedily, without which every monomial is affine; of any size.
 
-    Parameters
-    ----------
-    problem : PolynomialProblem
-
-    Returns
-    -------
-    ndarray of int, sorted
-
     Examples
     --------
     >>> import sympy; from relaxations.problem.problem import from_sympy
@@ -152,8 +139,7 @@ def least_order(problem: PolynomialProblem, complicating: Index) -> int:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    complicating : ndarray of int
+    complicating
         Degrees are counted in these variables alone.
 
     Returns
@@ -178,15 +164,12 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
-    order : int
+    order
         d >= 1.
-    method : {"lift", "rlt"}
-
-    Returns
-    -------
-    Relaxation
+    method
+        One of {"lift", "rlt"}.
 
     Raises
     ------
@@ -223,13 +206,8 @@ def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    order : int
-    method : {"lift", "rlt"}
-
-    Returns
-    -------
-    ndarray of int, sorted
+    method
+        One of {"lift", "rlt"}.
 
     Raises
     ------
@@ -310,11 +288,6 @@ def _bound_factors(complicating: Index, degree: int) -> list[Polynomials]:
 
 def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
     """Return the degree of each member in the complicating variables.
-
-    Parameters
-    ----------
-    polynomials : Polynomials
-    complicating : ndarray of int
 
     Returns
     -------

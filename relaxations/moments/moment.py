@@ -29,13 +29,14 @@ class Localiser:
 
     Parameters
     ----------
-    size : int
+    size
         Length of the basis b.
-    count : int
+    count
         Number of polynomials g.
-    entries : Polynomials
+    entries
         One row per (block, i, j) with i <= j, ordered by block.
-    congruence : ndarray, shape (count, size, reduced), or None
+    congruence
+        Shape (count, size, reduced).
         The V of a facial reduction: ``V' M V`` is asked to be semidefinite instead of M. None where nothing
         was reduced.
     """
@@ -52,12 +53,12 @@ class Blocks:
 
     Parameters
     ----------
-    size, count : int
-    block, i, j, moment : ndarray of int, shape (n_terms,)
-        Where each term stands, and the number of its moment.
-    coefficient : Balls, shape (n_terms,)
-    congruence : ndarray, shape (count, size, reduced), or None
-        As in :class:`Localiser`.
+    block, i, j, moment
+        Shape (n_terms,). Where each term stands, and the number of its moment.
+    coefficient
+        Shape (n_terms,).
+    congruence
+        Shape (count, size, reduced). As in :class:`Localiser`.
     """
 
     size: int
@@ -76,19 +77,16 @@ class Relaxation:
 
     Parameters
     ----------
-    method : str
+    method
         ``"lift"``, ``"rlt"``, ``"sparse"``, ``"dense"``, ``"terms"``, ``"chordal"`` or ``"textbook"``.
-    order : int
-    n_variables : int
+    n_variables
         Variables of the scaled problem.
-    complicating : ndarray of int
+    complicating
         The lift's complicating variables; empty for Lasserre's relaxations.
-    monomials : ndarray, shape (n_moments, degree)
-        Monomial of each moment; row 0 is the constant 1.
+    monomials
+        Shape (n_moments, degree). Monomial of each moment; row 0 is the constant 1.
     equality_row, equality_moment, equality_coefficient
         Triplets of the linear equalities ``L(h m) = 0``.
-    n_equalities : int
-    blocks : tuple of Blocks
     """
 
     method: str
@@ -149,11 +147,6 @@ class Relaxation:
 def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
     """Return all monomials in some variables up to a degree, by degree, the constant first.
 
-    Parameters
-    ----------
-    variables : sequence of int
-    degree : int
-
     Returns
     -------
     ndarray of int64, shape (n_monomials, degree)
@@ -182,16 +175,12 @@ def localise(polynomials: Polynomials, basis: Factors, congruence: Array | None 
 
     Parameters
     ----------
-    polynomials : Polynomials
+    polynomials
         The g.
-    basis : ndarray of int64, shape (size, degree)
-        The monomials b.
-    congruence : ndarray, shape (n_rows, size, reduced), optional
-        The V of a facial reduction; see :class:`Localiser`.
-
-    Returns
-    -------
-    Localiser
+    basis
+        Shape (size, degree). The monomials b.
+    congruence
+        Shape (n_rows, size, reduced). The V of a facial reduction; see :class:`Localiser`.
 
     Examples
     --------
@@ -219,23 +208,18 @@ def assemble(
 
     Parameters
     ----------
-    method : str
+    method
         The relaxation's name.
-    order : int
-    n_variables : int
+    n_variables
         Variables of the scaled problem.
-    complicating : ndarray of int
+    complicating
         The lift's complicating variables; empty for others.
-    equalities : sequence of Polynomials
+    equalities
         Every member ``h m`` gives ``L(h m) = 0``.
-    localisers : sequence of Localiser
+    localisers
         Every block is asked to be semidefinite.
-    monomials : sequence of ndarray of int64, each (n, degree)
-        Kept as moments even where no constraint mentions them.
-
-    Returns
-    -------
-    Relaxation
+    monomials
+        Each of shape (n, degree). Kept as moments even where no constraint mentions them.
 
     Examples
     --------
@@ -283,10 +267,6 @@ def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
 
 def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:
     """Join blocks of equal size, so that a solver and a certificate meet each size once.
-
-    Parameters
-    ----------
-    blocks : sequence of Blocks
 
     Returns
     -------

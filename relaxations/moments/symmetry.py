@@ -34,9 +34,9 @@ def sign_symmetries(problem: PolynomialProblem, objective: Polynomials) -> Signs
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to [-1, 1]: there a change of sign keeps the box.
-    objective : Polynomials
+    objective
         Every row is left unchanged.
 
     Returns
@@ -93,8 +93,10 @@ def classes(factors: Factors, signs: Signs) -> Index:
 
     Parameters
     ----------
-    factors : ndarray of int64, shape (n, degree)
-    signs : ndarray of bool, shape (n_generators, n_variables)
+    factors
+        Shape (n, degree).
+    signs
+        Shape (n_generators, n_variables).
 
     Returns
     -------
@@ -118,12 +120,8 @@ def split(clique: Clique, signs: Signs) -> Split:
 
     Parameters
     ----------
-    clique : Clique
-    signs : ndarray of bool, shape (n_generators, n_variables)
-
-    Returns
-    -------
-    Split
+    signs
+        Shape (n_generators, n_variables).
 
     Examples
     --------

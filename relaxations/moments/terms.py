@@ -122,12 +122,11 @@ def split(cliques: Sequence[Clique], objective: Polynomials, steps: int, chordal
 
     Parameters
     ----------
-    cliques : sequence of Clique
-    objective : Polynomials
+    objective
         Its terms have moments.
-    steps : int
+    steps
         Extensions of the support, at least one; fewer where nothing changes any more.
-    chordal : bool
+    chordal
         A chordal extension instead of connected components.
 
     Returns

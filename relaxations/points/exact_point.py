@@ -36,10 +36,10 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row.
-    point : ndarray, shape (n_variables,)
+    point
+        Shape (n_variables,).
 
     Returns
     -------
@@ -105,10 +105,6 @@ def _completed(
 def rows(polynomials: Polynomials) -> list[Row]:
     """Return the terms of each member in fractions.
 
-    Parameters
-    ----------
-    polynomials : Polynomials
-
     Returns
     -------
     list of list of (Fraction, Fraction, list of int)
@@ -126,14 +122,10 @@ def simplest(value: float, reach: Fraction) -> Fraction:
 
     Parameters
     ----------
-    value : float
+    value
         Finite.
-    reach : Fraction
+    reach
         At least zero.
-
-    Returns
-    -------
-    Fraction
 
     Examples
     --------
@@ -162,8 +154,8 @@ def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    point : ndarray, shape (n_variables,)
+    point
+        Shape (n_variables,).
 
     Returns
     -------
@@ -192,13 +184,10 @@ def is_active(row: Row, point: Array) -> bool:
 
     Parameters
     ----------
-    row : list of (Fraction, Fraction, list of int)
+    row
         As :func:`rows` returns it.
-    point : ndarray, shape (n_variables,)
-
-    Returns
-    -------
-    bool
+    point
+        Shape (n_variables,).
 
     Examples
     --------

@@ -32,11 +32,11 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
 
     Parameters
     ----------
-    relaxation : Relaxation
+    relaxation
         Of one clique: ``dense``, or others where every variable meets every other.
-    moments : ndarray, shape (n_moments,)
-        A solver's, the constant first.
-    step : int
+    moments
+        Shape (n_moments,). A solver's, the constant first.
+    step
         Half the highest degree of the constraints, at least 1: how far the rank must not grow.
 
     Returns
@@ -91,19 +91,14 @@ def is_flat(relaxation: Relaxation, moments: Array, variables: Sequence[int], or
 
     Parameters
     ----------
-    relaxation : Relaxation
-    moments : ndarray, shape (n_moments,)
-        A solver's, the constant first.
-    variables : sequence of int
+    moments
+        Shape (n_moments,). A solver's, the constant first.
+    variables
         A clique of the relaxation.
-    order : int
+    order
         Of the clique.
-    step : int
+    step
         As for :func:`minimisers`.
-
-    Returns
-    -------
-    bool
 
     Examples
     --------

@@ -32,16 +32,15 @@ class FeasiblePoints:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row.
-    vanishing : tuple of tuple of int
+    vanishing
         The problem's :func:`relaxations.reductions.vanishing.products`.
-    tolerance : float
+    tolerance
         Of the minimum, a share of its magnitude or of one.
-    suggested, proven : list of (float, ndarray)
+    suggested, proven
         Values and points.
-    tried : list of (float, ndarray)
+    tried
         Those suggested whose proof was tried.
 
     Examples

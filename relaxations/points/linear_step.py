@@ -59,17 +59,17 @@ def linear_step(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to magnitudes near one.
-    objective : Polynomials
+    objective
         One row.
-    complicating : ndarray of int
+    complicating
         Variables that the radius holds.
-    point : ndarray, shape (n_variables,)
-    radius : float
-    margin : float
+    point
+        Shape (n_variables,).
+    margin
         Distance kept from every limit.
-    order : list of (int, int), optional
+    order
         Pairs (equality, variable it defines), see :func:`relaxations.points.witness.definition_order`.
 
     Returns

@@ -29,12 +29,13 @@ def local_minimum(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    start : ndarray, shape (n_variables,)
-    margin : float
+    start
+        Shape (n_variables,).
+    margin
         Distance, scaled, that is kept from every inequality and every box end.
 
     Returns

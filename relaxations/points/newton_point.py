@@ -42,11 +42,12 @@ def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Arra
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    point : ndarray, shape (n_variables,)
+    point
+        Shape (n_variables,).
 
     Returns
     -------

@@ -97,10 +97,10 @@ def equality_multipliers(
 
     Parameters
     ----------
-    relaxation : Relaxation
-    equalities : Polynomials
+    equalities
         Of the scaled problem.
-    multipliers : ndarray, shape (n_equalities of the relaxation,)
+    multipliers
+        Shape (n_equalities of the relaxation,).
 
     Returns
     -------
@@ -156,11 +156,10 @@ def product_multipliers(
 
     Parameters
     ----------
-    relaxation : Relaxation
-    inequalities : Polynomials
+    inequalities
         Of the scaled problem.
-    factors : tuple of ndarray, each (count, size, rank)
-        Of the multipliers (:class:`relaxations.moments.conic.Multipliers`).
+    factors
+        Each of shape (count, size, rank). Of the multipliers (:class:`relaxations.moments.conic.Multipliers`).
 
     Returns
     -------

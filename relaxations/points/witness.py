@@ -40,9 +40,9 @@ class Witness:
 
     Parameters
     ----------
-    point : ndarray, shape (n_variables,)
-        Midpoints; the exact feasible point differs from them by the width of the last digits.
-    value : float
+    point
+        Shape (n_variables,). Midpoints; the exact feasible point differs from them by the width of the last digits.
+    value
         Upper bound, rounded up, of the objective at the exact point.
     """
 
@@ -55,15 +55,10 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row.
-    point : ndarray, shape (n_variables,)
-        Variables that equalities define are computed anew, whatever stands in their place.
-
-    Returns
-    -------
-    Witness or None
+    point
+        Shape (n_variables,). Variables that equalities define are computed anew, whatever stands in their place.
 
     Examples
     --------
@@ -81,10 +76,6 @@ def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> 
 
 class Verifier:
     """Verifies points of one problem, see :func:`verify`; what they have in common is done once.
-
-    Parameters
-    ----------
-    problem : PolynomialProblem
 
     Examples
     --------
@@ -129,10 +120,6 @@ class Verifier:
 
 def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
     """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order.
-
-    Parameters
-    ----------
-    equalities : Polynomials
 
     Returns
     -------
@@ -262,20 +249,16 @@ def find_witness(
 
     Parameters
     ----------
-    box : PolynomialProblem
+    box
         The problem on the box to search.
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row, to be made small.
-    complicating : ndarray of int
+    complicating
         Variables that the trust region holds; the constraints are affine in the others.
-    start : ndarray, shape (n_variables,)
-    magnitude : ndarray, shape (n_variables,), optional
-        Size of the variables that have no box.
-
-    Returns
-    -------
-    Witness or None
+    start
+        Shape (n_variables,).
+    magnitude
+        Shape (n_variables,). Size of the variables that have no box.
 
     Raises
     ------
@@ -319,19 +302,19 @@ def search(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Scaled to magnitudes near one; affine in all variables but the ``complicating`` ones.
-    objective : Polynomials
+    objective
         One row.
-    complicating : ndarray of int
+    complicating
         Variables that the trust region holds.
-    start : ndarray, shape (n_variables,)
-        Only its complicating entries are used.
-    margin : float
+    start
+        Shape (n_variables,). Only its complicating entries are used.
+    margin
         Distance kept from every limit.
-    radius : float
+    radius
         First trust-region radius.
-    steps : int
+    steps
         At most so many linearisations.
 
     Returns

@@ -20,13 +20,13 @@ class PolynomialProblem:
 
     Parameters
     ----------
-    names : tuple of str, length n
+    names
         Names of the variables.
-    lower, upper : ndarray, shape (n,)
-        The box; infinite where nothing is known.
-    equalities, inequalities : Polynomials
+    lower, upper
+        Shape (n,). The box; infinite where nothing is known.
+    equalities, inequalities
         Members are ``== 0`` and ``>= 0``.
-    exact : callable, optional
+    exact
         Gives the equalities with every coefficient as a sum of floats that is (all but) exact, in place of a ball. The
         radii of balls pile up along a recursion; a witness is verified with these where they are given.
 
@@ -103,13 +103,13 @@ def from_sympy(
 
     Parameters
     ----------
-    objective : sympy expression or None
+    objective
         To be minimised; ``None`` is the constant zero.
-    inequalities, equalities : sequences of sympy expressions
+    inequalities, equalities
         Meant as ``>= 0`` and ``== 0``.
-    variables : sequence of sympy symbols
+    variables
         Order of the variables.
-    bounds : mapping symbol -> (lower, upper), optional
+    bounds
         ``None`` stands for no bound; a bound that no float holds is rounded outwards.
 
     Returns
@@ -153,8 +153,7 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
 
     Parameters
     ----------
-    expressions : sequence of sympy expressions
-    variables : sequence of sympy symbols
+    variables
         Order of the variables.
 
     Returns
@@ -204,14 +203,6 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
 
 def with_fractions(expression: sympy.Expr) -> sympy.Expr:
     """Turn every finite Float into the fraction that it is: sympy would round when it multiplies floats.
-
-    Parameters
-    ----------
-    expression : sympy expression
-
-    Returns
-    -------
-    sympy expression
 
     Examples
     --------

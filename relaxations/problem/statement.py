@@ -13,10 +13,6 @@ from relaxations.problem.problem import PolynomialProblem
 def statement(problem: PolynomialProblem) -> dict[str, Any]:
     """Return a problem as JSON holds it, without format, version and objective.
 
-    Parameters
-    ----------
-    problem : PolynomialProblem
-
     Returns
     -------
     dict
@@ -44,10 +40,6 @@ def statement(problem: PolynomialProblem) -> dict[str, Any]:
 
 def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
     """Return ``[coefficient, radius, variables]`` for each term of each member.
-
-    Parameters
-    ----------
-    polynomials : Polynomials
 
     Returns
     -------

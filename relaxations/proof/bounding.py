@@ -30,10 +30,10 @@ class Emptiness:
 
     Parameters
     ----------
-    margin : float
+    margin
         How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
-    weights : ndarray, shape (n_equalities of the problem,)
-        Share of each equality in the proof; sums to one.
+    weights
+        Shape (n_equalities of the problem,). Share of each equality in the proof; sums to one.
 
     Examples
     --------
@@ -60,15 +60,12 @@ class Relaxed:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         As given.
-    scaling : Scaling
-    scaled : PolynomialProblem
+    scaled
         In [-1, 1].
-    relaxation : Relaxation
+    relaxation
         Of the scaled problem.
-    program : ConicProgram
-    solver : str
     """
 
     problem: PolynomialProblem
@@ -83,9 +80,9 @@ class Relaxed:
 
         Parameters
         ----------
-        objective : Polynomials
+        objective
             One row.
-        close : float
+        close
             No other solver or setting is tried for a loss below this share of the scaled coefficients.
         """
         scaled = self.scaling.polynomials(objective)
@@ -149,15 +146,14 @@ class Outcome:
 
     Parameters
     ----------
-    bound : float
-    certificate : Certificate or None
+    certificate
         Of the objective; of the constant zero where the set is empty. None where nothing is proven.
-    status : str
+    status
         The solver's words, attempt by attempt.
-    point : ndarray, shape (n_variables,), optional
-        The moments of first order, in the problem's own variables: a guess of a minimiser.
-    moments : ndarray, shape (n_moments,), optional
-        The solver's, of the scaled variables; the constant first.
+    point
+        Shape (n_variables,). The moments of first order, in the problem's own variables: a guess of a minimiser.
+    moments
+        Shape (n_moments,). The solver's, of the scaled variables; the constant first.
 
     Examples
     --------
@@ -184,9 +180,9 @@ def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    order : int or None
+    method
+        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    order
         None asks for the default.
 
     Returns
@@ -229,14 +225,10 @@ def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    complicating : ndarray of int
+    method
+        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    complicating
         Those of the lift; others do not look at them.
-
-    Returns
-    -------
-    int
 
     Examples
     --------
@@ -261,21 +253,17 @@ def relax(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    order : int or tuple of int
+    method
+        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    order
         One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
-    solver : str
-    objective : Polynomials, optional
+    objective
         What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
         and serves no other then. Products of variables that share no constraint must be known.
-    steps : int
+    steps
         Of the extension of supports, for ``"terms"`` and ``"chordal"``.
-
-    Returns
-    -------
-    Relaxed
 
     Raises
     ------
@@ -313,10 +301,8 @@ def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: M
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    relaxation : Relaxation
+    relaxation
         Of it, scaled.
-    dual : Multipliers
 
     Returns
     -------

@@ -28,11 +28,10 @@ class Certificate:
 
     Parameters
     ----------
-    bound : float
+    bound
         ``objective >= bound`` at every feasible point; minus infinity where nothing follows.
-    residual : float
+    residual
         ``sum_{i > 0} |r_i|``: what the solver's inexactness costs.
-    multipliers : Multipliers
     """
 
     bound: float
@@ -45,15 +44,10 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
 
     Parameters
     ----------
-    relaxation : Relaxation
-    objective : Polynomials
+    objective
         One row, in the scaled variables.
-    multipliers : Multipliers
+    multipliers
         Any will do: poor ones give a poor bound, and none a false one.
-
-    Returns
-    -------
-    Certificate
 
     Raises
     ------
@@ -92,10 +86,9 @@ def residual_polynomial(relaxation: Relaxation, objective: Polynomials, multipli
 
     Parameters
     ----------
-    relaxation : Relaxation
-    objective : Polynomials
+    objective
         One row, in the scaled variables.
-    multipliers : Multipliers
+    multipliers
         Finite.
 
     Returns

@@ -1,7 +1,8 @@
 """Write proofs to files that :mod:`relaxations.check` proves again, with arithmetic and code of its own.
 
-Every row of a relaxation is recognised (:mod:`relaxations.points.recognition`) and written as a product of constraints of the
-problem as it is stated in the file. A row that is none is refused: what it rests on could not be checked.
+Every row of a relaxation is recognised (:mod:`relaxations.points.recognition`) and written as a product of
+constraints of the problem as it is stated in the file. A row that is none is refused: what it rests on could not be
+checked.
 """
 
 from __future__ import annotations
@@ -35,15 +36,15 @@ def write_certificate(
 
     Parameters
     ----------
-    path : str or Path
-    problem : PolynomialProblem
+    problem
         As it is stated in the file: its box is what the first step may rest on.
-    steps : sequence of Step
-        In the order in which they were proven (:mod:`relaxations.proof.proof_steps`). Their problems may have a smaller box, which
-        the steps before must prove, and fewer variables and rows; those they have are recognised by their names.
-    kinks : Kinks, optional
+    steps
+        In the order in which they were proven (:mod:`relaxations.proof.proof_steps`). Their problems may have a
+        smaller box, which the steps before must prove, and fewer variables and rows; those they have are recognised
+        by their names.
+    kinks
         What some of the variables are beside the constraints.
-    origin : mapping, optional
+    origin
         Where the problem comes from, for readers and for programs that compare it with a model and data. JSON without
         decimals.
 

@@ -1,4 +1,4 @@
-"""The steps of a proof, as they are recorded for a file that others can check (:mod:`relaxations.proof.certificate_file`).
+"""The steps of a proof, recorded for a certificate file (:mod:`relaxations.proof.certificate_file`).
 
 A step holds on the box that the steps before it have proven. Whoever bounds, branches or derives a box takes
 ``record``, and calls it with each step in this order; ``steps = []`` and ``record=steps.append`` keep the whole proof.
@@ -24,12 +24,11 @@ class Bound:
 
     Parameters
     ----------
-    relaxed : Relaxed
+    relaxed
         The relaxation on which the bound was found.
-    objective : Polynomials
+    objective
         One row, in the problem's own variables. For a proof of emptiness (an outcome with an infinite bound) the
         constant zero, ``Polynomials.from_terms([{}])``.
-    certificate : Certificate
 
     Examples
     --------
@@ -62,19 +61,18 @@ class Bound:
 
 @dataclass(frozen=True)
 class Cut:
-    """A bound from cuts (:mod:`relaxations.search.benders`): what multipliers of the constraints say of the outer variables.
+    """A bound on the outer variables that follows from cuts (:mod:`relaxations.search.benders`).
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         As that of :class:`Bound`, of the outer variables.
-    bound : float
-    outer : ndarray of int
+    outer
         The variables that stay; the constraints are affine in all others.
-    weights : ndarray, shape (n_cuts,)
-        What is taken of each cut, nonnegative.
-    multipliers : ndarray, shape (n_cuts, n_equalities + n_inequalities)
+    weights
+        Shape (n_cuts,). What is taken of each cut, nonnegative.
+    multipliers
+        Shape (n_cuts, n_equalities + n_inequalities).
 
     Examples
     --------
@@ -100,13 +98,13 @@ class Part:
 
     Parameters
     ----------
-    variable : int
+    variable
         The one that was cut.
-    lower, upper : float
+    lower, upper
         Its range in this part.
-    steps : tuple of Step
+    steps
         They prove the bound of the branches, or that the part is empty; none where the box says so.
-    side : {0, 1, -1}
+    side
         Where the variable is a kink (:class:`Kinks`): the side of zero on which the part takes its argument, in place
         of a range.
 
@@ -130,13 +128,11 @@ class Branches:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row; the constant zero where every part is empty.
-    bound : float
-    parts : tuple of Part
+    parts
         They cover the box: their ranges that of one variable, or else the cases of the product.
-    product : tuple of int, optional
+    product
         The variables of a vanishing monomial (:mod:`relaxations.reductions.vanishing`), whose cases the parts are.
 
     Examples
@@ -168,12 +164,6 @@ class Branches:
 class Quotient:
     """A box for the variable x of an equality ``A + B x = 0``: earlier steps bound A, and B away from zero.
 
-    Parameters
-    ----------
-    problem : PolynomialProblem
-    equality : int
-    variable : int
-
     Examples
     --------
     >>> from relaxations.formats.expressions import problem_of, variables
@@ -194,16 +184,17 @@ class Reach:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Without the box.
-    cone : PolynomialProblem
+    cone
         Its rows times s, with s as the last variable.
-    loose, riding : ndarray of int
+    loose, riding
         The variables that get a box, and those that were multiplied by s.
-    scale : ndarray, shape (n_loose,)
-    equalities, inequalities : ndarray of int
+    scale
+        Shape (n_loose,).
+    equalities, inequalities
         The rows that were kept.
-    faces : tuple of (int, int, tuple of Step)
+    faces
         Variable, side (1 or -1), and the steps that bound s on this face.
 
     Examples
@@ -236,10 +227,11 @@ class Kinks:
 
     Parameters
     ----------
-    variables : ndarray of int, shape (n_kinks,)
-        An argument reads only kinks before its own.
-    signs : ndarray of bool, shape (n_kinks,)
-    arguments : Polynomials
+    variables
+        Shape (n_kinks,). An argument reads only kinks before its own.
+    signs
+        Shape (n_kinks,).
+    arguments
         One row each.
 
     Examples
@@ -260,10 +252,11 @@ class Row:
 
     Parameters
     ----------
-    kind : {"above", "chord", "low", "high", "side"}
-    kink : str
+    kind
+        One of {"above", "chord", "low", "high", "side"}.
+    kink
         Its variable.
-    ends : tuple of float
+    ends
         Of the argument: both for a chord, one for the hull of a sign.
 
     Examples
@@ -283,15 +276,13 @@ class Sides:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         Its equalities and first inequalities are those stated, in their order, with the values of the known kinks; the
         last inequalities are the rows.
-    known : tuple of (str, int)
+    known
         Kink, by its variable, and side.
-    rows : tuple of Row
-    defined : tuple of (int, str)
+    defined
         Equality, and a variable that it gives, with a number as its coefficient: the box of the others bounds it.
-    steps : tuple of Step
 
     Examples
     --------
@@ -317,10 +308,8 @@ class Hull:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         As stated.
-    variables : ndarray of int
-    parts : tuple of Part
 
     Examples
     --------
@@ -343,14 +332,12 @@ class Level:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         As stated, with ``level - objective >= 0`` as its last inequality.
-    objective : Polynomials
+    objective
         One row.
-    bound : float
+    bound
         At most the level.
-    level : float
-    steps : tuple of Step
 
     Examples
     --------

@@ -28,9 +28,9 @@ def with_products(problem: PolynomialProblem, objective: Polynomials | None = No
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials, optional
+    objective
         Its monomials join cliques.
 
     Returns

@@ -23,7 +23,8 @@ class Scaling:
 
     Parameters
     ----------
-    centre, scale : ndarray, shape (n_variables,)
+    centre, scale
+        Shape (n_variables,).
 
     Examples
     --------

@@ -19,11 +19,6 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
 
     The variables of one constraint lie in one clique; those of a monomial of the objective too.
 
-    Parameters
-    ----------
-    problem : PolynomialProblem
-    objective : Polynomials, optional
-
     Returns
     -------
     tuple of tuple of int
@@ -52,7 +47,7 @@ def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ..
 
     Parameters
     ----------
-    neighbours : sequence of set of int
+    neighbours
         Of each vertex; symmetric, the vertex itself may be among them.
 
     Returns
@@ -82,14 +77,6 @@ def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ..
 
 def row_variables(polynomials: Polynomials) -> list[set[int]]:
     """Return the set of variables of each member.
-
-    Parameters
-    ----------
-    polynomials : Polynomials
-
-    Returns
-    -------
-    list of set of int, length n_rows
 
     Examples
     --------

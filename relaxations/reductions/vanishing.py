@@ -20,10 +20,6 @@ Product = tuple[int, ...]  # the variables of which one vanishes
 def products(problem: PolynomialProblem) -> tuple[Product, ...]:
     """Return the equalities that consist of one monomial.
 
-    Parameters
-    ----------
-    problem : PolynomialProblem
-
     Returns
     -------
     tuple of tuple of int
@@ -49,8 +45,7 @@ def settle(problem: PolynomialProblem, found: tuple[Product, ...]) -> Polynomial
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    found : tuple of tuple of int
+    found
         Its :func:`products`.
 
     Returns
@@ -87,12 +82,11 @@ class Piece:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row.
-    kept : ndarray of int, shape (n_kept,)
-        Numbers of the variables in the whole problem.
-    n_variables : int
+    kept
+        Shape (n_kept,). Numbers of the variables in the whole problem.
+    n_variables
         Of the whole problem.
     """
 
@@ -113,16 +107,12 @@ def piece(problem: PolynomialProblem, objective: Polynomials, found: tuple[Produ
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
+    objective
         One row.
-    found : tuple of tuple of int
+    found
         The problem's :func:`products`.
-    point : ndarray, shape (n_variables,)
-
-    Returns
-    -------
-    Piece
+    point
+        Shape (n_variables,).
 
     Examples
     --------
@@ -161,8 +151,7 @@ def cases(problem: PolynomialProblem, product: Product) -> list[PolynomialProble
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    product : tuple of int
+    product
         One of its :func:`products`.
 
     Returns

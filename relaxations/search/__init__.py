@@ -1,1 +1,19 @@
 """Searches on top of relaxations: contraction, cuts and branching for intervals and for minima."""
+
+from relaxations.search.boxes import DerivedBox, derive_box
+from relaxations.search.branching import branch_and_bound
+from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason, intervals
+from relaxations.search.minimise import Minimum, minimise
+
+__all__ = [
+    "DerivedBox",
+    "Enclosure",
+    "Interval",
+    "Minimum",
+    "Proof",
+    "Reason",
+    "branch_and_bound",
+    "derive_box",
+    "intervals",
+    "minimise",
+]

@@ -39,11 +39,11 @@ class DerivedBox:
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With the finite box where one was proven, unchanged otherwise.
-    derived : tuple of str
+    derived
         Variables whose box was proven.
-    unbounded : tuple of str
+    unbounded
         Variables for which none could be proven.
     """
 
@@ -63,18 +63,12 @@ def derive_box(
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    magnitude : ndarray, shape (n_variables,)
-        Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
-    solver : str
-    progress : callable, optional
+    magnitude
+        Shape (n_variables,). Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
+    progress
         Called with one line of text now and then.
-    record : callable, optional
+    record
         Called with the proof of the box (:mod:`relaxations.proof.proof_steps`), where there is one.
-
-    Returns
-    -------
-    DerivedBox
 
     Raises
     ------

@@ -44,24 +44,24 @@ def branch_and_bound(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    variables : ndarray of int
+    variables
         Where the box may be cut: without them the problem is linear.
-    relax : callable
+    relax
         Gives the relaxation on a smaller box.
-    start : float
+    start
         A certified lower bound to begin with.
-    goal : callable
+    goal
         Called with each outcome (and once with None): stop once the bound reaches what it returns, a feasible value
         less the gap asked for.
-    nodes : int
+    nodes
         At most so many relaxations.
-    report : callable
+    report
         Called after each node with the certified bound so far and the goal; what it raises ends the search.
-    record : callable, optional
+    record
         Called with the tree that proves the bound, where it exceeds the one to begin with.
 
     Returns

@@ -91,15 +91,20 @@ class Interval:
 
     Parameters
     ----------
-    name : str
-    lower, upper : float
+    lower, upper
         Every feasible point lies between them; proven.
-    inner_lower, inner_upper : float
+    inner_lower, inner_upper
         Values at verified feasible points; NaN where none was found.
-    from_box : tuple of bool
+    from_box
         Whether each end is the prior box's own.
-    status : tuple of str
+    status
         The solver's words for each end, in its last solve.
+
+    Examples
+    --------
+    >>> half = Interval("x", 0.0, 1.0, 0.1, 1.0, (True, False), ("", "Solved"))
+    >>> half.width, half.centre, half.gap
+    (1.0, 0.5, 0.1)
     """
 
     name: str
@@ -133,27 +138,25 @@ class Enclosure:
 
     Parameters
     ----------
-    intervals : tuple of Interval
+    intervals
         In the order asked for.
-    witnesses : tuple of ndarray, each (n_variables,)
-        Verified feasible points.
-    empty : Emptiness or None
+    witnesses
+        Each of shape (n_variables,). Verified feasible points.
+    empty
         The proof where the set is empty.
-    method : str
-    order : int
+    order
         The highest one used; 0 where cuts did without a relaxation.
-    reason : Reason
-    rounds : int
+    rounds
         Contractions of the box.
-    solves : int
+    solves
         Bounds that were computed.
-    seconds : float
+    seconds
         Wall clock.
-    complicating : tuple of str
+    complicating
         Variables that the lift (or ``"rlt"``) lifted, or the outer ones of cuts; empty for other methods.
-    largest_block, n_moments : int
+    largest_block, n_moments
         Size of the last relaxation.
-    after_cuts : bool
+    after_cuts
         Whether cuts went before it.
     """
 
@@ -222,42 +225,38 @@ def intervals(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    targets : sequence of int
+    targets
         Variables whose intervals are asked for.
-    method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-        ``"auto"`` takes cuts (:mod:`relaxations.search.benders`) for the complicating variables where :func:`takes_cuts` says
-        so, and the lift for the others, or where cuts leave a gap.
-    order : int, optional
+    method
+        One of {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+        ``"auto"`` takes cuts (:mod:`relaxations.search.benders`) for the complicating variables where
+        :func:`takes_cuts` says so, and the lift for the others, or where cuts leave a gap.
+    order
         Highest relaxation order; see :func:`resolve` for the default. Lower orders contract the box first.
-    solver : str
-    tolerance : float
+    tolerance
         Stop once every gap is below ``tolerance`` times the interval's width (or 1e-7 of the value).
-    rounds : int
+    rounds
         At most so many contractions.
-    witnesses : bool
+    witnesses
         Search for inner ends. Without them an interval is outer only.
-    known : sequence of ndarray
+    known
         Verified feasible points to begin with.
-    absolute : float
+    absolute
         A gap below this is tight too, in the variable's unit.
-    nodes : int
+    nodes
         Where contraction has stalled with a gap left, branch with at most so many relaxations for each end.
-    start : ndarray, shape (n_variables,), optional
-        A guess of a feasible point, where cuts are taken and none is known.
-    seconds : float
+    start
+        Shape (n_variables,). A guess of a feasible point, where cuts are taken and none is known.
+    seconds
         Time allowed, wall clock; then the ends proven so far are returned.
-    executor : concurrent.futures.Executor, optional
+    executor
         Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
-    progress : callable, optional
+    progress
         Called with one line of text now and then.
-    record : callable, optional
+    record
         Called with each step of the proof (:mod:`relaxations.proof.proof_steps`).
-
-    Returns
-    -------
-    Enclosure
 
     Raises
     ------
@@ -358,14 +357,8 @@ def takes_cuts(problem: PolynomialProblem, method: str, order: int | None) -> bo
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    method : str
-    order : int or None
+    order
         Asked for: of a relaxation, then.
-
-    Returns
-    -------
-    bool
 
     Raises
     ------
@@ -559,10 +552,6 @@ def _interval(problem: PolynomialProblem, ends: Ends, k: int) -> Interval:
 def uninterrupted(enclosure: Enclosure) -> Enclosure:
     """Return an enclosure that ran to its end; raise what stopped it where a caller cannot use a part.
 
-    Parameters
-    ----------
-    enclosure : Enclosure
-
     Returns
     -------
     Enclosure
@@ -604,8 +593,7 @@ def contracted(problem: PolynomialProblem, enclosure: Enclosure) -> PolynomialPr
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    enclosure : Enclosure
+    enclosure
         Of some of its variables.
 
     Returns

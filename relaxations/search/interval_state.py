@@ -19,17 +19,16 @@ class Ends:
 
     Parameters
     ----------
-    lower, upper : ndarray, shape (n_variables,)
-        Proven.
-    tolerance : float
+    lower, upper
+        Shape (n_variables,). Proven.
+    tolerance
         A gap below this share of the interval's width is tight.
-    absolute : float
+    absolute
         So is one below this, in the variable's unit.
-    pool : list of ndarray, each (n_variables,)
-        Verified feasible points.
-    status : dict of (variable, sign) to str
+    pool
+        Each of shape (n_variables,). Verified feasible points.
+    status
         The solver's words for each end; sign is 1 for lower ends, -1 for upper ones.
-    solves : int
 
     Examples
     --------

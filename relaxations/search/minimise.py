@@ -1,9 +1,9 @@
 """The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
 
-The lower end is certified, whatever the solver says (:mod:`relaxations.proof.certificate`). The upper end is the objective at
-a point that is proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their
-blocks are small (:mod:`relaxations.search.orders`); what gap is left then is closed by branch and bound with the relaxation of
-the least order, tightened by the products of linear constraints.
+The lower end is certified, whatever the solver says (:mod:`relaxations.proof.certificate`). The upper end is the
+objective at a point that is proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders
+are raised while their blocks are small (:mod:`relaxations.search.orders`); what gap is left then is closed by branch
+and bound with the relaxation of the least order, tightened by the products of linear constraints.
 """
 
 from __future__ import annotations
@@ -71,20 +71,17 @@ class Minimum:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
-    lower : float
+    lower
         Certified: no feasible point has a smaller objective. Infinite where the feasible set is proven empty.
-    upper : float
+    upper
         The objective at a feasible point that is proven to exist; NaN where none was found.
-    points : tuple of ndarray, each (n_variables,)
+    points
+        Each of shape (n_variables,).
         Verified feasible points whose objective lies within the tolerance of the best, the best first.
-    order : int
+    order
         Highest order of a relaxation that was used.
-    nodes : int
+    nodes
         Relaxations solved in branch and bound.
-    reason : Reason
-    seconds : float
     """
 
     problem: PolynomialProblem
@@ -163,30 +160,26 @@ def minimise(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    method : {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    order : int, optional
+    method
+        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    order
         Highest relaxation order; by default as high as blocks of width 70 allow.
-    tolerance : float
+    tolerance
         Stop once the gap is below this share of the minimum's magnitude, or of one.
-    nodes : int
+    nodes
         At most so many relaxations in branch and bound.
-    seconds : float
+    seconds
         Time allowed, wall clock; then what is proven so far is returned. A tenth of it is kept for the verification of
         points.
-    solver : str
-    progress : callable, optional
+    progress
         Called with one line of text now and then.
-    certificate : str or Path, optional
+    certificate
         File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
         written where the box alone proves as much. Products of linear constraints are not used then.
-
-    Returns
-    -------
-    Minimum
 
     Raises
     ------

@@ -36,17 +36,14 @@ def least_order(problem: PolynomialProblem, objective: Polynomials, method: str,
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    highest : int or None
+    method
+        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    highest
         None where none is asked for: the blocks of the least order count then.
-
-    Returns
-    -------
-    int
 
     Raises
     ------
@@ -82,16 +79,17 @@ def ways(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    objective : Polynomials
+    objective
         One row.
-    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    least : int
+    method
+        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    least
         The first order.
-    highest : int or None
+    highest
         The last one; None where none is asked for.
-    suspects : callable
+    suspects
         Called when the order is about to be raised: the cliques of the last relaxation where that may help.
 
     Yields
@@ -141,12 +139,11 @@ def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: 
 
     Parameters
     ----------
-    relaxed : Relaxed
+    relaxed
         Of method ``"sparse"``.
-    objective : Polynomials
-    outcome : Outcome
+    outcome
         Of the objective.
-    order : int or tuple of int
+    order
         Of the relaxation.
 
     Returns
@@ -184,15 +181,8 @@ def node_order(problem: PolynomialProblem, objective: Polynomials, method: str, 
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    objective : Polynomials
-    method : {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    least : int
-    highest : int or None
-
-    Returns
-    -------
-    int
+    method
+        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
 
     Examples
     --------

@@ -17,21 +17,20 @@ class BackEnd:
 
     Parameters
     ----------
-    name : str
+    name
         What ``solver=`` takes, in any case of letters.
-    file : str
+    file
         The module of :mod:`relaxations.solvers` that runs it.
-    library : str
+    library
         The package that must be importable.
-    cones : tuple of str
-    method : str
+    method
         ``"interior point"``, ``"first order"`` or ``"simplex"``; empty where cvxpy does not say.
-    accuracy : float
+    accuracy
         What a certified bound loses on small programs with an interior, as a share of the objective's coefficients.
         NaN where it has not been measured.
-    settings : tuple of str
+    settings
         Names of its other settings, to be tried in turn where the usual one stops short.
-    install : str
+    install
         The line that installs it.
     """
 
@@ -84,10 +83,6 @@ def through_cvxpy() -> tuple[BackEnd, ...]:
 
 def back_ends() -> tuple[BackEnd, ...]:
     """Return the table: those called directly, installed or not, then cvxpy's installed ones.
-
-    Returns
-    -------
-    tuple of BackEnd
 
     Examples
     --------

@@ -4,9 +4,9 @@ Nothing changes for a feasible point, and much for a solver: the dual of the wid
 
     maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*,
 
-the certificate's own bound (:mod:`relaxations.proof.certificate`), and it has interior points whatever the relaxation looks
-like. So a solver that diverges on the program itself, for no dual point is feasible or the optimum is not attained,
-maximises what will be certified. The price is two rows for each moment.
+the certificate's own bound (:mod:`relaxations.proof.certificate`), and it has interior points whatever the relaxation
+looks like. So a solver that diverges on the program itself, for no dual point is feasible or the optimum is not
+attained, maximises what will be certified. The price is two rows for each moment.
 
 References
 ----------
@@ -27,10 +27,6 @@ from relaxations.moments.conic import ConicProgram
 
 def boxed(program: ConicProgram) -> tuple[ConicProgram, Index]:
     """Return the wider program, and where the rows of the given one stand in it.
-
-    Parameters
-    ----------
-    program : ConicProgram
 
     Returns
     -------

@@ -43,12 +43,12 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
 
     Parameters
     ----------
-    _solver : str
+    _solver
         Its own name.
-    program : ConicProgram
-    objective : ndarray, shape (n_moments - 1,)
-        Without the constant.
-    setting : {"", "regularised"}
+    objective
+        Shape (n_moments - 1,). Without the constant.
+    setting
+        One of {"", "regularised"}.
 
     Returns
     -------

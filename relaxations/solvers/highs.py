@@ -28,12 +28,12 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
     Parameters
     ----------
-    _solver : str
+    _solver
         Its own name.
-    program : ConicProgram
+    program
         Without second-order and semidefinite cones.
-    objective : ndarray, shape (n_moments - 1,)
-        Without the constant.
+    objective
+        Shape (n_moments - 1,). Without the constant.
 
     Returns
     -------

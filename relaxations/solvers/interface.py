@@ -31,8 +31,7 @@ class Attempt:
 
     Parameters
     ----------
-    solver : str
-    setting : str
+    setting
         ``"boxed"`` (:mod:`relaxations.solvers.boxed`), one of the back end's own, or empty for its usual one.
     """
 
@@ -49,13 +48,12 @@ class ConicSolution:
 
     Parameters
     ----------
-    stop : Stop
-    status : str
+    status
         The solver's own word.
-    moments : ndarray, shape (n_moments,), the constant first
-    dual : ndarray, shape (n_rows,)
-        The dual vector; for ``Stop.INFEASIBLE`` the Farkas ray.
-    seconds : float
+    moments
+        Shape (n_moments,).
+    dual
+        Shape (n_rows,). The dual vector; for ``Stop.INFEASIBLE`` the Farkas ray.
     """
 
     stop: Stop
@@ -67,10 +65,6 @@ class ConicSolution:
 
 def available_solvers() -> tuple[str, ...]:
     """Return the names that ``solver=`` takes on this machine.
-
-    Returns
-    -------
-    tuple of str
 
     Examples
     --------
@@ -104,10 +98,6 @@ def _back_end(solver: str) -> BackEnd:
 def check_solver(solver: str) -> None:
     """Refuse a solver that is not known or not installed, before any work.
 
-    Parameters
-    ----------
-    solver : str
-
     Raises
     ------
     ProblemError
@@ -130,14 +120,6 @@ def attempts(solver: str) -> tuple[Attempt, ...]:
 
     Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
     all those tried counts. First-order methods are no help: they take long and stop farther off.
-
-    Parameters
-    ----------
-    solver : str
-
-    Returns
-    -------
-    tuple of Attempt
 
     Raises
     ------
@@ -162,10 +144,9 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
 
     Parameters
     ----------
-    program : ConicProgram
-    objective : ndarray, shape (n_moments,)
-        Coefficients of the moments; entry 0 belongs to the constant.
-    attempt : Attempt or str
+    objective
+        Shape (n_moments,). Coefficients of the moments; entry 0 belongs to the constant.
+    attempt
         A solver's name means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
     Returns

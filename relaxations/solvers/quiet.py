@@ -63,10 +63,6 @@ _streams = {number: _Stream(number) for number in (1, 2)}
 def flush(descriptor: int) -> None:
     """Flush Python's own buffer of a standard stream, where there is one.
 
-    Parameters
-    ----------
-    descriptor : {1, 2}
-
     Examples
     --------
     >>> flush(2)
@@ -83,7 +79,7 @@ def held_back(descriptor: int) -> Iterator[list[str]]:
 
     Parameters
     ----------
-    descriptor : {1, 2}
+    descriptor
         Standard output or standard error of the process.
 
     Yields

@@ -40,11 +40,10 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
 
     Parameters
     ----------
-    solver : str
+    solver
         As cvxpy spells it.
-    program : ConicProgram
-    objective : ndarray, shape (n_moments - 1,)
-        Without the constant.
+    objective
+        Shape (n_moments - 1,). Without the constant.
 
     Returns
     -------

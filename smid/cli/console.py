@@ -26,8 +26,9 @@ class Commands(click.Group):
 
     Parameters
     ----------
-    targets : mapping
-        Name of a command -> ("module:function", its line on the help page). A command without a line is imported for it.
+    targets
+        Name of a command -> ("module:function", its line on the help page). A command without a line is imported for
+        it.
     """
 
     def __init__(self, *args: Any, targets: Mapping[str, tuple[str, str]], **settings: Any) -> None:

@@ -45,12 +45,7 @@ TRUE_POLE = -0.5
 
 @dataclass(frozen=True)
 class Trouble:
-    """Something needed that does not work.
-
-    Parameters
-    ----------
-    cause, cure : str
-    """
+    """Something needed that does not work."""
 
     cause: str
     cure: str
@@ -62,13 +57,12 @@ class SmallProblem:
 
     Parameters
     ----------
-    lower, upper : float or None
+    lower, upper
         The certified interval of the pole; None where there is none.
-    reason : str
+    reason
         Why the computation stopped.
-    certified : bool
+    certified
         Whether both ends are proven and meet verified points, and the truth lies between them.
-    seconds : float
     """
 
     lower: float | None

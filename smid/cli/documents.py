@@ -28,8 +28,7 @@ def read_estimate(text: str, path: str) -> Document:
 
     Parameters
     ----------
-    text : str
-    path : str
+    path
         For messages.
 
     Raises

@@ -31,20 +31,14 @@ def load_data(
 
     Parameters
     ----------
-    path : str
-    input, output : str
+    input, output
         Columns, by the name in the file or by the plain name that equations give them.
-    sampling_time : float, optional
-    time : str, optional
+    time
         Column of time stamps.
-    start, stop : int, optional
+    start, stop
         Samples, as in a Python slice.
-    channels : sequence of str, optional
+    channels
         Further columns to keep; every column of numbers when not given.
-
-    Returns
-    -------
-    Dataset
 
     Raises
     ------
@@ -82,13 +76,6 @@ def load_problem(
     model_path: str, data: Dataset, solver: str, input_noise_bound: float | None
 ) -> tuple[Model, dict[str, float]]:
     """Read the model, and check it against the data, the solver's name and the input's noise bound.
-
-    Parameters
-    ----------
-    model_path : str
-    data : Dataset
-    solver : str
-    input_noise_bound : float or None
 
     Returns
     -------

@@ -21,8 +21,7 @@ class NoiseBound:
 
     Parameters
     ----------
-    value : float
-    relative : bool
+    relative
         Whether ``value`` multiplies the upper end of :func:`smid.error_bound`.
     """
 

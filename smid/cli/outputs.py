@@ -21,9 +21,9 @@ class Outputs:
 
     Parameters
     ----------
-    json, report : str or None
+    json, report
         Paths; ``-`` for JSON on standard output, which then carries nothing else.
-    certificate : str, optional
+    certificate
         Path of a proof.
 
     Raises

@@ -18,12 +18,8 @@ def record_path(name: str) -> Path:
 
     Parameters
     ----------
-    name : str
+    name
         File name, such as ``"clutch_20C_ramp_a.csv"``.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------
@@ -48,12 +44,8 @@ def load_clutch(name: str) -> Dataset:
 
     Parameters
     ----------
-    name : str
+    name
         Such as ``"clutch_20C_ramp_a"``.
-
-    Returns
-    -------
-    Dataset
 
     Examples
     --------
@@ -69,7 +61,7 @@ def true_parameters(name: str) -> dict[str, float]:
 
     Parameters
     ----------
-    name : str
+    name
         Such as ``"clutch_20C_ramp_a"``.
 
     Examples
@@ -103,7 +95,7 @@ def load_clutch_records(names: str | Sequence[str] | None = None) -> Dataset:
 
     Parameters
     ----------
-    names : str or sequence of str, optional
+    names
         Among `CLUTCH_RECORDS`; all of them by default.
 
     Returns

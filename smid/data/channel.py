@@ -11,9 +11,9 @@ class Channel:
 
     Parameters
     ----------
-    name : str
+    name
         Name of the signal, unique in its data set.
-    unit : str
+    unit
         Unit as printed on axes and in tables; empty where it is unknown or the signal has none.
 
     Examples
@@ -34,9 +34,9 @@ def name_hint(wanted: str, present: Iterable[str]) -> str:
 
     Parameters
     ----------
-    wanted : str
+    wanted
         The name that was asked for.
-    present : iterable of str
+    present
         The names there are.
 
     Returns

@@ -50,15 +50,15 @@ class Table:
 
     Parameters
     ----------
-    name : str
+    name
         Name of the experiment the file holds.
-    origin : str
+    origin
         Name of the file, for messages.
-    cells : mapping of str to sequence of str or array
+    cells
         The columns by name; arrays may differ in length.
-    units : mapping of str to str
+    units
         Units that the headers tell.
-    lines : tuple of int
+    lines
         Line of the file that holds each row; empty where the file has no lines.
 
     Examples

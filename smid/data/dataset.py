@@ -37,23 +37,23 @@ class Dataset(Result):
 
     Parameters
     ----------
-    experiments : tuple of Experiment
+    experiments
         The runs; each holds every channel.
-    channels : tuple of Channel
+    channels
         Names and units; a channel without a role (a temperature, say) is allowed.
-    inputs, outputs : tuple of str
+    inputs, outputs
         Names of the channels in these roles.
-    sampling_time : float
+    sampling_time
         In seconds.
-    n_init : int
+    n_init
         Warm-up samples at the start of every experiment, kept out of all metrics.
-    resampling : tuple of Resampling
+    resampling
         One per experiment where time stamps were read, otherwise empty.
-    source : str
+    source
         Where the numbers come from, for reports.
-    normalisation : Normalisation, optional
+    normalisation
         The offsets and scales that were applied.
-    checksum : str
+    checksum
         SHA-256 of names, samples and sampling time, in hexadecimal; computed.
 
     Raises
@@ -104,16 +104,16 @@ class Dataset(Result):
 
         Parameters
         ----------
-        input, output : array, shape (N,), or mapping of str to such arrays
-            A bare array is named "input" or "output"; a mapping gives the names.
-        sampling_time : float
+        input, output
+            Shape (N,). A bare array is named "input" or "output"; a mapping gives the names.
+        sampling_time
             In seconds.
-        units : mapping of str to str, optional
+        units
             Units by channel.
-        name : str
+        name
             Name of the experiment.
-        **others : array, shape (N,)
-            Further channels by name.
+        **others
+            Shape (N,). Further channels by name.
 
         Returns
         -------
@@ -162,22 +162,22 @@ class Dataset(Result):
 
         Parameters
         ----------
-        path : path or sequence of paths
+        path
             The files. Separator and header are found out; units come from headers such as `pressure [bar]`.
-        input, output : str, int or sequence of these
+        input, output
             Columns of the inputs and outputs; without a header the columns are "0", "1", ...
-        sampling_time : float, optional
+        sampling_time
             In seconds. With time stamps the samples are interpolated to it; without them it is taken as it
             is.
-        time : str, optional
+        time
             Column of time stamps; a column called `time` is taken when not given. Seconds, unless the header
             or `units` say ms, us, min or h. Stamps that are not uniform lead to linear resampling at
             `sampling_time`, or else at the median interval, and to a `Resampling` record.
-        units : mapping of str to str, optional
+        units
             Units by column; they replace those of the header.
-        delimiter : str, optional
+        delimiter
             The separator: ",", ";", "\t" or " " (any blanks).
-        others : str, int or sequence of these, optional
+        others
             Further columns to keep; every column of numbers when not given.
 
         Returns
@@ -273,9 +273,9 @@ class Dataset(Result):
 
         Parameters
         ----------
-        records : Input_output_data, or tuple or list of them
+        records
             Several become experiments. Loaders give training and test records: take them one at a time.
-        sampling_time : float, optional
+        sampling_time
             In seconds, where the records do not know theirs.
 
         Returns
@@ -382,14 +382,14 @@ class Dataset(Result):
 
         Parameters
         ----------
-        factor : int
+        factor
             Every `factor`-th sample is kept.
-        antialias : bool
+        antialias
             Filter every channel first with a zero-phase FIR low-pass (no phase shift between input and
             output). The noise bounds of the raw samples hold no more then: the filter h turns ``|noise| <= D``
             into ``D sum|h|``, and the ends of the record are extrapolated. False keeps the raw samples, and with
             them their noise bounds.
-        held : str or sequence of str
+        held
             Channels that act until the next sample, as what a digital controller puts out and models hold does:
             each kept sample is the mean of all that it stands for, the next ``factor - 1`` with it. Picked or
             filtered, they would act half a long sample late. A noise bound holds for the mean.
@@ -419,7 +419,8 @@ class Dataset(Result):
 
         Parameters
         ----------
-        method : {"unit", "standard"} or Normalisation
+        method
+            One of {"unit", "standard"}.
             "unit" maps each range onto [-1, 1], "standard" gives mean 0 and standard deviation 1; the record
             of another data set applies the same maps, as validation data need it.
 
@@ -453,7 +454,7 @@ class Dataset(Result):
 
         Parameters
         ----------
-        names : mapping of str to str
+        names
             New name for each old one; channels not named keep theirs.
 
         Returns

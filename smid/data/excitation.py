@@ -41,19 +41,19 @@ class Excitation(Result):
 
     Parameters
     ----------
-    mean : float
+    mean
         Mean of the input, in its unit.
-    drift : float
+    drift
         Largest difference between the means of the two halves of a record, in standard deviations.
-    variance_ratio : float
+    variance_ratio
         Largest ratio of the larger to the smaller variance of the two halves of a record.
-    autocovariance : array, shape (max_order,)
-        Biased estimate at the lags 0, 1, ..., in the unit squared.
-    order : int
+    autocovariance
+        Shape (max_order,). Biased estimate at the lags 0, 1, ..., in the unit squared.
+    order
         Largest n up to `max_order` for which the covariance matrix is positive definite.
-    max_order : int
+    max_order
         Largest order that was tried; a record of N samples tells no more than N // 2.
-    tolerance : float
+    tolerance
         The relative tolerance of the singular values.
 
     Examples
@@ -123,11 +123,11 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
 
     Parameters
     ----------
-    *inputs : array, shape (N,)
-        The input in one experiment, or in several, which excite together.
-    max_order : int
+    *inputs
+        Shape (N,). The input in one experiment, or in several, which excite together.
+    max_order
         Largest order to try.
-    tolerance : float
+    tolerance
         Singular values below this share of the largest count as zero. The default suits computed signals;
         raise it to the relative noise or resolution of a measured input, whose noise otherwise passes for
         excitation.
@@ -188,11 +188,11 @@ def require_excitation(dataset: Dataset, order: int, tolerance: float = 1e-8) ->
 
     Parameters
     ----------
-    dataset : Dataset
+    dataset
         The measured data.
-    order : int
+    order
         The order needed: for a linear model the number of its coefficients.
-    tolerance : float
+    tolerance
         See `excitation`.
 
     Raises

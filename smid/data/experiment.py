@@ -23,11 +23,11 @@ class Experiment:
 
     Parameters
     ----------
-    name : str
+    name
         Name of the run, unique in its data set.
-    values : mapping of str to array, shape (N,)
-        Samples of each channel, in the channel's unit; copied.
-    start_time : float
+    values
+        Shape (N,). Samples of each channel, in the channel's unit; copied.
+    start_time
         Time of the first sample, in seconds.
 
     Raises

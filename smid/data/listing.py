@@ -12,16 +12,7 @@ __all__ = ["channel_table", "notes"]
 
 
 def channel_table(dataset: "Dataset") -> Table:
-    """Return unit, role, range and mean over all experiments of each channel.
-
-    Parameters
-    ----------
-    dataset : Dataset
-
-    Returns
-    -------
-    Table
-    """
+    """Return unit, role, range and mean over all experiments of each channel."""
     rows = []
     for channel in dataset.channels:
         samples = dataset.stacked(channel.name)
@@ -41,10 +32,6 @@ def channel_table(dataset: "Dataset") -> Table:
 
 def notes(dataset: "Dataset") -> Iterator[str]:
     """Give what was done to the samples, and their source, a line each.
-
-    Parameters
-    ----------
-    dataset : Dataset
 
     Yields
     ------

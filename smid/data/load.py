@@ -92,17 +92,17 @@ def dataset_of_tables(
 
     Parameters
     ----------
-    tables : sequence of Table
+    tables
         One per experiment.
-    input, output : str, int or sequence of these
+    input, output
         Columns of the inputs and of the outputs.
-    sampling_time : float, optional
+    sampling_time
         In seconds; from the time stamps when not given.
-    time : str, optional
+    time
         Column of time stamps; a column called `time` is taken when not given.
-    units : mapping of str to str, optional
+    units
         Units by column; they replace those of the headers.
-    others : str, int or sequence of these, optional
+    others
         Further columns to keep; when not given, every column of numbers that the tables share.
 
     Returns

@@ -18,11 +18,12 @@ class Normalisation:
 
     Parameters
     ----------
-    method : {"unit", "standard"}
+    method
+        One of {"unit", "standard"}.
         "unit" maps the measured range onto [-1, 1]; "standard" gives mean 0 and standard deviation 1.
-    offset, scale : mapping of str to float
+    offset, scale
         Per channel, in its original unit; every scale is positive.
-    units : mapping of str to str
+    units
         The original units; normalised channels have none.
 
     Examples
@@ -57,12 +58,12 @@ def measure_normalisation(
 
     Parameters
     ----------
-    values : mapping of str to array, shape (N,)
-        All samples of each channel.
-    units : mapping of str to str
+    values
+        Shape (N,). All samples of each channel.
+    units
         Their units.
-    method : {"unit", "standard"}
-        See `Normalisation`.
+    method
+        One of {"unit", "standard"}. See `Normalisation`.
 
     Returns
     -------

@@ -15,7 +15,7 @@ def plot(dataset: "Dataset") -> Figure:
 
     Parameters
     ----------
-    dataset : Dataset
+    dataset
         The data set.
 
     Returns

@@ -38,7 +38,7 @@ def read_npz(path: Path) -> Table:
 
     Parameters
     ----------
-    path : Path
+    path
         A file written by `numpy.savez` or `numpy.savez_compressed`.
 
     Returns
@@ -74,7 +74,7 @@ def read_mat(path: Path) -> Table:
 
     Parameters
     ----------
-    path : Path
+    path
         A MAT file.
 
     Returns
@@ -119,9 +119,9 @@ def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
 
     Parameters
     ----------
-    frame : pandas.DataFrame
+    frame
         The data, one row per instant.
-    name : str
+    name
         Name of the experiment.
 
     Returns

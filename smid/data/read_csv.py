@@ -72,9 +72,9 @@ def read_csv(path: Path, delimiter: str | None = None) -> Table:
 
     Parameters
     ----------
-    path : Path
+    path
         The file.
-    delimiter : str, optional
+    delimiter
         The separator: ",", ";", "\t" or " " (any blanks); found out when not given.
 
     Returns

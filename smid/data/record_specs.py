@@ -12,14 +12,14 @@ class RecordPart:
 
     Parameters
     ----------
-    name : str
+    name
         Name of the experiment.
-    columns : tuple of str
+    columns
         Columns of the file, in the order of the channels of the set; "0", "1", ... where the file has no
         header.
-    start, stop : int, optional
+    start, stop
         Range of rows that belongs to the experiment; all rows when not given.
-    start_time : float
+    start_time
         Time of the first sample, in seconds.
     """
 
@@ -36,11 +36,11 @@ class RecordFile:
 
     Parameters
     ----------
-    path : str
+    path
         Name of the file within the folder of the set.
-    md5 : str
+    md5
         MD5 of the file, in hexadecimal.
-    parts : tuple of RecordPart
+    parts
         The experiments; empty for the JSON file of many runs, which lists them itself.
     """
 
@@ -55,17 +55,17 @@ class RecordSpec:
 
     Parameters
     ----------
-    title : str
+    title
         What was measured, by whom.
-    channels : tuple of Channel
+    channels
         Inputs first, then outputs, then the others.
-    n_inputs, n_outputs : int
+    n_inputs, n_outputs
         How many of the channels are inputs and outputs.
-    sampling_time : float
+    sampling_time
         In seconds.
-    files : tuple of RecordFile
+    files
         The files of the set.
-    n_init : int
+    n_init
         Warm-up samples that the benchmark leaves out of its metrics.
     """
 

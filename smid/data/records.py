@@ -20,9 +20,9 @@ def load_record(name: str, folder: str | Path) -> Dataset:
 
     Parameters
     ----------
-    name : str
+    name
         One of `RECORDS`: "daisy_hairdryer", "box_jenkins_gas_furnace", "silverbox", ...
-    folder : path
+    folder
         The folder of the set, or a folder that holds it under its name.
 
     Returns

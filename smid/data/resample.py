@@ -30,17 +30,17 @@ class Resampling:
 
     Parameters
     ----------
-    method : {"none", "linear"}
-        "none" when the stamps were uniform, "linear" when the channels were interpolated.
-    mean_interval : float
+    method
+        One of {"none", "linear"}. "none" when the stamps were uniform, "linear" when the channels were interpolated.
+    mean_interval
         Mean of the original intervals, in seconds.
-    jitter_max : float
+    jitter_max
         Largest deviation of the original intervals from their median, in seconds.
-    jitter_rms : float
+    jitter_rms
         Root mean square of these deviations, in seconds.
-    n_original : int
+    n_original
         Number of samples before resampling.
-    curvature_error : mapping of str to float
+    curvature_error
         Per channel, in its unit: estimate ``max |second difference| / 8`` of what linear interpolation adds to
         the error of a sample. The estimate contains the noise of the samples (up to D / 2), so it errs on the
         large side.
@@ -94,9 +94,9 @@ def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> fl
 
     Parameters
     ----------
-    stamps : array, shape (N,)
-        Strictly increasing time stamps, in seconds.
-    resolution : float
+    stamps
+        Shape (N,). Strictly increasing time stamps, in seconds.
+    resolution
         Unit of the last printed digit of the stamps, in seconds.
 
     Returns
@@ -128,9 +128,9 @@ def check_increasing(stamps: NDArray[np.float64], origin: str) -> None:
 
     Parameters
     ----------
-    stamps : array, shape (N,)
-        Time stamps, in seconds.
-    origin : str
+    stamps
+        Shape (N,). Time stamps, in seconds.
+    origin
         Name of the file, for the message.
 
     Raises
@@ -187,13 +187,13 @@ def resample(
 
     Parameters
     ----------
-    stamps : array, shape (N,)
-        Strictly increasing time stamps, in seconds.
-    values : mapping of str to array, shape (N,)
-        Samples of each channel at the stamps.
-    sampling_time : float
+    stamps
+        Shape (N,). Strictly increasing time stamps, in seconds.
+    values
+        Shape (N,). Samples of each channel at the stamps.
+    sampling_time
         Interval of the grid, in seconds.
-    resolution : float
+    resolution
         Unit of the last printed digit of the stamps, in seconds.
 
     Returns

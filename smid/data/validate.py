@@ -21,7 +21,7 @@ def validate(dataset: "Dataset") -> None:
 
     Parameters
     ----------
-    dataset : Dataset
+    dataset
         The data set under construction.
 
     Raises

@@ -33,11 +33,11 @@ class Design(Result):
 
     Parameters
     ----------
-    family : InputFamily
-    choice : ndarray, shape (count,)
-    input : ndarray, shape (n,)
-    information : FisherInformation
-    evaluations : int
+    choice
+        Shape (count,).
+    input
+        Shape (n,).
+    evaluations
         Inputs looked at.
     """
 
@@ -71,16 +71,10 @@ def d_optimal(
 
     Parameters
     ----------
-    family : InputFamily
-    information : callable
+    information
         Gives the information of an input, shape (n,).
-    budget : int
+    budget
         About how many inputs to look at.
-    seed : int
-
-    Returns
-    -------
-    Design
 
     Raises
     ------

@@ -21,14 +21,13 @@ class InputFamily:
 
     Parameters
     ----------
-    name : str
-    build : callable
+    build
         Gives the input, shape (n,), for a choice, shape (count,).
-    names : tuple of str, length count
+    names
         What is chosen.
-    lower, upper : tuple of float, length count
+    lower, upper
         Between which values.
-    amplitude : float
+    amplitude
         Largest absolute value of a member; a larger one is scaled down as a whole.
 
     Raises
@@ -63,7 +62,8 @@ class InputFamily:
 
         Parameters
         ----------
-        choice : array_like, shape (count,)
+        choice
+            Shape (count,).
 
         Returns
         -------

@@ -39,12 +39,12 @@ class FisherInformation(Tabular):
 
     Parameters
     ----------
-    names : tuple of str
+    names
         The parameters.
-    values : ndarray, shape (n,)
-        Where it was evaluated.
-    matrix : ndarray, shape (n, n)
-        In the reciprocal units of both parameters.
+    values
+        Shape (n,). Where it was evaluated.
+    matrix
+        Shape (n, n). In the reciprocal units of both parameters.
     """
 
     names: tuple[str, ...]
@@ -106,19 +106,14 @@ def fisher_information(
 
     Parameters
     ----------
-    slopes : array_like, shape (n_samples, n)
-        Derivatives of the output by the parameters.
-    names : sequence of str, length n
-    values : array_like, shape (n,)
-        Where the slopes were taken; none zero.
-    deviation : float
+    slopes
+        Shape (n_samples, n). Derivatives of the output by the parameters.
+    values
+        Shape (n,). Where the slopes were taken; none zero.
+    deviation
         Standard deviation of the noise, in the output's unit (noise uniform within D has D / sqrt(3)).
-    nuisance : array_like, shape (n_samples, m), optional
-        Derivatives by what else is unknown.
-
-    Returns
-    -------
-    FisherInformation
+    nuisance
+        Shape (n_samples, m). Derivatives by what else is unknown.
 
     Raises
     ------
@@ -169,23 +164,20 @@ def model_information(
 
     Parameters
     ----------
-    model : Model
+    model
         With one measured output.
-    inputs : mapping signal -> array_like, shape (n,)
-    values : mapping name -> float
+    inputs
+        Shape (n,).
+    values
         The free parameters.
-    deviation : float
+    deviation
         Standard deviation of the noise, in the output's unit.
-    sampling_time : float, optional
+    sampling_time
         In seconds, where the model has rates.
-    initial : mapping (state, k) -> float, optional
+    initial
         States before the first sample; zero where not given.
-    unknown_start : bool
+    unknown_start
         Whether these states are unknown too, which costs information.
-
-    Returns
-    -------
-    FisherInformation
 
     Raises
     ------

@@ -33,13 +33,14 @@ class Shrinking(Result):
 
     Parameters
     ----------
-    family : InputFamily
-    choice : ndarray, shape (count,)
-    input : ndarray, shape (n,)
-    widths : mapping name -> float
+    choice
+        Shape (count,).
+    input
+        Shape (n,).
+    widths
         Relative widths of the certified intervals.
-    costs : ndarray, shape (evaluations,)
-        Of all inputs looked at, in order.
+    costs
+        Shape (evaluations,). Of all inputs looked at, in order.
     """
 
     family: InputFamily
@@ -76,18 +77,12 @@ def shrinking_input(
 
     Parameters
     ----------
-    family : InputFamily
-    widths : callable
+    widths
         Gives the relative width of each parameter's interval under an input, shape (n,).
-    budget : int
+    budget
         How many inputs to look at.
-    starts : sequence of array_like, shape (count,)
-        Choices to begin with, the D-optimal one, say.
-    seed : int
-
-    Returns
-    -------
-    Shrinking
+    starts
+        Shape (count,). Choices to begin with, the D-optimal one, say.
 
     Raises
     ------

@@ -16,14 +16,13 @@ class CauseParameter:
 
     Parameters
     ----------
-    name, unit : str
-    value : float
+    value
         Fitted, in its unit.
-    lower, upper : float or None
+    lower, upper
         Interval in its unit; None where none was computed.
-    null : float or None
+    null
         Value at which the effect vanishes.
-    proven : bool
+    proven
         Whether the interval is certified; otherwise it is linearised, three standard deviations either side.
 
     Examples
@@ -61,12 +60,11 @@ class Rival:
 
     Parameters
     ----------
-    effect : str
-    rmse : float
+    rmse
         Held out, in the output's unit.
-    odds : float
+    odds
         How many times likelier the named effect makes the data, as Schwarz's criterion tells; at most 1e12.
-    why : str
+    why
         Why it lost, in words.
 
     Examples
@@ -87,16 +85,15 @@ class Cause(Result):
 
     Parameters
     ----------
-    effect, label : str
+    effect, label
         Its name, and which variant of it.
-    sentence : str
+    sentence
         What it is and how large, in words and units.
-    confidence : float
+    confidence
         Between 0 and 1: against its rivals and against chance.
-    parameters : tuple of CauseParameter
-    rivals : tuple of Rival
+    rivals
         Best first.
-    evidence : mapping str -> float
+    evidence
         ``rmse_before``, ``rmse_after`` (held out, without and with it beside the other causes), ``chance``,
         ``score_drop``, ``structure_before`` and
         ``structure_after``; what a detection on the noise found instead.

@@ -33,13 +33,11 @@ class Emptiness:
 
     Parameters
     ----------
-    channel, unit : str
-    noise_bound : float
+    noise_bound
         Within which no parameters explain the window, in the channel's unit.
-    experiment : str
-    first, last : int
+    first, last
         The window, samples counted from the start of the experiment.
-    samples : tuple of (int, float)
+    samples
         Samples that carry most of the proof, each with its share.
     """
 
@@ -73,15 +71,14 @@ def prove_empty(
 
     Parameters
     ----------
-    model : Model
+    model
         The base model, with its free parameters free.
-    data : Dataset
-    noise_bound : float
+    noise_bound
         In the output's unit; other noisy channels are not supported here.
-    channel : str
+    channel
         The output.
-    residual : sequence of ndarray, shape (n,)
-        Of the fitted model, per experiment.
+    residual
+        Shape (n,). Of the fitted model, per experiment.
 
     Returns
     -------

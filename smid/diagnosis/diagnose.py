@@ -56,29 +56,24 @@ def diagnose(
 
     Parameters
     ----------
-    model : Model
+    model
         The base model; values it carries are a first guess, all its free parameters are fitted.
-    data : Dataset
-    noise_bound : float or mapping channel -> float, optional
+    noise_bound
         In the channel's unit.
-    effects : sequence of str or Effect, optional
+    effects
         Which to try, names or your own; by default all of `smid.diagnosis.EFFECTS`.
-    holdout : float or sequence of str
+    holdout
         Share of each experiment, at its end, or names of the experiments, that no fit may see.
-    certify : bool
+    certify
         Whether to prove, with a noise bound, that the base model cannot explain the data.
-    workers : int, optional
+    workers
         Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
-    seconds : float
+    seconds
         Time allowed, wall clock. A fifth of it is kept for what is done with the causes named by then.
-    executor : concurrent.futures.Executor, optional
+    executor
         Used instead of own processes: a cluster's, say.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    Diagnosis
 
     Raises
     ------

@@ -53,39 +53,36 @@ class Diagnosis(Tabular):
 
     Parameters
     ----------
-    base : Model
+    base
         The base model with its best fit.
-    model : Model
+    model
         The extended model with its fit; the base where nothing was named.
-    data : Dataset
-    output, unit : str
+    output, unit
         The channel judged, and its unit.
-    verdict : Verdict
-    causes : tuple of Cause
+    causes
         Named effects in the order found; where ambiguous, the first of the equals comes last and names the others.
-    misfit : Misfit
+    misfit
         What is wrong with the base model, and where.
-    faults : tuple of Fault
+    faults
         What is wrong with the data.
-    gain : Gain
+    gain
         On held-out data.
-    proof : Emptiness or None
+    proof
         The certificate that the base model cannot explain the data, where one was found.
-    experiment : SeparatingExperiment or None
+    experiment
         Where ambiguous: the input that would tell the rivals apart.
-    skipped : mapping effect -> str
+    skipped
         Effects that could not be tried, and what they need.
-    dropped : tuple of str
+    dropped
         Effects that were named first and then not missed.
-    unexplained : bool
+    unexplained
         Whether the extended model still leaves the noise bound, or structure, in the held-out data.
-    simulated, extended : tuple of ndarray, shape (n,)
-        Free runs of base and extended model, per experiment.
-    held : tuple of ndarray of bool
+    simulated, extended
+        Shape (n,). Free runs of base and extended model, per experiment.
+    held
         Per experiment, the held-out samples.
-    interrupted : bool
+    interrupted
         Whether Ctrl-C or the time limit ended the search early.
-    seconds : float
     """
 
     base: Model

@@ -27,15 +27,15 @@ class SeparatingExperiment:
 
     Parameters
     ----------
-    signal : str
+    signal
         Its kind.
-    values : ndarray, shape (n,)
-        The input, in its unit.
-    difference : float
+    values
+        Shape (n,). The input, in its unit.
+    difference
         RMS by which the rivals' predictions differ, in the output's unit.
-    rivals : tuple of str
+    rivals
         The effects it tells apart.
-    sentence : str
+    sentence
         What to do, in words.
     """
 
@@ -53,11 +53,11 @@ def separating_experiment(
 
     Parameters
     ----------
-    rivals : mapping effect -> Fit
+    rivals
         The fitted models that explain the data equally well.
-    data : Dataset
+    data
         Gives the range of the input, and the typical value of every other channel.
-    input, output : str
+    input, output
         Main channels.
 
     Returns

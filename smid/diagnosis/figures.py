@@ -21,10 +21,6 @@ _CLOSE = 120  # samples of the close view
 def before_and_after(diagnosis: Diagnosis) -> Figure:
     """Draw the measured output with the free runs of base and extended model, and their errors below.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-
     Returns
     -------
     Figure
@@ -79,8 +75,7 @@ def rivals_figure(cause: Cause, unit: str) -> Figure:
 
     Parameters
     ----------
-    cause : Cause
-    unit : str
+    unit
         Of the output.
 
     Returns
@@ -111,13 +106,8 @@ def experiment_figure(experiment: SeparatingExperiment, diagnosis: Diagnosis) ->
 
     Parameters
     ----------
-    experiment : SeparatingExperiment
-    diagnosis : Diagnosis
+    diagnosis
         Gives the input's name, its unit and the sampling time.
-
-    Returns
-    -------
-    Figure
     """
     channel = diagnosis.data.channel(diagnosis.misfit.input)
     with style():

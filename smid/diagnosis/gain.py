@@ -19,16 +19,16 @@ class Gain(Result):
 
     Parameters
     ----------
-    rmse_before, rmse_after : float
+    rmse_before, rmse_after
         In the output's unit.
-    fit_percent_before, fit_percent_after : float or None
+    fit_percent_before, fit_percent_after
         ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; None for a constant output.
-    noise_bound_before, noise_bound_after : float
+    noise_bound_before, noise_bound_after
         The least bound within which the fitted model explains the held-out samples: its largest error, in the output's
         unit.
-    violations_before, violations_after : int or None
+    violations_before, violations_after
         Samples whose error exceeds the given noise bound.
-    samples : int
+    samples
         Held-out samples.
 
     Examples
@@ -69,16 +69,12 @@ def gain(measured: Sequence[Array], before: Sequence[Array], after: Sequence[Arr
 
     Parameters
     ----------
-    measured : sequence of ndarray, shape (n,)
-        Held-out output, per experiment.
-    before, after : sequence of ndarray
+    measured
+        Shape (n,). Held-out output, per experiment.
+    before, after
         Residuals of the two models at the same samples; the second may leave glitches out.
-    noise_bound : float or None
+    noise_bound
         In the output's unit, to count violations.
-
-    Returns
-    -------
-    Gain
 
     Examples
     --------

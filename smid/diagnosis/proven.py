@@ -21,17 +21,12 @@ def prove_parameters(
 
     Parameters
     ----------
-    diagnosis : Diagnosis
-    noise_bound : float
+    noise_bound
         Of the output, in its unit.
-    samples : int
+    samples
         How many samples, from the start of each experiment, are used: clocks count from there.
-    progress : callable, optional
+    progress
         As for :func:`smid.identify`.
-
-    Returns
-    -------
-    Diagnosis
 
     Raises
     ------

@@ -40,10 +40,6 @@ Part = str | Shown
 class Heading:
     """A title above what follows.
 
-    Parameters
-    ----------
-    title : str
-
     Examples
     --------
     >>> print(Heading("Errors"))
@@ -158,13 +154,8 @@ def optional(package: str, wanted_by: str) -> Any:
 
     Parameters
     ----------
-    package : str
-    wanted_by : str
+    wanted_by
         Name of the function that needs it.
-
-    Returns
-    -------
-    module
 
     Raises
     ------
@@ -187,7 +178,7 @@ def plain(value: Any) -> Any:
 
     Parameters
     ----------
-    value : object
+    value
         Enumerations become their names, expressions their text, results what their own `to_dict` says.
 
     Returns

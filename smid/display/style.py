@@ -90,10 +90,9 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
 
     Parameters
     ----------
-    figure : Figure
-    label : str
+    label
         What the picture shows, for readers who do not see it.
-    salt : str
+    salt
         Different for each figure of a page: the names inside then differ too.
 
     Examples
@@ -129,8 +128,7 @@ def notebook_svg(figure: Figure, label: str) -> str:
 
     Parameters
     ----------
-    figure : Figure
-    label : str
+    label
         What the picture shows, for readers who do not see it.
 
     Examples
@@ -145,13 +143,7 @@ def notebook_svg(figure: Figure, label: str) -> str:
 
 
 def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure on white paper to a file; the same figure gives the same file.
-
-    Parameters
-    ----------
-    figure : Figure
-    path : str or path
-    """
+    """Write a figure on white paper to a file; the same figure gives the same file."""
     _draw_clouds_as_pixels(figure)
     with style():
         matplotlib.rcParams["svg.hashsalt"] = "smid"

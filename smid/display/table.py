@@ -14,12 +14,11 @@ class Table:
 
     Parameters
     ----------
-    caption : str
+    caption
         What the table says; empty for none.
-    header : tuple of str
-    rows : tuple of tuples of str
+    rows
         Each as long as the header.
-    align : str
+    align
         One letter per column: "l" for words, "r" for numbers.
 
     Raises
@@ -75,14 +74,6 @@ class Table:
 
 def figure(value: float) -> str:
     """Write a number to three figures; a dash for none.
-
-    Parameters
-    ----------
-    value : float
-
-    Returns
-    -------
-    str
 
     Examples
     --------

@@ -51,14 +51,15 @@ class Opening:
 
     Parameters
     ----------
-    hinge : Hinge
-    experiment : int
+    experiment
         ``CONSTANT`` for a kink that is the same at all times.
-    times : ndarray of int, shape (n,)
-    variables : ndarray of int, shape (n,)
-    arguments : Polynomials
+    times
+        Shape (n,).
+    variables
+        Shape (n,).
+    arguments
         One row each.
-    within : Ranges
+    within
         Of the arguments.
     """
 
@@ -76,15 +77,15 @@ class Placed:
 
     Parameters
     ----------
-    hinge : Hinge
-    times : ndarray of int, shape (n,)
-    suffix : str or None
+    times
+        Shape (n,).
+    suffix
         Of the names of its variables, behind the time; None for a kink that is the same at all times.
-    sides : ndarray of int, shape (n,)
-        The :class:`~smid.feasible.regimes.Side` at each time.
-    chosen : ndarray of bool, shape (n,)
-        Where the side was not decided by the box.
-    within : Ranges
+    sides
+        Shape (n,). The :class:`~smid.feasible.regimes.Side` at each time.
+    chosen
+        Shape (n,). Where the side was not decided by the box.
+    within
         Of the arguments.
     """
 
@@ -107,14 +108,13 @@ class Stamped:
 
     Parameters
     ----------
-    problem : PolynomialProblem
-    samples : ndarray of int, shape (n_equalities, 2)
-        Experiment and time of each equality.
-    openings : tuple of Opening
+    samples
+        Shape (n_equalities, 2). Experiment and time of each equality.
+    openings
         The kinks that are open in it.
-    placed : tuple of Placed
+    placed
         All kinks, in the order of their inequalities: those of the sides chosen, then the hulls.
-    definitions : tuple of (ndarray, ndarray)
+    definitions
         Equalities, and the latent that each of them gives explicitly.
     """
 
@@ -138,17 +138,14 @@ def stamp_all(
 
     Parameters
     ----------
-    structure : Structure
-    data : Dataset
-    bounds : mapping channel -> float
-    free : str, optional
+    free
         A channel whose bound becomes the last variable.
-    box : pair of ndarray, shape (n_parameters,), optional
-        Of the parameters, in place of their priors.
-    choose : mapping, optional
+    box
+        Shape (n_parameters,). Of the parameters, in place of their priors.
+    choose
         Sides to take for kinks that are open on the box; the problem is then a part of the feasible set, and without
         it a relaxation of the set.
-    decide : bool
+    decide
         Without, every kink is a variable that nothing ties to its argument.
 
     Raises

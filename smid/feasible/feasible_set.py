@@ -30,24 +30,24 @@ class FeasibleSet:
 
     Parameters
     ----------
-    model : Model
+    model
         Bound to the data's channels (:func:`smid.bind`).
-    data : Dataset
+    data
         All its experiments take part; the parameters are shared.
-    noise_bound : float or mapping channel -> float
+    noise_bound
         In the channel's unit; one number holds for every noisy channel.
-    free_channel : str, optional
+    free_channel
         A channel whose bound becomes the last variable of the problem, ``noise_bound`` (phase 1).
 
     Attributes
     ----------
-    problem : PolynomialProblem
+    problem
         Variables: the parameters, then the noises and latent signals sample by sample.
-    samples : ndarray of int, shape (n_equalities, 2)
-        Experiment and time index that each equality belongs to.
-    structure : Structure
+    samples
+        Shape (n_equalities, 2). Experiment and time index that each equality belongs to.
+    structure
         The model's templates.
-    openings : tuple of Opening
+    openings
         The kinks (of Max, Min, Abs and sign) that are not decided on the box of the parameters. They stand in the
         problem with their hulls, so that it is a relaxation of the set; without any, it is the set itself.
     placed, definitions
@@ -101,8 +101,9 @@ class FeasibleSet:
 
         Parameters
         ----------
-        lower, upper : ndarray, shape (n_parameters,)
-        choose : mapping, optional
+        lower, upper
+            Shape (n_parameters,).
+        choose
             Sides to take for kinks that are open all the same (:func:`smid.feasible.assemble.stamp_all`).
         """
         other = copy(self)
@@ -155,7 +156,7 @@ class FeasibleSet:
 
         Parameters
         ----------
-        most : int
+        most
             Refuse more equalities than this.
 
         Returns

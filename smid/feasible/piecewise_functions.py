@@ -36,10 +36,9 @@ class Kink:
 
     Parameters
     ----------
-    name : str
+    name
         Of the signal that stands for its value.
-    kind : Kind
-    argument : sympy.Expr
+    argument
         At time t.
     """
 
@@ -59,9 +58,9 @@ class Unfolded:
 
     Parameters
     ----------
-    lines : tuple of Line
+    lines
         Kinks that depend on time stand in them as signals, constant ones as plain symbols.
-    kinks : tuple of Kink
+    kinks
         Each reads only kinks before it.
     """
 
@@ -72,10 +71,6 @@ class Unfolded:
 @lru_cache(maxsize=64)
 def unfold(model: Model) -> Unfolded:
     """Replace every Max, Min, Abs and sign in a model's lines by a kink.
-
-    Parameters
-    ----------
-    model : Model
 
     Returns
     -------

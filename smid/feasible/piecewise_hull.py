@@ -31,12 +31,11 @@ def hull(kind: Kind, arguments: Polynomials, variables: Index, within: Ranges) -
 
     Parameters
     ----------
-    kind : Kind
-    arguments : Polynomials
+    arguments
         One row per kink.
-    variables : ndarray of int, shape (n,)
-        The variable that stands for the value of each.
-    within : Ranges
+    variables
+        Shape (n,). The variable that stands for the value of each.
+    within
         L and U, the upper end finite; an infinite L drops the chord.
     """
     lower, upper = Balls.exact(within.low), Balls.exact(within.high)

@@ -67,9 +67,7 @@ def resolved(template: Template, hinges: Mapping[str, Hinge], sides: Mapping[Ref
 
     Parameters
     ----------
-    template : Template
-    hinges : mapping name -> Hinge
-    sides : mapping (name, lag) -> Side
+    sides
         Of every kink that the template reads, directly or not.
     """
     collected: dict[tuple[tuple[str, ...], tuple[Reference, ...]], dict[tuple[tuple[str, int, int], ...], Fraction]]
@@ -133,9 +131,8 @@ def ranges(family: Polynomials, lower: Array, upper: Array) -> Ranges:
 
     Parameters
     ----------
-    family : Polynomials
-    lower, upper : ndarray, shape (n_variables,)
-        The box; ends may be infinite.
+    lower, upper
+        Shape (n_variables,). The box; ends may be infinite.
 
     Examples
     --------

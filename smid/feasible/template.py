@@ -32,11 +32,11 @@ class Term:
 
     Parameters
     ----------
-    parameters : tuple of str
+    parameters
         With repetition.
-    latents : tuple of (name, lag)
+    latents
         With repetition.
-    data : tuple of (coefficient, ((channel, lag, power), ...))
+    data
         The coefficient: a sum of rational multiples of products of samples.
     """
 
@@ -93,11 +93,9 @@ class Template:
 
     Parameters
     ----------
-    signal : str
-    terms : tuple of Term
-    max_lag : int
+    max_lag
         How far back it reads.
-    defines : bool
+    defines
         Whether it gives the latent ``signal`` explicitly, in terms of nothing but parameters, noises and data.
     """
 
@@ -118,8 +116,7 @@ class Hinge:
 
     Parameters
     ----------
-    kink : Kink
-    argument : Template
+    argument
         The argument itself, not an equality.
     """
 
@@ -129,10 +126,6 @@ class Hinge:
 
 def templates(model: Model) -> tuple[Template, ...]:
     """Expand a model's lines into templates; they read the signals of :func:`hinges` where the lines have kinks.
-
-    Parameters
-    ----------
-    model : Model
 
     Raises
     ------
@@ -172,10 +165,6 @@ def templates(model: Model) -> tuple[Template, ...]:
 
 def hinges(model: Model) -> tuple[Hinge, ...]:
     """Expand the arguments of a model's kinks, each after those that it reads.
-
-    Parameters
-    ----------
-    model : Model
 
     Raises
     ------

@@ -18,11 +18,6 @@ from smid.models.symbols import rename_signals
 def bind(model: Model, data: Dataset) -> Model:
     """Rename the model's only missing input and output channel, and take over the data's sampling time.
 
-    Parameters
-    ----------
-    model : Model
-    data : Dataset
-
     Returns
     -------
     Model
@@ -58,13 +53,7 @@ def bind(model: Model, data: Dataset) -> Model:
 
 
 def rename_channels(model: Model, names: Mapping[str, str]) -> Model:
-    """Read other channels of the data in place of some.
-
-    Parameters
-    ----------
-    model : Model
-    names : mapping old channel -> new channel
-    """
+    """Read other channels of the data in place of some."""
     measured = {m.channel for m in model.measurements}
     exact = {old: new for old, new in names.items() if old not in measured}
     return replace(

@@ -18,8 +18,7 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
 
     Parameters
     ----------
-    validation : Validation
-    number : int
+    number
         Which of its scores: one for each experiment and output.
 
     Returns

@@ -47,15 +47,15 @@ class Fit:
 
     Parameters
     ----------
-    model : Model
+    model
         With the fitted values.
-    initial : tuple of mapping (state, k) -> float
+    initial
         Per experiment, the states before sample 0.
-    simulated : tuple of mapping channel -> ndarray, shape (n,)
-        Per experiment, the free run over the whole record, fitted or not.
-    cost : float
+    simulated
+        Shape (n,). Per experiment, the free run over the whole record, fitted or not.
+    cost
         Sum of the squared, scaled residuals over the fitted samples.
-    n_free : int
+    n_free
         How many numbers were fitted: parameters and initial states.
     """
 
@@ -94,14 +94,13 @@ class Fitting:
 
     Parameters
     ----------
-    model : Model
+    model
         Bound to the data's channels.
-    data : Dataset
-    used : sequence of ndarray of bool, shape (n,)
-        Per experiment, the samples that count.
-    initial : sequence of mapping, optional
+    used
+        Shape (n,). Per experiment, the samples that count.
+    initial
         Known states before sample 0, per experiment; others are guessed.
-    difference : bool
+    difference
         Whether to take the Jacobian by finite differences, to compare with.
     """
 
@@ -306,12 +305,13 @@ class Fitting:
 
         Parameters
         ----------
-        vector : ndarray, shape (n_free,)
-        evaluations : int
+        vector
+            Shape (n_free,).
+        evaluations
             At most so many.
-        tolerance : float
+        tolerance
             Stop once the cost falls by less than this share.
-        held : sequence of str
+        held
             Parameters that stay where they start.
         """
         lower, upper = self.box
@@ -395,20 +395,16 @@ def fit(
 
     Parameters
     ----------
-    model : Model
+    model
         Bound to the data's channels; values it carries are the first start.
-    data : Dataset
+    data
         All its experiments are used together; its warm-up samples are left out.
-    used : sequence of ndarray of bool, shape (n,), optional
-        Per experiment, the samples that count; by default all after the warm-up.
-    starts : int
+    used
+        Shape (n,). Per experiment, the samples that count; by default all after the warm-up.
+    starts
         How many starts: the values the model carries, a one-step-ahead fit, that fit drawn towards zero, random ones.
-    seed : int
+    seed
         Of the random starts.
-
-    Returns
-    -------
-    Fit
 
     Raises
     ------
@@ -467,11 +463,10 @@ def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
 
     Parameters
     ----------
-    model : Model
+    model
         Bound to the data, its outputs seen without a sensor's curve.
-    data : Dataset
-    used : sequence of ndarray of bool, shape (n,)
-        Per experiment, the samples that count.
+    used
+        Shape (n,). Per experiment, the samples that count.
 
     Returns
     -------

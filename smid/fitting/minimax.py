@@ -28,9 +28,8 @@ def minimax(problem: Fitting, vector: Array) -> tuple[Array, float]:
 
     Parameters
     ----------
-    problem : Fitting
-    vector : ndarray, shape (n_free,)
-        Where to begin; a least-squares fit is a good place.
+    vector
+        Shape (n_free,). Where to begin; a least-squares fit is a good place.
 
     Returns
     -------

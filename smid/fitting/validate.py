@@ -25,17 +25,15 @@ class Score:
 
     Parameters
     ----------
-    experiment, channel, unit : str
-    samples : int
+    samples
         Samples compared: those after the warm-up.
-    rmse : float
+    rmse
         In the channel's unit.
-    fit_percent : float
+    fit_percent
         ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``, the NRMSE fit; minus infinity for a constant output.
-    largest : float
+    largest
         Largest absolute error, in the channel's unit.
-    noise_bound : float or None
-    violations : int or None
+    violations
         Samples whose error exceeds the noise bound.
     """
 
@@ -56,11 +54,9 @@ class Validation(Tabular):
 
     Parameters
     ----------
-    model : Model
-    data : Dataset
-    scores : tuple of Score
+    scores
         One for each experiment and output channel.
-    simulated : tuple of mapping channel -> ndarray
+    simulated
         One mapping per experiment.
     """
 
@@ -107,7 +103,7 @@ class Validation(Tabular):
 
         Parameters
         ----------
-        number : int
+        number
             Which of the scores: there is one for each experiment and output.
 
         Returns
@@ -128,15 +124,10 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
 
     Parameters
     ----------
-    model : Model
+    model
         With parameter values, such as ``estimate.model``.
-    data : Dataset
-    noise_bound : float or mapping channel -> float, optional
+    noise_bound
         To count violations.
-
-    Returns
-    -------
-    Validation
 
     Raises
     ------

@@ -47,14 +47,15 @@ class Requirement(Result):
 
     Parameters
     ----------
-    topology : {"series", "parallel"}
-    transfer : sympy.Expr
+    topology
+        One of {"series", "parallel"}.
+    transfer
         H_NN in the Laplace variable s.
-    pulse : sympy.Expr
+    pulse
         H_NN in ``q = 1/z``, of the samples.
-    couplings : BackCouplings
+    couplings
         How many past samples it needs.
-    sampling_time : float
+    sampling_time
         In seconds.
     """
 
@@ -69,9 +70,9 @@ class Requirement(Result):
 
         Parameters
         ----------
-        count : int
+        count
             Number of samples; the first is that just after the step.
-        amplitude : float
+        amplitude
             Of the step.
 
         Returns
@@ -95,7 +96,7 @@ def transfer(model: Model) -> sympy.Expr:
 
     Parameters
     ----------
-    model : Model
+    model
         With one input and one output; parameters that are fixed or carry a value count as numbers.
 
     Returns
@@ -124,9 +125,9 @@ def pulse_transfer(model: Model, sampling_time: float) -> sympy.Expr:
 
     Parameters
     ----------
-    model : Model
+    model
         With one input and one output, in derivatives or in samples.
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns
@@ -156,15 +157,12 @@ def required(plant: Model, white: Model, topology: str, sampling_time: float) ->
 
     Parameters
     ----------
-    plant, white : Model
+    plant, white
         Linear, in derivatives, with one input and one output.
-    topology : {"series", "parallel"}
-    sampling_time : float
+    topology
+        One of {"series", "parallel"}.
+    sampling_time
         In seconds.
-
-    Returns
-    -------
-    Requirement
 
     Raises
     ------
@@ -207,7 +205,7 @@ def network_alone(hybrid: HybridModel) -> Model:
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         In series or in parallel, with estimated weights.
 
     Returns
@@ -247,13 +245,13 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         In series or in parallel, with estimated weights.
-    first : array_like
+    first
         Its first outputs, as many as it looks back.
-    count : int
+    count
         Number of samples.
-    amplitude : float
+    amplitude
         The constant that it reads.
 
     Returns

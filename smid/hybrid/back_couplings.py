@@ -41,9 +41,9 @@ class BackCouplings:
 
     Parameters
     ----------
-    inputs : int
+    inputs
         Past samples of each input.
-    outputs : int
+    outputs
         Past samples of its own output.
 
     Raises
@@ -71,9 +71,9 @@ class BackCouplings:
 
         Parameters
         ----------
-        inputs : list of sympy.IndexedBase
+        inputs
             Signals before the network.
-        output : sympy.Expr
+        output
             What it gives, at time t.
 
         Returns
@@ -98,9 +98,9 @@ def warn_of_few_couplings(given: BackCouplings, needed: BackCouplings, *, stackl
 
     Parameters
     ----------
-    given, needed : BackCouplings
+    given, needed
         Of the network, and of the transfer function that it has to learn.
-    stacklevel : int
+    stacklevel
         Whose line the warning names; 2 is the caller's.
 
     Warns

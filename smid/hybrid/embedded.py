@@ -34,20 +34,16 @@ def embedded(
 
     Parameters
     ----------
-    white : Model
+    white
         First principles; what of its parameters is to be estimated with the weights has a box.
-    factors : mapping of str to sympy.Expr
+    factors
         For each signal, what multiplies the network in its line.
-    inputs : sequence of sympy.Expr
+    inputs
         What the network reads: signals at time t.
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    name : str
+    name
         Prefix of the weights' names.
-
-    Returns
-    -------
-    HybridModel
 
     Raises
     ------

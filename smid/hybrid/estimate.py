@@ -60,11 +60,11 @@ class HybridEstimate(Result):
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         Its model carries the estimated values, bound to the data.
-    fit : Fit
+    fit
         The free run over all experiments.
-    search : MultiStart
+    search
         The descents, in scaled parameters and errors.
     """
 
@@ -146,30 +146,25 @@ def estimate(
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         Values that its model carries are where its first principles start.
-    data : Dataset
-    used : sequence of ndarray of bool, shape (n,), optional
-        Per experiment, the samples that count; by default all after the warm-up.
-    plant : Model, optional
+    used
+        Shape (n,). Per experiment, the samples that count; by default all after the warm-up.
+    plant
         A linear plant that one reckons with: a network in series or in parallel is checked against it, see
         `smid.hybrid.required`.
-    error : {"simulation", "prediction"}
-        Of the free run, or one step ahead.
-    method : callable
+    error
+        One of {"simulation", "prediction"}. Of the free run, or one step ahead.
+    method
         `levenberg_marquardt`, `gauss_newton` or `gradient_descent` of `smid.networks`.
-    starts : int
+    starts
         How many random starts; the least error wins.
-    iterations : int
+    iterations
         Most steps from each start.
-    seed : int or numpy.random.Generator
+    seed
         Of the starts.
-    progress : callable, optional
+    progress
         Called after each step with a `Progress`.
-
-    Returns
-    -------
-    HybridEstimate
 
     Warns
     -----

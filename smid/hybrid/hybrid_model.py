@@ -29,15 +29,15 @@ class HybridModel(Result):
 
     Parameters
     ----------
-    model : Model
+    model
         Its parameters: those of the first principles, then the weights.
-    term : NeuralTerm
+    term
         The network.
-    white : Model
+    white
         The first principles alone.
-    topology : str
+    topology
         How the two are joined, for display.
-    couplings : BackCouplings
+    couplings
         Of the network.
     """
 
@@ -57,13 +57,8 @@ def output_measurement(white: Model, output: str | None) -> Measurement:
 
     Parameters
     ----------
-    white : Model
-    output : str or None
+    output
         Its channel; None where there is one only.
-
-    Returns
-    -------
-    Measurement
 
     Raises
     ------
@@ -84,7 +79,7 @@ def measure_instead(model: Model, old: Measurement, name: str) -> Model:
 
 
 def bound_to(hybrid: HybridModel, data: Dataset) -> HybridModel:
-    """Fit a hybrid model's channel names and sampling time to the data's, as `smid.fitting.binding.bind` does a model's."""
+    """Return the hybrid model with the channel names and the sampling time of the data."""
     model, white = bind(hybrid.model, data), bind(hybrid.white, data)
     names = dict(zip(hybrid.model.inputs, model.inputs, strict=True))
     term = replace(hybrid.term, inputs=tuple(rename_signals(item, names) for item in hybrid.term.inputs))

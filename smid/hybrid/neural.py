@@ -35,13 +35,13 @@ class NeuralTerm:
 
     Parameters
     ----------
-    name : str
+    name
         Prefix of the weights' names: ``w{layer}_{neuron}_{input}`` and ``b{layer}_{neuron}``, counted from 1.
-    inputs : tuple of sympy.Expr
+    inputs
         What the network reads, over the model's signals at t, t - 1, ...
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer; none makes the term affine.
-    limit : float
+    limit
         The weights' boxes are [-limit, limit], in the units of the inputs and of the output.
 
     Raises
@@ -106,9 +106,9 @@ def network_of(model: Model, term: NeuralTerm) -> TanhNetwork:
 
     Parameters
     ----------
-    model : Model
+    model
         With the term's parameters.
-    term : NeuralTerm
+    term
         With at least one hidden layer.
 
     Returns
@@ -142,11 +142,11 @@ def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         With the term's parameters.
-    term : NeuralTerm
+    term
         Where the network stands.
-    network : TanhNetwork
+    network
         Of the term's sizes; one network, without leading axes.
 
     Returns

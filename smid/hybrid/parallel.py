@@ -30,20 +30,16 @@ def parallel(
 
     Parameters
     ----------
-    white : Model
+    white
         First principles; parameters whose box is a point stay as they are, others are estimated with the weights.
-    couplings : BackCouplings
+    couplings
         Of the network.
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer; none makes the network affine.
-    output : str, optional
+    output
         Channel to complete, where there are several.
-    name : str
+    name
         Prefix of the weights' names.
-
-    Returns
-    -------
-    HybridModel
 
     Raises
     ------

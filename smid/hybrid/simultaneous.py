@@ -38,22 +38,18 @@ def simultaneous(
 
     Parameters
     ----------
-    white : Model
+    white
         First principles.
-    released : mapping of str to (float, float)
+    released
         Parameters to estimate with the weights, each with its box.
-    couplings : BackCouplings
+    couplings
         Of the network; static by default.
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    output : str, optional
+    output
         Channel to complete, where there are several.
-    name : str
+    name
         Prefix of the weights' names.
-
-    Returns
-    -------
-    HybridModel
 
     Raises
     ------

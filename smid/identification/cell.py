@@ -57,17 +57,17 @@ class Cell:
 
     Parameters
     ----------
-    part : Part
+    part
         Certified: no feasible parameter of the part lies outside its box.
-    feasible : FeasibleSet
+    feasible
         Stamped on that part.
-    points : mapping (parameter, sign) -> ndarray
+    points
         Where the relaxation attains each end (+1: lower, -1: upper), by the set's variables.
-    solves : int
+    solves
         Bounds that it took.
-    largest_block, n_moments : int
+    largest_block, n_moments
         Of its last relaxation.
-    settled : bool
+    settled
         Whether nothing more is to be had from it.
     """
 
@@ -89,10 +89,8 @@ def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness
 
     Parameters
     ----------
-    feasible : FeasibleSet
+    feasible
         Any set of the same model and data.
-    part : Part
-    solver : str
 
     Raises
     ------
@@ -289,9 +287,8 @@ def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
 
     Parameters
     ----------
-    cell : Cell
-    first_width : ndarray, shape (n_parameters,)
-        Widths that tell what is narrow.
+    first_width
+        Shape (n_parameters,). Widths that tell what is narrow.
     """
     part, openings = cell.part, cell.feasible.openings
     count = len(part.lower)

@@ -38,20 +38,18 @@ class ErrorBound(Result):
 
     Parameters
     ----------
-    channel : str
+    channel
         Channel whose noise is meant.
-    unit : str
-    lower : float
+    lower
         Certified: with any smaller bound the feasible set is empty.
-    upper : float
+    upper
         Witnessed: with this bound it is not. Infinite where the computation was stopped before there was a witness.
-    parameters : mapping str -> float
+    parameters
         Parameters of the witness: a minimax fit. Empty without one.
-    fixed : mapping channel -> float
+    fixed
         Bounds of the other noisy channels.
-    reason : Reason
+    reason
         Why the computation stopped.
-    seconds : float
     """
 
     channel: str
@@ -109,28 +107,22 @@ def error_bound(
 
     Parameters
     ----------
-    model : Model
-    data : Dataset
-    fixed : mapping channel -> float, optional
+    fixed
         Bounds of the other noisy channels (errors in variables); exactly one noisy channel must remain.
     method, solver
         See :func:`smid.identify`.
-    order : int, optional
+    order
         Highest relaxation order; by default the least, for here branching closes a gap sooner than order does.
-    tolerance : float
+    tolerance
         Stop once the enclosure is narrower than this share of its upper end.
-    rounds : int
+    rounds
         At most so many contractions.
-    nodes : int
+    nodes
         Where they leave a gap, branch with at most so many relaxations.
-    seconds : float
+    seconds
         Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    ErrorBound
 
     Raises
     ------

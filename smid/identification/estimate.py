@@ -45,12 +45,11 @@ class ParameterInterval(Result):
 
     Parameters
     ----------
-    name, unit : str
-    lower, upper : float
+    lower, upper
         Outer ends: certified, every consistent parameter lies between them.
-    inner_lower, inner_upper : float
+    inner_lower, inner_upper
         Values that verified feasible points attain; NaN where none was found.
-    proof_lower, proof_upper : Proof
+    proof_lower, proof_upper
         ``BOX`` where the end is the prior box's own and not the data's.
 
     Examples
@@ -153,21 +152,17 @@ class Estimate(Tabular):
 
     Parameters
     ----------
-    model : Model
+    model
         The central model: its ``values`` are :attr:`parameters`.
-    data : Dataset
-    noise_bound : mapping channel -> float
-    intervals : tuple of ParameterInterval
-    centre_status : CentreStatus
-    nearest : mapping str -> float or None
+    nearest
         A verified feasible point near the centres, where the centres are not themselves shown feasible.
-    derived : tuple of str
+    derived
         Parameters that came without prior bounds and got a box proven from the data.
-    unbounded : tuple of str
+    unbounded
         Parameters and hidden signals for which no box could be proven; then nothing else is certified either.
-    reason : Reason
+    reason
         Why the computation stopped.
-    enclosure : Enclosure or None
+    enclosure
         How the bounds came about; None where the computation ended before them.
     """
 

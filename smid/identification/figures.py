@@ -28,8 +28,7 @@ def intervals_figure(estimate: Estimate, truth: Mapping[str, float] | None = Non
 
     Parameters
     ----------
-    estimate : Estimate
-    truth : mapping str -> float, optional
+    truth
         The parameters that made simulated data; marked where given.
 
     Returns
@@ -94,10 +93,6 @@ def _row(axes: Axes, interval: ParameterInterval, truth: float | None) -> None:
 
 def lowest_order_figure(found: LowestOrder) -> Figure:
     """Draw what is known of the least noise bound of each candidate, beside the bound that was allowed.
-
-    Parameters
-    ----------
-    found : LowestOrder
 
     Returns
     -------

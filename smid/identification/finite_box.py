@@ -1,8 +1,8 @@
 """A finite, certified box for every parameter that the model leaves unbounded.
 
-The general derivation is :mod:`relaxations.search.boxes`. It sees nothing where a parameter occurs only in a product that can
-vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would do. There
-the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+The general derivation is :mod:`relaxations.search.boxes`. It sees nothing where a parameter occurs only in a product
+that can vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would
+do. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
 """
 
 from __future__ import annotations
@@ -31,14 +31,13 @@ class Boxed:
 
     Parameters
     ----------
-    feasible : FeasibleSet
-    derived : tuple of str
+    derived
         Parameters whose box was proven from the data.
-    unbounded : tuple of str
+    unbounded
         Parameters for which no box could be proven.
-    stated : PolynomialProblem
-        What a proof of the box states (:mod:`relaxations.proof.proof_steps`): without the box; with the products that were bounded
-        first, where there are any.
+    stated
+        What a proof of the box states (:mod:`relaxations.proof.proof_steps`): without the box; with the products that
+        were bounded first, where there are any.
     """
 
     feasible: FeasibleSet

@@ -19,10 +19,6 @@ _NARROW = 1e-9  # relative width of a box that counts as a point
 def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
     """Fit the parameters with all noises at zero.
 
-    Parameters
-    ----------
-    feasible : FeasibleSet
-
     Returns
     -------
     parameters : ndarray, shape (n_parameters,)

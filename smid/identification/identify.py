@@ -45,12 +45,11 @@ METHODS = ("auto", CUTS, *LIFTS, *LASSERRE)
 class EmptyFeasibleSetError(ValueError, Result):
     """A proven negative: no parameters and noises within the bound explain the data.
 
-    Parameters
+    Attributes
     ----------
-    message : str
-    least_bound : float or None
+    least_bound
         Certified lower end of the least noise bound, where it was computed.
-    samples : tuple of (experiment name, sample index, weight)
+    samples
         The samples that carry most of the proof.
 
     Examples
@@ -101,42 +100,38 @@ def identify(
 
     Parameters
     ----------
-    model : Model
-    data : Dataset
+    data
         All its experiments are used together.
-    noise_bound : float or mapping channel -> float
+    noise_bound
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
-    method : {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
+    method
+        One of {"auto", "benders", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and for the
         complicating parameters of long records (all, with errors in variables) cuts, :mod:`relaxations.search.benders`.
-    order : int, optional
+    order
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
-    solver : str
+    solver
         ``"clarabel"`` or the name of any conic solver that cvxpy has.
-    tolerance : float
+    tolerance
         Stop once each gap is below this share of its interval's width.
-    rounds : int
+    rounds
         At most so many contractions.
-    nodes : int
+    nodes
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
         Min, Abs or sign is always branched (:func:`smid.identification.piecewise.piecewise_intervals`).
-    seconds : float
+    seconds
         Time allowed, wall clock. Then the ends proven so far are returned, and ``reason`` says so. The time to write a
         certificate is not counted.
-    executor : concurrent.futures.Executor, optional
+    executor
         Solves bounds side by side (:func:`relaxations.search.hierarchy.intervals`); cuts and piecewise models run here.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-    certificate : str or Path, optional
+    certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute.
-
-    Returns
-    -------
-    Estimate
 
     Raises
     ------

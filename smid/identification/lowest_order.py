@@ -25,14 +25,13 @@ class OrderStep:
 
     Parameters
     ----------
-    model : Model
-    empty : bool
+    empty
         Its feasible set is certified empty.
-    feasible : bool
+    feasible
         A feasible point is verified. Where neither holds, the candidate is undecided.
-    reason : str
+    reason
         The proof of emptiness in words, or how the intervals came about.
-    least_bound : float or None
+    least_bound
         Where the set is empty, the certified lower end of the least noise bound that the candidate needs; None where
         it was not computed.
     """
@@ -61,12 +60,11 @@ class LowestOrder(Tabular):
 
     Parameters
     ----------
-    steps : tuple of OrderStep
-    estimate : Estimate or None
+    estimate
         None where every candidate is proven wrong.
-    channel, unit : str
+    channel, unit
         The output whose noise is meant.
-    noise_bound : float
+    noise_bound
         What was allowed of it.
     """
 
@@ -130,17 +128,10 @@ def lowest_order(
 
     Parameters
     ----------
-    candidates : sequence of Model
+    candidates
         In the order to be tried.
-    data : Dataset
-    noise_bound : float or mapping channel -> float
-    progress : callable, optional
     **settings
         Passed to :func:`smid.identify`.
-
-    Returns
-    -------
-    LowestOrder
 
     Raises
     ------

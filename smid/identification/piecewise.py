@@ -1,9 +1,9 @@
 """Intervals of models with Max, Min, Abs and sign: a list of cells whose union holds every feasible parameter.
 
-The hull of the cells (:mod:`smid.identification.cell`) is the answer so far. Take the end with the widest gap to its witness, and
-split the cell that sets it; its parts are contracted, and dropped where they are certified empty. A cell without open
-kinks is an ordinary polynomial problem, which :func:`relaxations.search.hierarchy.intervals` finishes. Whenever one stops,
-the hull is proven.
+The hull of the cells (:mod:`smid.identification.cell`) is the answer so far. Take the end with the widest gap to its
+witness, and split the cell that sets it; its parts are contracted, and dropped where they are certified empty. A cell
+without open kinks is an ordinary polynomial problem, which :func:`relaxations.search.hierarchy.intervals` finishes.
+Whenever one stops, the hull is proven.
 """
 
 from __future__ import annotations
@@ -47,14 +47,13 @@ def piecewise_intervals(
 
     Parameters
     ----------
-    feasible : FeasibleSet
     order, solver, rounds, progress
         As for :func:`smid.identify`; order and rounds serve the cells without open kinks.
-    tolerance : float
+    tolerance
         Stop once each gap is below this share (but not below 0.2 %) of its interval's width.
-    nodes : int
+    nodes
         At most so many splits, where more than the default of 80.
-    trail : Trail, optional
+    trail
         Keeps the proof.
 
     Returns
@@ -282,11 +281,10 @@ def piecewise_centre(feasible: FeasibleSet, enclosure: Enclosure, solver: str) -
 
     Parameters
     ----------
-    feasible : FeasibleSet
+    feasible
         With open kinks.
-    enclosure : Enclosure
+    enclosure
         Of :func:`piecewise_intervals`.
-    solver : str
     """
     centre = np.array([i.centre for i in enclosure.intervals])
     part = Part(centre, centre, {})

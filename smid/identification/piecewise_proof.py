@@ -27,11 +27,11 @@ class Trail:
 
     Parameters
     ----------
-    kept : bool
+    kept
         Without, no steps are recorded.
-    steps : list of Step
+    steps
         What was proven of it as a whole.
-    parts : list of (str, float, float, int, Trail)
+    parts
         The variable that was split, its range, or else the side of a kink, and what followed.
     """
 
@@ -108,7 +108,7 @@ def _on_sides(feasible: FeasibleSet, steps: tuple[Step, ...]) -> Sides:
 
 
 def _rows(placed: Placed) -> list[Row]:
-    """Name the inequalities of a kink in the order of :mod:`smid.feasible.assemble` and :mod:`smid.feasible.piecewise_hull`."""
+    """Name the inequalities of a kink, in the order in which :mod:`smid.feasible.assemble` writes them."""
     low, high = placed.within.low.tolist(), placed.within.high.tolist()
     rows = [Row("side", placed.variable(k)) for k in np.flatnonzero(placed.chosen).tolist()]
     at = np.flatnonzero(placed.sides == Side.OPEN).tolist()

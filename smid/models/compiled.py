@@ -46,26 +46,26 @@ class Group:
 
     Attributes
     ----------
-    signals : tuple of str
+    signals
         Signals the group defines, in causal order.
-    first : int
+    first
         First sample that inputs and initial states determine.
-    recursive : bool
+    recursive
         Whether the group reads its own past.
-    parameters : tuple of str
+    parameters
         Parameters the functions take, first.
-    reads : tuple of (str, int)
+    reads
         Signals and lags the functions take, after the parameters: those outside the group, then its own past.
-    own : int
+    own
         How many of `reads`, counted from the end, are the group's own past.
-    vector : callable
+    vector
         NumPy function that gives all signals of the group at one time, or over time when static.
-    scalar : callable
+    scalar
         The whole loop on Python floats: of parameters, what is read from outside sample by sample, and one list per
         signal that holds its past and is appended to.
-    single : tuple of (tuple of (str, int), callable)
+    single
         Per line, what it reads and its NumPy function, where `recursive`; for the samples before the first.
-    filter : tuple of callable, or None
+    filter
         Coefficients ``c_1, ..., c_K`` (of the parameters) and forcing f of a line linear in its own past.
     """
 
@@ -182,7 +182,7 @@ def compile_lines(lines: tuple[Line, ...]) -> tuple[Group, ...]:
 
     Parameters
     ----------
-    lines : tuple of Line
+    lines
         Lines in causal order.
 
     Returns

@@ -137,11 +137,11 @@ def derivatives(
 
     Parameters
     ----------
-    arguments : sequence of sympy.Symbol
+    arguments
         Arguments of the function, in order.
-    expression : sympy.Expr
+    expression
         What to differentiate: arithmetic and the functions that the lines of a model may hold.
-    by : sequence of sympy.Symbol
+    by
         Of the arguments, those to differentiate by.
 
     Returns

@@ -64,17 +64,17 @@ def discretise(
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         Lines in causal order.
-    scheme : str
+    scheme
         One of `SCHEMES`.
-    substeps : int
+    substeps
         Steps per sampling interval.
-    sampling_time : float
+    sampling_time
         In seconds.
-    taken : collection of str
+    taken
         Names that helper lines must not take, beside those of the lines.
-    fixed : mapping of symbol to expression, optional
+    fixed
         Parameters of known value, put in first: a power of one then leaves a linear line.
 
     Returns

@@ -71,15 +71,15 @@ def with_line(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Name of the signal.
-    expression : sympy.Expr
+    expression
         Its value at time t, or its derivative.
-    parameters : iterable of Parameter
+    parameters
         Parameters the expression brings in.
-    rate : bool
+    rate
         Whether the expression is the signal's derivative, per second.
 
     Returns
@@ -106,13 +106,13 @@ def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: It
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Signal, or channel that measures it.
-    expression : sympy.Expr
+    expression
         Its new value at time t, or its new derivative.
-    parameters : iterable of Parameter
+    parameters
         Parameters the expression brings in.
 
     Returns
@@ -143,13 +143,13 @@ def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Par
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Signal, or channel that measures it.
-    term : sympy.Expr
+    term
         What to add, in signals at ``t - k`` and parameters.
-    parameters : iterable of Parameter
+    parameters
         Parameters the term brings in.
 
     Returns
@@ -188,15 +188,15 @@ def insert_before(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Signal, or channel that measures it.
-    transformation : callable
+    transformation
         From ``u[t]`` to the value of the new signal at t; it may read any signal, also its own past.
-    parameters : iterable of Parameter
+    parameters
         Parameters the transformation brings in.
-    new_name : str or None
+    new_name
         Name of the new signal; by default ``<signal>_new``, numbered where taken.
 
     Returns
@@ -235,15 +235,15 @@ def insert_after(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Signal, or channel that measures it.
-    transformation : callable
+    transformation
         From ``w_raw[t]`` to the value of the signal at t.
-    parameters : iterable of Parameter
+    parameters
         Parameters the transformation brings in.
-    raw_name : str or None
+    raw_name
         Name for the line's own result; by default ``<signal>_raw``, numbered where taken.
 
     Returns
@@ -283,15 +283,15 @@ def insert_sensor(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channel : str
+    channel
         Output channel.
-    transformation : callable
+    transformation
         From ``w[t]`` to what the sensor sees at t; it may read any signal, also its own past.
-    parameters : iterable of Parameter
+    parameters
         Parameters the transformation brings in.
-    new_name : str or None
+    new_name
         Name of what the sensor sees; by default ``<signal>_seen``, numbered where taken.
 
     Returns
@@ -329,11 +329,11 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channel : str
+    channel
         Name of an input that was exact until now.
-    noise : str or None
+    noise
         Name of the noise; by default ``zeta``, numbered where taken.
 
     Returns

@@ -34,9 +34,9 @@ def with_parameter(model: Model, *parameters: Parameter) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model to extend.
-    *parameters : Parameter
+    *parameters
         New parameters.
 
     Returns
@@ -58,9 +58,9 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    values : Mapping of str to float
+    values
         Values in the parameters' units.
 
     Returns
@@ -87,9 +87,9 @@ def fix(model: Model, **values: float) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    **values : float
+    **values
         Number for each parameter, within its box.
 
     Returns
@@ -122,9 +122,9 @@ def bound(model: Model, **boxes: tuple[float, float]) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    **boxes : tuple of float
+    **boxes
         ``(lower, upper)`` per parameter, in its unit.
 
     Returns
@@ -163,13 +163,13 @@ def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: 
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    name : str
+    name
         Parameter to replace.
-    expression : sympy.Expr
+    expression
         What it becomes.
-    new_parameters : iterable of Parameter
+    new_parameters
         Parameters the expression brings in.
 
     Returns
@@ -235,9 +235,9 @@ def with_constraint(model: Model, *expressions: sympy.Expr) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    *expressions : sympy.Expr
+    *expressions
         Expressions in the parameters.
 
     Returns

@@ -25,11 +25,11 @@ class Equations:
 
     Attributes
     ----------
-    title : str
+    title
         Name and description of the model.
-    text : tuple of str
+    text
         One plain-text entry per equation, measurement, prior and parameter.
-    rows : tuple of str
+    rows
         The same in LaTeX, without delimiters.
 
     Examples
@@ -53,7 +53,7 @@ class Equations:
 
         Parameters
         ----------
-        model : Model
+        model
             The model to show.
 
         Returns

@@ -27,9 +27,9 @@ def refuse_unknown(kind: str, given: Iterable[str], valid: Iterable[str]) -> Non
 
     Parameters
     ----------
-    kind : str
+    kind
         What the names are, for the message.
-    given, valid : iterable of str
+    given, valid
         Names to check, and those allowed.
 
     Raises

@@ -27,15 +27,15 @@ def ErrorsInVariables(
 
     Parameters
     ----------
-    na : int
+    na
         Number of poles.
-    nb : int
+    nb
         Degree of the numerator, as in (2.4): nb + 1 coefficients.
-    delay : int
+    delay
         Samples from input to output; none in (2.12).
-    input, output : str
+    input, output
         Channels of the data.
-    offset : bool
+    offset
         Add a constant to the line of w, the parameter ``offset`` in the output's unit.
     **priors
         Fields of `smid.models.Priors`.

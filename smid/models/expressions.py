@@ -48,9 +48,9 @@ def decimals(expression: sympy.Expr, exactly: bool = False) -> sympy.Expr:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Expression in parameters and signals.
-    exactly : bool
+    exactly
         Whether fractions stay that no float is; otherwise the nearest float to 15 digits stands for each.
 
     Returns
@@ -87,7 +87,7 @@ def to_text(expression: sympy.Expr) -> str:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Expression in parameters and signals.
 
     Returns
@@ -108,7 +108,7 @@ def shown(expression: sympy.Expr) -> str:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Expression in parameters and signals.
 
     Returns
@@ -129,7 +129,7 @@ def from_text(text: str) -> sympy.Expr:
 
     Parameters
     ----------
-    text : str
+    text
         Arithmetic, signals indexed by ``t``, and the functions of `FUNCTIONS`.
 
     Returns

@@ -89,7 +89,7 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
 
     Parameters
     ----------
-    content : Mapping
+    content
         ``class`` and the fields of that model function.
 
     Returns
@@ -136,7 +136,7 @@ def load_model(path: str | PathLike[str]) -> Model:
 
     Parameters
     ----------
-    path : str or path
+    path
         A file with ``class = "Hammerstein"`` and that function's fields, say.
 
     Returns

@@ -37,22 +37,22 @@ def Hammerstein(
 
     Parameters
     ----------
-    poles : int
+    poles
         Number of poles.
-    powers : sequence of int
+    powers
         Powers of the static polynomial; 0 is an offset.
-    zeros : int
+    zeros
         Degree of the numerator.
-    delay : int
+    delay
         Samples from x to w.
-    input, output : str
+    input, output
         Channels of the data.
-    input_scale : float
+    input_scale
         K of (3.4), in one per input unit.
-    unit_dc_gain : bool
+    unit_dc_gain
         Linear part of unit DC gain (3.12): its last numerator coefficient is eliminated.  Otherwise the gain
         may move between the two blocks, so a ``beta`` or ``gamma`` must be among ``fixed``.
-    input_noise : bool
+    input_noise
         Whether the input is measured with noise.
     **priors
         Fields of `smid.models.Priors`, on the linear part; ``dc_gain`` only without `unit_dc_gain`.

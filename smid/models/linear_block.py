@@ -31,11 +31,11 @@ class LinearBlock:
 
     Parameters
     ----------
-    input, output : str
+    input, output
         Channels of the data; signals of the model where a curve lies in between.
-    numerator, denominator : tuple of float
+    numerator, denominator
         Coefficients of rising powers of q.
-    constants : tuple of str
+    constants
         Signals whose line has a constant beside its linear terms: no transfer function tells of it.
     """
 
@@ -51,12 +51,8 @@ def linear_block(model: Model) -> LinearBlock:
 
     Parameters
     ----------
-    model : Model
+    model
         With parameter values, and one output; one with rates has its sampling time.
-
-    Returns
-    -------
-    LinearBlock
 
     Raises
     ------
@@ -119,11 +115,11 @@ def response(
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         They define every signal that they read, but for `begin`.
-    begin, end : str
+    begin, end
         Signals.
-    numbers : mapping symbol -> expression
+    numbers
         Parameters of known value.
 
     Returns

@@ -35,25 +35,25 @@ class Model:
 
     Attributes
     ----------
-    name : str
+    name
         Name, for display.
-    parameters : tuple of Parameter
+    parameters
         The unknown constants.
-    lines : tuple of Line
+    lines
         One line per defined signal, plain or a rate; sorted into causal order on construction.
-    measurements : tuple of Measurement
+    measurements
         What the data show of the signals.
-    constraints : tuple of sympy.Expr
+    constraints
         Prior knowledge: each expression in the parameters is >= 0.
-    values : Mapping of str to float
+    values
         Parameter values where known (a central model), in the parameters' units.
-    description : str
+    description
         A sentence for the reader.
-    scheme : str
+    scheme
         How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4".
-    substeps : int
+    substeps
         Steps of the scheme per sampling interval.
-    sampling_time : float or None
+    sampling_time
         In seconds; needed by rate lines as soon as something is computed. None: taken from the data.
 
     Raises
@@ -197,7 +197,7 @@ class Model:
 
         Parameters
         ----------
-        name : str
+        name
             Name of the parameter.
 
         Returns
@@ -276,7 +276,7 @@ class Model:
 
         Parameters
         ----------
-        content : Mapping
+        content
             What `to_dict` gave; its expressions are parsed, never executed.
 
         Returns

@@ -28,15 +28,15 @@ def OutputError(
 
     Parameters
     ----------
-    na : int
+    na
         Number of poles.
-    nb : int
+    nb
         Degree of the numerator, as in (2.4): nb + 1 coefficients.
-    delay : int
+    delay
         Samples from input to output.
-    input, output : str
+    input, output
         Channels of the data.
-    offset : bool
+    offset
         Add a constant to the line of w, the parameter ``offset`` in the output's unit: measured records are rarely
         centred. The priors, ``dc_gain`` included, speak of the transfer function alone.
     **priors

@@ -27,14 +27,14 @@ class Parameter:
 
     Attributes
     ----------
-    name : str
+    name
         Name, also that of its symbol.
-    lower, upper : float
+    lower, upper
         Closed box, in the parameter's unit; infinite when nothing is known.  An end that no float holds, as a third, is
         rounded outwards.
-    unit : str
+    unit
         Unit, for display.
-    null : float or None
+    null
         The value at which the parameter's effect vanishes, if there is one.
 
     Raises
@@ -73,11 +73,11 @@ class Line:
 
     Attributes
     ----------
-    target : sympy.Indexed
+    target
         The signal now, as in ``w[t]``.
-    expression : sympy.Expr
+    expression
         Its value, in parameters and in signals at ``t - k``, ``k >= 0``.
-    rate : bool
+    rate
         Whether the expression is the signal's derivative in time, per second, and reads the signals now, its own
         included; see `smid.models.discretise` for what happens between the samples.
 
@@ -138,13 +138,13 @@ class Measurement:
 
     Attributes
     ----------
-    channel : str
+    channel
         Name of the column of the data.
-    signal : str
+    signal
         Name of the signal it shows.
-    noise : str or None
+    noise
         Name of the noise, bounded by what the user gives for the channel; None: exact.
-    inverse : sympy.Expr or None
+    inverse
         Expression in ``VALUE`` and parameters; None: the identity.
 
     Examples

@@ -26,9 +26,9 @@ def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, 
 
     Parameters
     ----------
-    lines : tuple of Line
+    lines
         Lines of the model, in causal order.
-    measured : frozenset of str
+    measured
         Defined signals that are measured.
 
     Returns

@@ -31,22 +31,22 @@ class Priors:
 
     Attributes
     ----------
-    stable : bool
+    stable
         All poles in the closed unit disc (with `integrator`: all others).
-    pole_radius : float or None
+    pole_radius
         All poles within ``|z| <= pole_radius``; implies `stable` when at most 1.
-    minimum_phase : bool
+    minimum_phase
         All zeros in the closed unit disc.
-    dc_gain : float, tuple of float, or None
+    dc_gain
         ``B(1)/A(1)``: a number eliminates the last free numerator coefficient; a range ``(lower, upper)`` is
         linear once the model is stable.  In output units per input unit.
-    pole_range, zero_range : tuple of float or None
+    pole_range, zero_range
         All poles (zeros) real and within ``(lower, upper)``; degrees 1 and 2.
-    integrator : bool
+    integrator
         One pole at ``z = 1``; it eliminates the last denominator coefficient.
-    bounds : Mapping of str to tuple of float
+    bounds
         Boxes or signs, as in ``{"b0": (0, inf)}``; intersected with what the other options imply.
-    fixed : Mapping of str to float
+    fixed
         Parameters that are known exactly.
 
     Raises
@@ -90,7 +90,7 @@ class Priors:
 
         Parameters
         ----------
-        options : Mapping of str to object
+        options
             Fields of this class.
 
         Returns
@@ -111,11 +111,11 @@ class Priors:
 
         Parameters
         ----------
-        model : Model
+        model
             The model.
-        denominator : sequence of str
+        denominator
             Names of ``a_1, ..., a_n`` of ``A = 1 + a_1 q^-1 + ...`` (2.3).
-        numerator : sequence of str
+        numerator
             Names of ``b_0, ..., b_m`` (2.4); empty where it is not free.
 
         Returns

@@ -38,15 +38,15 @@ def Reactor(
 
     Parameters
     ----------
-    tau : float or None
+    tau
         Time constant in seconds; free in 0.1 s to 1/r, where the gain vanishes.
-    a : float or None
+    a
         Factor before w; free in 0.1 to 10.
-    x : float or None
+    x
         Power of w; free in 0.5 to 4.  Powers that are not whole need w >= 0.
-    reaction_rate : float
+    reaction_rate
         r, in 1/s.
-    input, output : str
+    input, output
         Channels of the data: concentrations of inflow and outflow.
     scheme, substeps, sampling_time
         How the rate is integrated; see `Model`.

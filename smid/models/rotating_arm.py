@@ -42,18 +42,18 @@ def RotatingArm(
 
     Parameters
     ----------
-    theta : float or None
+    theta
         Reciprocal inertia in 1/(kg m2); free in 1 to 1000.
-    c : float or None
+    c
         Torque per voltage in Nm/V; free in 0.1 to 1000.
-    friction : bool
+    friction
         Whether W acts.  Sticking has a rate of theta Ws / eps = 870 1/s, so an explicit scheme needs steps below
         3 ms: raise `substeps`.
-    drag : bool
+    drag
         Whether the aerodynamic resistance acts.
-    measured : {"angle", "speed"}
-        What the output channel shows, in rad or rad/s.
-    input, output : str
+    measured
+        One of {"angle", "speed"}. What the output channel shows, in rad or rad/s.
+    input, output
         Channels of the data.
     scheme, substeps, sampling_time
         How the rates are integrated; see `Model`.

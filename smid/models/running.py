@@ -24,9 +24,9 @@ def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    parameters : Mapping of str to float or array_like, or None
+    parameters
         Values over those the model carries; arrays of shape (B,) are batched.
 
     Returns
@@ -67,9 +67,9 @@ def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    sampling_time : float or None
+    sampling_time
         Of the data, in seconds; None: not known.
 
     Returns
@@ -99,9 +99,9 @@ def channel_samples(channels: Mapping[str, ArrayLike], name: str) -> Array:
 
     Parameters
     ----------
-    channels : Mapping of str to array_like
+    channels
         Channels of the data.
-    name : str
+    name
         The wanted one.
 
     Returns
@@ -129,13 +129,13 @@ def input_signals(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channels : Mapping of str to array_like
+    channels
         Channels of the data; a noisy input may also be given by its true signal.
-    values : Mapping of str to float or numpy.ndarray
+    values
         Parameter values, for sensor curves on inputs.
-    n : int or None
+    n
         Number of samples; None takes the inputs' length.
 
     Returns
@@ -179,19 +179,19 @@ def run_lines(
 
     Parameters
     ----------
-    lines : tuple of Line
+    lines
         Lines in causal order.
-    inputs : Mapping of str to numpy.ndarray
+    inputs
         Input signals, shape (n,) or (B, n).
-    values : Mapping of str to float or numpy.ndarray
+    values
         Parameter values, scalars or shape (B,).
-    batch : int or None
+    batch
         B, or None without batch.
-    initial : Mapping of str to array_like
+    initial
         First samples of signals.
-    count : int
+    count
         Number of samples n.
-    check : bool
+    check
         Whether to raise where a signal is not finite.
 
     Returns
@@ -245,11 +245,11 @@ def measured_signals(model: Model, channels: Mapping[str, ArrayLike], values: Ma
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channels : Mapping of str to array_like
+    channels
         Channels of the data, outputs included.
-    values : Mapping of str to float or numpy.ndarray
+    values
         Parameter values.
 
     Returns

@@ -32,11 +32,11 @@ def schur_cohn(
 
     Parameters
     ----------
-    coefficients : sequence of sympy.Expr
+    coefficients
         ``c_0, ..., c_n``, highest power first; polynomials in the parameters.
-    radius : float
+    radius
         Radius of the circle.
-    positive_leading : bool
+    positive_leading
         Whether ``c_0 > 0`` is known; it then counts as given, and the conditions have lower degrees.  A
         positive number ``c_0`` is recognised without it.
 

@@ -69,9 +69,9 @@ class FreeRun:
 
     Attributes
     ----------
-    parameters : tuple of str
+    parameters
         Names of the free parameters (those whose box is not a point), in the model's order.
-    states : tuple of (str, int)
+    states
         What has to be known before sample 0: ``(state, k)`` for ``state[-k]``, and ``(input, 1)`` for an input that is
         read further back; clocks are left out.
     """
@@ -90,13 +90,13 @@ class FreeRun:
 
         Parameters
         ----------
-        inputs : Mapping of str to numpy.ndarray
+        inputs
             Input signals, shape (n,).
-        values : Mapping of str to float
+        values
             Values of `parameters`; arrays of shape (B,) belong to `trajectory` and `slopes`.
-        initial : mapping (state, k) -> float
+        initial
             Values of `states`.
-        jacobian : bool
+        jacobian
             Whether to compute derivatives.
 
         Returns
@@ -258,7 +258,7 @@ def compile_free_run(model: Model) -> FreeRun:
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
 
     Returns

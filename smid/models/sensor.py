@@ -32,11 +32,11 @@ def channel_to_signal(measurement: Measurement, channel: Array, values: Mapping[
 
     Parameters
     ----------
-    measurement : Measurement
+    measurement
         The sensor.
-    channel : numpy.ndarray
+    channel
         Shape (n,).
-    values : Mapping of str to float or numpy.ndarray
+    values
         Parameter values, scalars or of shape (B,).
 
     Returns
@@ -69,13 +69,13 @@ def signal_to_channel(
 
     Parameters
     ----------
-    measurement : Measurement
+    measurement
         The sensor.
-    values_of_signal : numpy.ndarray
+    values_of_signal
         Shape (n,) or (B, n).
-    values : Mapping of str to float or numpy.ndarray
+    values
         Parameter values, scalars or of shape (B,).
-    anchor : float
+    anchor
         A value of the channel on the wanted branch, in the channel's unit.
 
     Returns

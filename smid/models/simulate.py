@@ -48,13 +48,13 @@ class Simulation:
 
     Attributes
     ----------
-    model : Model
+    model
         The model.
-    outputs : tuple of Mapping of str to numpy.ndarray
+    outputs
         Per experiment, the noise-free output channels, of shape (n,) each; ``outputs[i][channel]``.
-    signals : tuple of Mapping of str to numpy.ndarray
+    signals
         Per experiment, every signal; NaN before the first sample that inputs and initial states determine.
-    skip : int
+    skip
         Samples at the start of each experiment that come from the initial state, not from the model.
 
     Examples
@@ -85,18 +85,18 @@ def simulate(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channels : Mapping of str to array_like
+    channels
         Input channels of shape (n,); a noisy input may also be given by its true signal.  A measured output
         channel is only used to choose the branch of a sensor curve.
-    parameters : Mapping of str to float or array_like, optional
+    parameters
         Values, over those the model carries.  Arrays of shape (B,) run B parameter vectors at once.
-    initial : Mapping of str to array_like, optional
+    initial
         First samples of signals, at least `max_lag` each; other states start at rest, at zero.
-    n : int, optional
+    n
         Number of samples; by default the length of the input channels.
-    check : bool
+    check
         Whether to raise when the simulation leaves the finite range; otherwise inf and NaN are returned.
 
     Returns
@@ -139,15 +139,15 @@ def predict(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    channels : Mapping of str to array_like
+    channels
         Input and measured output channels of shape (n,).
-    parameters : Mapping of str to float or array_like, optional
+    parameters
         Values, over those the model carries; arrays of shape (B,) are batched.
-    n : int, optional
+    n
         Number of samples; by default the length of the channels.
-    check : bool
+    check
         Whether to raise when the prediction leaves the finite range.
 
     Returns
@@ -190,14 +190,15 @@ def simulate_data(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    data : Experiments
+    data
         Anything with ``experiments``, each with ``values[channel]`` of shape (n,); its ``sampling_time``, where it has
         one, is that of a model in derivatives that has none.
-    parameters : Mapping of str to float, optional
+    parameters
         Values, over those the model carries.
-    initial : {"measured", "rest"} or Mapping of str to array_like
+    initial
+        One of {"measured", "rest"}.
         Where the first `max_lag` samples of the states come from: the measured outputs, zero, or given per
         signal.
 
@@ -238,11 +239,11 @@ def predict_data(model: Model, data: Experiments, parameters: Mapping[str, float
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    data : Experiments
+    data
         Anything with ``experiments``, each with ``values[channel]`` of shape (n,).
-    parameters : Mapping of str to float, optional
+    parameters
         Values, over those the model carries.
 
     Returns

@@ -23,7 +23,7 @@ def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
 
     Parameters
     ----------
-    lines : iterable of Line
+    lines
         One line per signal, in any order; ties keep it.
 
     Returns
@@ -74,7 +74,7 @@ def exogenous(lines: Sequence[Line]) -> tuple[str, ...]:
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         The lines of a model.
 
     Returns
@@ -100,7 +100,7 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         Lines in causal order.
 
     Returns
@@ -149,7 +149,7 @@ def state_lags(lines: Sequence[Line]) -> dict[str, int]:
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         Lines in causal order.
 
     Returns
@@ -182,7 +182,7 @@ def first_samples(lines: Sequence[Line]) -> dict[str, int]:
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines
         Lines in causal order.
 
     Returns

@@ -41,7 +41,7 @@ def signal(name: str) -> sympy.IndexedBase:
 
     Parameters
     ----------
-    name : str
+    name
         Name of the signal.
 
     Returns
@@ -63,7 +63,7 @@ def number(value: float) -> sympy.Rational:
 
     Parameters
     ----------
-    value : float
+    value
         A finite number: also a `fractions.Fraction`, or one of NumPy or sympy.
 
     Returns
@@ -94,9 +94,9 @@ def end(value: float, direction: int) -> float:
 
     Parameters
     ----------
-    value : float
+    value
         A number as in `number`, or an infinite one.
-    direction : {-1, 1}
+    direction
         Of a lower, and of an upper end.
 
     Returns
@@ -135,7 +135,7 @@ def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Right-hand side of a line.
 
     Returns
@@ -161,7 +161,7 @@ def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Any expression.
 
     Returns
@@ -198,7 +198,7 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Anything sympy can read as an expression.
 
     Returns
@@ -237,9 +237,9 @@ def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sy
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Any expression.
-    swap : mapping of sympy.Expr to sympy.Expr
+    swap
         What to put in place of what.
 
     Returns
@@ -265,11 +265,11 @@ def rewritten(
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Any expression.
-    done : dict of sympy.Expr to sympy.Expr
+    done
         What is known already; grows.
-    build : callable (node, arguments) -> sympy.Expr
+    build
         What becomes of a node whose arguments have become these.
 
     Returns
@@ -329,9 +329,9 @@ def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
 
     Parameters
     ----------
-    expression : sympy.Expr
+    expression
         Right-hand side of a line.
-    names : dict of str to str
+    names
         New name for each old one.
 
     Returns

@@ -30,13 +30,13 @@ def linear_expression(
 
     Parameters
     ----------
-    output, input_ : str
+    output, input_
         Names of the signals w and u.
-    denominator : sequence of sympy.Expr
+    denominator
         ``a_1, ..., a_n``.
-    numerator : sequence of sympy.Expr
+    numerator
         ``b_0, ..., b_m``.
-    delay : int
+    delay
         Samples of delay of the first numerator coefficient.
 
     Returns

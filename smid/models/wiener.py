@@ -38,20 +38,20 @@ def Wiener(
 
     Parameters
     ----------
-    poles : int
+    poles
         Number of poles.
-    inverse_powers : sequence of int
+    inverse_powers
         Powers of the inverse besides the first, each at least 2; 0 is an offset.
-    zeros : int
+    zeros
         Degree of the numerator.
-    delay : int
+    delay
         Samples from u to x.
-    input, output : str
+    input, output
         Channels of the data.
-    output_range : tuple of float or None
+    output_range
         Range of the noise-free output, in its unit, over which the inverse is known to rise.  It adds that
         its slope is not negative at points of the range: implied by monotonicity, and linear.
-    input_noise : bool
+    input_noise
         Whether the input is measured with noise.
     **priors
         Fields of `smid.models.Priors`, on the linear part.

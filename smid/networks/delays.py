@@ -21,9 +21,9 @@ def delayed(signals: Sequence[ArrayLike], delays: Sequence[Sequence[int]]) -> Ar
 
     Parameters
     ----------
-    signals : sequence of array_like, shape (n,)
-        Over the same instants.
-    delays : sequence of sequence of int
+    signals
+        Shape (n,). Over the same instants.
+    delays
         For each signal, by how many samples its columns are delayed.
 
     Returns

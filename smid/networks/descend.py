@@ -42,11 +42,11 @@ class Progress:
 
     Parameters
     ----------
-    start : int
+    start
         Which of several starts, from 0.
-    iteration : int
+    iteration
         Accepted steps so far.
-    training, validation : float
+    training, validation
         Mean squared errors; without a validation part both are the same.
 
     Examples
@@ -72,11 +72,11 @@ class Descent(Result):
 
     Parameters
     ----------
-    theta : ndarray, shape (p,)
-        Of the least validation error.
-    training, validation : ndarray, shape (n_iterations + 1,)
-        Mean squared errors at the start and after each accepted step.
-    stop : Stop
+    theta
+        Shape (p,). Of the least validation error.
+    training, validation
+        Shape (n_iterations + 1,). Mean squared errors at the start and after each accepted step.
+    stop
         Why it ended.
     """
 
@@ -109,26 +109,22 @@ def descend(
 
     Parameters
     ----------
-    method : callable
+    method
         Such as `levenberg_marquardt`.
-    problem : LeastSquares
+    problem
         What is minimised.
-    start : ndarray, shape (p,)
-        Where to begin.
-    validation : callable, optional
+    start
+        Shape (p,). Where to begin.
+    validation
         Mean squared error on samples apart; by default the error that is minimised.
-    iterations : int
+    iterations
         Most accepted steps.
-    patience : int
+    patience
         Accepted steps in a row without a new least validation error, after which it stops.
-    progress : callable, optional
+    progress
         Called at the start and after each accepted step.
-    number : int
+    number
         Of the start, for the progress.
-
-    Returns
-    -------
-    Descent
 
     Raises
     ------

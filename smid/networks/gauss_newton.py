@@ -26,9 +26,8 @@ def gauss_newton(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
 
     Parameters
     ----------
-    problem : LeastSquares
-    start : ndarray, shape (p,)
-        Where to begin.
+    start
+        Shape (p,). Where to begin.
 
     Yields
     ------

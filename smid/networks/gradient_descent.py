@@ -23,9 +23,8 @@ def gradient_descent(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
 
     Parameters
     ----------
-    problem : LeastSquares
-    start : ndarray, shape (p,)
-        Where to begin.
+    start
+        Shape (p,). Where to begin.
 
     Yields
     ------

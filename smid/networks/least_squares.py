@@ -26,12 +26,12 @@ class NormalEquations:
 
     Parameters
     ----------
-    error : float
+    error
         Mean of the squared residuals.
-    gradient : ndarray, shape (p,)
-        ``J'r / n``, half the gradient of the error.
-    gram : ndarray, shape (p, p)
-        ``J'J / n``.
+    gradient
+        Shape (p,). ``J'r / n``, half the gradient of the error.
+    gram
+        Shape (p, p). ``J'J / n``.
     """
 
     error: float
@@ -57,9 +57,9 @@ class Iterate:
 
     Parameters
     ----------
-    theta : ndarray, shape (p,)
-        The point.
-    error : float
+    theta
+        Shape (p,). The point.
+    error
         Mean of the squared residuals there.
     """
 
@@ -76,12 +76,8 @@ def sum_normal_equations(blocks: Iterable[tuple[Array, Array]]) -> NormalEquatio
 
     Parameters
     ----------
-    blocks : iterable of (ndarray, shape (n_i,), ndarray, shape (n_i, p))
-        Residuals and their Jacobian.
-
-    Returns
-    -------
-    NormalEquations
+    blocks
+        Shape (n_i,). Residuals and their Jacobian.
 
     Raises
     ------

@@ -36,9 +36,8 @@ def levenberg_marquardt(problem: LeastSquares, start: Array) -> Iterator[Iterate
 
     Parameters
     ----------
-    problem : LeastSquares
-    start : ndarray, shape (p,)
-        Where to begin.
+    start
+        Shape (p,). Where to begin.
 
     Yields
     ------

@@ -51,12 +51,12 @@ def stacked_normal_equations(residuals: Array, jacobian: Callable[[Rows], Array]
 
     Parameters
     ----------
-    residuals : ndarray, shape (B, n)
-        Of all points.
-    jacobian : callable
+    residuals
+        Shape (B, n). Of all points.
+    jacobian
         Takes K of the points; gives the derivatives of their residuals, shape (K, n, p).
-    rows : ndarray of int, shape (K,)
-        Which points, one or more.
+    rows
+        Shape (K,). Which points, one or more.
 
     Returns
     -------
@@ -89,13 +89,13 @@ def lockstep(
 
     Parameters
     ----------
-    evaluate : callable
+    evaluate
         Takes points, shape (B, p).
-    starts : ndarray, shape (B, p)
-        Within the box.
-    lower, upper : ndarray, shape (p,)
-        Sides of the box.
-    evaluations : int
+    starts
+        Shape (B, p). Within the box.
+    lower, upper
+        Shape (p,). Sides of the box.
+    evaluations
         At most so many for each start, its own included.
 
     Returns

@@ -22,7 +22,7 @@ class MultiStart(Result):
 
     Parameters
     ----------
-    descents : tuple of Descent
+    descents
         In the order of the starts.
     """
 
@@ -60,8 +60,8 @@ def multistart(
     ----------
     method, problem, validation, iterations, patience, progress
         As for `descend`.
-    starts : iterable of ndarray, shape (p,)
-        Where to begin.
+    starts
+        Shape (p,). Where to begin.
 
     Returns
     -------

@@ -34,12 +34,12 @@ class Linearisation:
 
     Parameters
     ----------
-    outputs : ndarray, shape (..., n)
-        One output per sample.
-    by_weights : ndarray, shape (..., n, p)
-        Derivatives with respect to the weights, in the order of `TanhNetwork.weights`.
-    by_inputs : ndarray, shape (..., n, k)
-        Derivatives with respect to the inputs.
+    outputs
+        Shape (..., n). One output per sample.
+    by_weights
+        Shape (..., n, p). Derivatives with respect to the weights, in the order of `TanhNetwork.weights`.
+    by_inputs
+        Shape (..., n, k). Derivatives with respect to the inputs.
 
     Examples
     --------
@@ -59,12 +59,8 @@ def weight_count(sizes: tuple[int, ...]) -> int:
 
     Parameters
     ----------
-    sizes : tuple of int
+    sizes
         Number of inputs, then of neurons in each hidden layer.
-
-    Returns
-    -------
-    int
 
     Examples
     --------
@@ -80,10 +76,10 @@ class TanhNetwork:
 
     Parameters
     ----------
-    sizes : tuple of int
+    sizes
         Number of inputs, then of neurons in each hidden layer.
-    weights : ndarray, shape (..., p)
-        All weights and biases, layer by layer; leading axes hold several networks.
+    weights
+        Shape (..., p). All weights and biases, layer by layer; leading axes hold several networks.
 
     Raises
     ------
@@ -126,8 +122,8 @@ class TanhNetwork:
 
         Parameters
         ----------
-        inputs : array_like, shape (..., n, k)
-            One row per sample.
+        inputs
+            Shape (..., n, k). One row per sample.
 
         Returns
         -------
@@ -150,8 +146,8 @@ class TanhNetwork:
 
         Parameters
         ----------
-        inputs : array_like, shape (..., n, k)
-            One row per sample.
+        inputs
+            Shape (..., n, k). One row per sample.
 
         Returns
         -------

@@ -23,8 +23,8 @@ class Scaling:
 
     Parameters
     ----------
-    centre, half_range : ndarray, shape (k,)
-        In the columns' units; half ranges are positive.
+    centre, half_range
+        Shape (k,). In the columns' units; half ranges are positive.
     """
 
     centre: Array
@@ -40,14 +40,10 @@ def scaling_of(columns: Array, names: Sequence[str]) -> Scaling:
 
     Parameters
     ----------
-    columns : ndarray, shape (n, k)
-        Samples.
-    names : sequence of str
+    columns
+        Shape (n, k). Samples.
+    names
         What each column is, for the message.
-
-    Returns
-    -------
-    Scaling
 
     Raises
     ------
@@ -74,9 +70,9 @@ def fold(network: TanhNetwork, inputs: Scaling, output: Scaling) -> TanhNetwork:
 
     Parameters
     ----------
-    network : TanhNetwork
+    network
         From [-1, 1] to [-1, 1].
-    inputs, output : Scaling
+    inputs, output
         Of the k inputs and of the output.
 
     Returns

@@ -24,7 +24,7 @@ class Split:
 
     Parameters
     ----------
-    training, validation, test : ndarray of int
+    training, validation, test
         Rising; together every sample once.
     """
 
@@ -38,14 +38,10 @@ def random_split(n: int, seed: int | np.random.Generator) -> Split:
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of the draw.
-
-    Returns
-    -------
-    Split
 
     Examples
     --------

@@ -25,9 +25,9 @@ def nguyen_widrow(sizes: tuple[int, ...], seed: int | np.random.Generator) -> Ta
 
     Parameters
     ----------
-    sizes : tuple of int
+    sizes
         Number of inputs, then of neurons in each hidden layer.
-    seed : int or numpy.random.Generator
+    seed
         Of the draw.
 
     Returns

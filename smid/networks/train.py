@@ -37,10 +37,12 @@ class NetworkError:
 
     Parameters
     ----------
-    sizes : tuple of int
+    sizes
         Number of inputs, then of neurons in each hidden layer.
-    inputs : ndarray, shape (n, k)
-    targets : ndarray, shape (n,)
+    inputs
+        Shape (n, k).
+    targets
+        Shape (n,).
 
     Examples
     --------
@@ -75,13 +77,13 @@ class Training(Result):
 
     Parameters
     ----------
-    network : TanhNetwork
+    network
         From the inputs' units to the target's.
-    split : Split
+    split
         Which samples did what.
-    training, validation, test : float
+    training, validation, test
         Mean squared error of each part, in the target's unit squared.
-    search : MultiStart
+    search
         The descents, in scaled weights and errors.
     """
 
@@ -115,23 +117,23 @@ def train(
 
     Parameters
     ----------
-    inputs : array_like, shape (n, k)
-        One row per sample.
-    targets : array_like, shape (n,)
-        What the network shall give.
-    hidden : tuple of int
+    inputs
+        Shape (n, k). One row per sample.
+    targets
+        Shape (n,). What the network shall give.
+    hidden
         Neurons of each hidden layer.
-    seed : int or numpy.random.Generator
+    seed
         Of split and starts.
-    method : callable
+    method
         `levenberg_marquardt`, `gauss_newton` or `gradient_descent`.
-    starts : int
+    starts
         How many random starts.
-    iterations : int
+    iterations
         Most steps from each start.
-    patience : int
+    patience
         Steps without a lower validation error after which a descent stops.
-    progress : callable, optional
+    progress
         Called after each step with a `Progress`.
 
     Returns

@@ -37,19 +37,19 @@ class Arx:
 
     Parameters
     ----------
-    na : int
+    na
         Number of poles.
-    nb : int
+    nb
         Degree of the numerator: nb + 1 coefficients for each power, as in `smid.models.OutputError`.
-    delay : int
+    delay
         Samples from input to output.
-    powers : tuple of int
+    powers
         Powers of the scaled input, at least 1.
-    input_scale : float
+    input_scale
         K of (3.4), in one per input unit.
-    offset : bool
+    offset
         Whether a constant is estimated too, in the output's unit.
-    stable : bool
+    stable
         Whether an estimator puts poles on or outside the unit circle back inside, section 3.3.2.1.
 
     Raises
@@ -108,9 +108,9 @@ class Arx:
 
         Parameters
         ----------
-        outputs : sequence of float
+        outputs
             ``y[t-1], ..., y[t-na]``.
-        inputs : sequence of float
+        inputs
             ``v[t], v[t-1], ..., v[t-delay-nb]``: the scaled input, the newest first.
 
         Returns
@@ -134,8 +134,8 @@ class Arx:
 
         Parameters
         ----------
-        input, output : array_like, shape (N,)
-            In the channels' units.
+        input, output
+            Shape (N,). In the channels' units.
 
         Returns
         -------
@@ -181,14 +181,10 @@ def refusal(number: int, u: float, y: float) -> DataError:
 
     Parameters
     ----------
-    number : int
+    number
         Of the sample.
-    u, y : float
+    u, y
         Input and output.
-
-    Returns
-    -------
-    DataError
 
     Examples
     --------

@@ -25,7 +25,7 @@ class Comparison(Tabular):
 
     Parameters
     ----------
-    trackings : tuple of Tracking
+    trackings
         At least one, all in the same unit.
     """
 
@@ -72,9 +72,7 @@ def compare(models: Sequence[Arx], methods: Sequence[Method], data: Dataset) -> 
 
     Parameters
     ----------
-    models : sequence of Arx
-    methods : sequence of Method
-    data : Dataset
+    data
         With one input and one output.
 
     Returns

@@ -31,15 +31,16 @@ class History(Result):
 
     Parameters
     ----------
-    parameters : ndarray, shape (N, n)
-        After each sample, in the order of `Arx.names`.
-    one_step : ndarray, shape (N,)
+    parameters
+        Shape (N, n). After each sample, in the order of `Arx.names`.
+    one_step
+        Shape (N,).
         Measured minus predicted with the parameters from before the sample (a priori), in the output's unit; NaN while
         the model still looks back beyond the record.
-    a_posteriori : ndarray, shape (N,)
-        The same with the parameters from after the sample.
-    put_inside : ndarray of bool, shape (N,)
-        Where the stability rule put poles back.
+    a_posteriori
+        Shape (N,). The same with the parameters from after the sample.
+    put_inside
+        Shape (N,). Where the stability rule put poles back.
 
     Examples
     --------
@@ -71,12 +72,12 @@ class RecursiveEstimator:
 
     Parameters
     ----------
-    arx : Arx
+    arx
         Structure of the model.
-    method : Method
+    method
         How a sample corrects the parameters.
-    start : array_like, shape (n,), optional
-        Parameters before the first sample; zero by default.
+    start
+        Shape (n,). Parameters before the first sample; zero by default.
 
     Raises
     ------
@@ -134,7 +135,7 @@ class RecursiveEstimator:
 
         Parameters
         ----------
-        u, y : float
+        u, y
             Input and output at the same instant, in the channels' units.
 
         Returns

@@ -24,10 +24,6 @@ _FLOOR = 1e-18
 def tracking_figure(tracking: Tracking) -> Figure:
     """Draw the output with the free run, the three errors on one logarithmic scale, and the parameters.
 
-    Parameters
-    ----------
-    tracking : Tracking
-
     Returns
     -------
     Figure
@@ -68,10 +64,6 @@ def tracking_figure(tracking: Tracking) -> Figure:
 def gain_figure(study: GainStudy) -> Figure:
     """Draw the RMSE of the three errors over the adaptation gain, with the limit of the stability rule.
 
-    Parameters
-    ----------
-    study : GainStudy
-
     Returns
     -------
     Figure
@@ -95,10 +87,6 @@ def gain_figure(study: GainStudy) -> Figure:
 
 def comparison_figure(comparison: Comparison) -> Figure:
     """Draw the RMSE of the three errors of every method on every record, one panel per model.
-
-    Parameters
-    ----------
-    comparison : Comparison
 
     Returns
     -------

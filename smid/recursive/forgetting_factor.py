@@ -49,9 +49,9 @@ class ForgettingFactor(Method):
 
     Parameters
     ----------
-    factor : float
+    factor
         lambda: in (0, 1]; with 1 nothing is forgotten, and the result is that of batch least squares.
-    spread : float or tuple of float
+    spread
         Standard deviation of the parameters at the start, for noise of standard deviation one; one for all or one for
         each.  ``P[0]`` is its square, and P never exceeds it.
 

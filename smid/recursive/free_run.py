@@ -31,12 +31,14 @@ class FreeRun(Result):
 
     Parameters
     ----------
-    parameters : ndarray, shape (n,)
-    output : ndarray, shape (N,)
+    parameters
+        Shape (n,).
+    output
+        Shape (N,).
         In the output's unit; the first `max_lag` samples are the measured ones; NaN from where it was stopped.
-    stopped : int or None
+    stopped
         The sample where the run was stopped for having run away.
-    radius : float
+    radius
         Largest magnitude of a pole; the model is unstable from 1 on.
     """
 
@@ -56,15 +58,10 @@ def free_run(arx: Arx, parameters: ArrayLike, input: ArrayLike, output: ArrayLik
 
     Parameters
     ----------
-    arx : Arx
-    parameters : array_like, shape (n,)
-        In the order of `Arx.names`.
-    input, output : array_like, shape (N,)
-        Of the output only the first `max_lag` samples are used, and its range.
-
-    Returns
-    -------
-    FreeRun
+    parameters
+        Shape (n,). In the order of `Arx.names`.
+    input, output
+        Shape (N,). Of the output only the first `max_lag` samples are used, and its range.
 
     Raises
     ------

@@ -34,10 +34,9 @@ class GainStudy(Tabular):
 
     Parameters
     ----------
-    largest_gain : float
+    largest_gain
         Up to which the parameter error cannot grow, for constant parameters without noise.
-    gains : tuple of float
-    trackings : tuple of Tracking
+    trackings
         One for each gain.
     """
 
@@ -106,20 +105,16 @@ def gain_study(
 
     Parameters
     ----------
-    arx : Arx
+    arx
         Structure of the model.
-    method : NormalisedGradient or UnnormalisedGradient
+    method
         Its own gain is replaced.
-    data : Dataset
+    data
         With one input and one output.
-    gains : sequence of float, optional
+    gains
         By default shares of the largest stable one, from 0.005 to 1.05.
-    experiment : int
+    experiment
         Which run of the data.
-
-    Returns
-    -------
-    GainStudy
 
     Raises
     ------

@@ -24,13 +24,14 @@ def retake(gain: Callable[[Array], Array], phi: Array, error: float, held: Array
 
     Parameters
     ----------
-    gain : callable
+    gain
         From regressors to gain.
-    phi : ndarray, shape (n,)
-    error : float
+    phi
+        Shape (n,).
+    error
         Before the sample.
-    held : ndarray, shape (m,)
-        Change of the first m parameters.
+    held
+        Shape (m,). Change of the first m parameters.
 
     Returns
     -------

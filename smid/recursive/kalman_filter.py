@@ -52,12 +52,12 @@ class KalmanFilter(Method):
 
     Parameters
     ----------
-    drift : float or tuple of float
+    drift
         Standard deviation of a parameter's change from sample to sample, ``R1 = drift^2``; one for all or one for each.
         Zero where it does not change.
-    noise : float
+    noise
         Standard deviation of the noise, ``R2 = noise^2``, in the output's unit.
-    spread : float or tuple of float
+    spread
         Standard deviation of the parameters at the start, ``P[0] = spread^2``; one for all or one for each.  P never
         exceeds it.
 

@@ -22,11 +22,10 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
 
     Parameters
     ----------
-    estimator : RecursiveSet
+    estimator
         That found the change; its settings are used again.
-    change : Change
-    input, output : array_like, shape (N,)
-        The record that the estimator has seen, from its first sample on.
+    input, output
+        Shape (N,). The record that the estimator has seen, from its first sample on.
 
     Returns
     -------

@@ -52,15 +52,16 @@ class Method(ABC):
 
         Parameters
         ----------
-        memory : ndarray
+        memory
             After the sample.
-        phi : ndarray, shape (n,)
-        error : float
+        phi
+            Shape (n,).
+        error
             e[t].
-        change : ndarray, shape (n,)
-            K[t] e[t], which the rule forbids.
-        held : ndarray, shape (m,)
-            What the first m parameters change by instead.
+        change
+            Shape (n,). K[t] e[t], which the rule forbids.
+        held
+            Shape (m,). What the first m parameters change by instead.
 
         Returns
         -------

@@ -42,9 +42,9 @@ class NormalisedGradient(Method):
 
     Parameters
     ----------
-    gain : float
+    gain
         Adaptation gain gamma, positive; stable below 2.
-    bias : float
+    bias
         Added to the squared norm, which may vanish; not negative, in the squared units of the regressors.
 
     Raises

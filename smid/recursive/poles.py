@@ -30,12 +30,8 @@ def stable(denominator: Sequence[float]) -> bool:
 
     Parameters
     ----------
-    denominator : sequence of float
+    denominator
         ``a_1, ..., a_n``.
-
-    Returns
-    -------
-    bool
 
     Examples
     --------
@@ -58,7 +54,7 @@ def put_inside(denominator: Sequence[float]) -> Array:
 
     Parameters
     ----------
-    denominator : sequence of float
+    denominator
         ``a_1, ..., a_n``.
 
     Returns
@@ -81,12 +77,8 @@ def largest_pole(denominator: Sequence[float]) -> float:
 
     Parameters
     ----------
-    denominator : sequence of float
+    denominator
         ``a_1, ..., a_n``.
-
-    Returns
-    -------
-    float
 
     Examples
     --------

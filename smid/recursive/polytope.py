@@ -57,21 +57,21 @@ class Polytope:
 
     Parameters
     ----------
-    normals : ndarray, shape (m, n)
-        Rows; the first 2n are those of the box, places that are free are zero.
-    offsets : ndarray, shape (m,)
-        Right-hand sides; infinite where a place is free.
-    directions : ndarray, shape (q, n)
-        The axes, their negatives, other directions, their negatives.
-    ends : ndarray, shape (q,)
-        Certified: every point of the set lies below each end along its direction.
-    bases : ndarray of int, shape (q, n)
-        Per end the rows of its basis.
-    inverses : ndarray, shape (q, n, n)
-        Of the bases.
-    units : ndarray, shape (n,)
-        Of each parameter: its largest magnitude in the first box.
-    empty : bool
+    normals
+        Shape (m, n). Rows; the first 2n are those of the box, places that are free are zero.
+    offsets
+        Shape (m,). Right-hand sides; infinite where a place is free.
+    directions
+        Shape (q, n). The axes, their negatives, other directions, their negatives.
+    ends
+        Shape (q,). Certified: every point of the set lies below each end along its direction.
+    bases
+        Shape (q, n). Per end the rows of its basis.
+    inverses
+        Shape (q, n, n). Of the bases.
+    units
+        Shape (n,). Of each parameter: its largest magnitude in the first box.
+    empty
         Whether the set is certified to be empty; then the ends say nothing.
 
     Examples
@@ -99,8 +99,9 @@ class Polytope:
 
         Parameters
         ----------
-        lower, upper : ndarray, shape (n,)
-        capacity : int
+        lower, upper
+            Shape (n,).
+        capacity
             Rows beside those of the box that are kept.
 
         Raises
@@ -154,7 +155,8 @@ class Polytope:
 
         Parameters
         ----------
-        others : ndarray, shape (p, n)
+        others
+            Shape (p, n).
 
         Raises
         ------
@@ -192,8 +194,10 @@ class Polytope:
 
         Parameters
         ----------
-        normals : ndarray, shape (k, n)
-        offsets : ndarray, shape (k,)
+        normals
+            Shape (k, n).
+        offsets
+            Shape (k,).
 
         Returns
         -------

@@ -23,8 +23,8 @@ def triangular(stacked: Array) -> Array:
 
     Parameters
     ----------
-    stacked : ndarray, shape (m, n)
-        With m >= n.
+    stacked
+        Shape (m, n). With m >= n.
 
     Returns
     -------

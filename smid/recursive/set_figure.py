@@ -23,14 +23,10 @@ def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: floa
 
     Parameters
     ----------
-    history : SetHistory
-    truth : array_like, shape (n,) or (N, n), optional
-    sampling_time : float, optional
+    truth
+        Shape (n,) or (N, n).
+    sampling_time
         In seconds.
-
-    Returns
-    -------
-    Figure
 
     Raises
     ------

@@ -25,9 +25,9 @@ class Change(Result):
 
     Parameters
     ----------
-    after : int
+    after
         Number of the first sample of the stretch: the parameters were not the same ever since.
-    sample : int
+    sample
         Number of its last sample, with which the set became empty: the change had happened by then.
 
     Examples
@@ -49,11 +49,10 @@ class SetHistory(Tabular):
 
     Parameters
     ----------
-    names : tuple of str
+    names
         Of the n parameters.
-    lower, upper : ndarray, shape (N, n)
-        After each sample.
-    changes : tuple of Change
+    lower, upper
+        Shape (N, n). After each sample.
 
     Examples
     --------
@@ -95,9 +94,9 @@ class SetHistory(Tabular):
 
         Parameters
         ----------
-        truth : array_like, shape (n,) or (N, n), optional
-            The parameters that made the data, where they are known.
-        sampling_time : float, optional
+        truth
+            Shape (n,) or (N, n). The parameters that made the data, where they are known.
+        sampling_time
             In seconds; without it the axis counts samples.
 
         Returns

@@ -63,17 +63,18 @@ class RecursiveSet:
 
     Parameters
     ----------
-    arx : Arx
+    arx
         Structure of the model.
-    noise_bound : float
+    noise_bound
         D, in the output's unit.
-    bounds : mapping str -> (float, float)
+    bounds
         First box of each parameter, finite; a wide one costs little.  The whole denominator may be left out for a
         stable plant (``arx.stable``): then the set begins with the smallest simplex of all stable ones.  With three
         poles or more, begin with the intervals of `smid.identify` on a first stretch: the set may stay wide else.
-    error : {"output", "equation"}
+    error
+        One of {"output", "equation"}.
         Where the noise enters: at the output, after the dynamics, or into the difference equation.
-    memory : int
+    memory
         Equations that are kept; sums are half as long.  Several time constants of the plant, twice.
 
     Raises
@@ -188,7 +189,7 @@ class RecursiveSet:
 
         Parameters
         ----------
-        u, y : float
+        u, y
             Input and output at the same instant, in the channels' units.
 
         Returns

@@ -32,15 +32,15 @@ class SlidingWindow:
 
     Parameters
     ----------
-    model : Model
+    model
         With one input and one output, as `smid.identify` takes it.
-    noise_bound : float
+    noise_bound
         Of the output, in its unit.
-    window : int
+    window
         W: samples that count.
-    every : int
+    every
         Samples from one computation to the next.
-    sampling_time : float
+    sampling_time
         In seconds; a model in derivatives needs it.
 
     Raises
@@ -110,7 +110,7 @@ class SlidingWindow:
 
         Parameters
         ----------
-        u, y : float
+        u, y
             Input and output at the same instant, in the channels' units.
 
         Returns

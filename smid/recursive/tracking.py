@@ -37,9 +37,9 @@ class Residual:
 
     Parameters
     ----------
-    samples : ndarray, shape (N,)
-        Measured minus computed, in the output's unit; NaN where nothing is computed.
-    rmse, largest : float
+    samples
+        Shape (N,). Measured minus computed, in the output's unit; NaN where nothing is computed.
+    rmse, largest
         Root mean square and largest magnitude over the samples that count; NaN where one of them is missing.
 
     Examples
@@ -69,14 +69,11 @@ class Tracking(Tabular):
 
     Parameters
     ----------
-    arx : Arx
-    method : Method
-    data : Dataset
-    experiment : int
+    experiment
         Which run of the data.
-    history : History
+    history
         Shorter than the record where the parameters diverged.
-    frozen : FreeRun
+    frozen
         With the last parameters, over the whole record.
     """
 
@@ -237,16 +234,16 @@ def track(arx: Arx, method: Method, data: Dataset, *, experiment: int = 0, start
 
     Parameters
     ----------
-    arx : Arx
+    arx
         Structure of the model.
-    method : Method
+    method
         How a sample corrects the parameters.
-    data : Dataset
+    data
         With one input and one output.
-    experiment : int
+    experiment
         Which run of the data.
-    start : array_like, shape (n,), optional
-        Parameters before the first sample; zero by default.
+    start
+        Shape (n,). Parameters before the first sample; zero by default.
 
     Returns
     -------

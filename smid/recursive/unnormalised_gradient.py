@@ -30,7 +30,7 @@ class UnnormalisedGradient(Method):
 
     Parameters
     ----------
-    gain : float
+    gain
         Adaptation gain gamma, positive, in one per squared unit of the regressors; `largest_gain` tells which are
         stable.
 

@@ -47,11 +47,12 @@ class WeightedSums:
 
     Parameters
     ----------
-    weights : ndarray, shape (f, K)
-        The newest equation's first.
-    slopes : ndarray, shape (f, na)
-    levels : ndarray, shape (f,)
-        The noise of a sum is at most the bound D times ``level + slope' a``.
+    weights
+        Shape (f, K). The newest equation's first.
+    slopes
+        Shape (f, na).
+    levels
+        Shape (f,). The noise of a sum is at most the bound D times ``level + slope' a``.
     """
 
     weights: Array
@@ -69,11 +70,11 @@ class WeightedSums:
 
         Parameters
         ----------
-        polytope : Polytope
+        polytope
             Its first parameters are a; the ends beyond those of the box bound ``axes @ a``.
-        axes : ndarray, shape (na, na)
-            Nearly orthogonal.
-        length : int
+        axes
+            Shape (na, na). Nearly orthogonal.
+        length
             K.
         """
         na, n = len(axes), polytope.n
@@ -113,13 +114,13 @@ class WeightedSums:
 
         Parameters
         ----------
-        windows : ndarray, shape (w, K, 1 + n)
-            ``y[t]`` and ``phi[t]`` of consecutive equations, the newest first.
-        noise_bound : float
+        windows
+            Shape (w, K, 1 + n). ``y[t]`` and ``phi[t]`` of consecutive equations, the newest first.
+        noise_bound
             D.
-        size : ndarray, shape (n,)
-            Largest magnitude of each parameter.
-        slip : float
+        size
+            Shape (n,). Largest magnitude of each parameter.
+        slip
             Relative error of the regressors.
         """
         sums = (self.weights @ windows).reshape(-1, windows.shape[2])
@@ -148,8 +149,7 @@ def principal_axes(polytope: Polytope, na: int) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    polytope : Polytope
-    na : int
+    na
         Its first parameters count.
 
     Returns

@@ -34,22 +34,16 @@ def chapter_page(
 
     Parameters
     ----------
-    title : str
-    conclusion : str
+    conclusion
         The result in a few sentences, for the top of the page.
-    sections : sequence of Section
-    data : Dataset
+    data
         The records that were used.
-    document : dict
+    document
         The study as plain data.
-    not_compared : sequence of str
+    not_compared
         What of the source cannot be compared with this study, and why.
-    settings : mapping str -> str, optional
+    settings
         What was asked for, in the user's words; shown at the end.
-
-    Returns
-    -------
-    Page
     """
     compared = (Section("What cannot be compared", (Items(tuple(not_compared)),)),) if not_compared else ()
     return Page(

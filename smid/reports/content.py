@@ -34,8 +34,7 @@ class Rich(str):
 
     Parameters
     ----------
-    text : str
-    html : str
+    html
         Markup, as it goes into the page.
 
     Examples
@@ -63,8 +62,7 @@ def coloured(text: str, kind: str) -> Rich:
 
     Parameters
     ----------
-    text : str
-    kind : str
+    kind
         "good", "bad" or "new".
     """
     return Rich(text, f'<span class="{kind}">{escape(text)}</span>')
@@ -97,24 +95,14 @@ class Heading:
 
 @dataclass(frozen=True)
 class Items:
-    """A list.
-
-    Parameters
-    ----------
-    items : tuple of str
-    """
+    """A list."""
 
     items: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and what belongs to them.
-
-    Parameters
-    ----------
-    rows : tuple of (str, str)
-    """
+    """Names and what belongs to them."""
 
     rows: tuple[tuple[str, str], ...]
 
@@ -125,9 +113,9 @@ class Equations:
 
     Parameters
     ----------
-    label : str
+    label
         What they are, for readers who do not see them.
-    rows : tuple of str
+    rows
         LaTeX aligned at ``&``, and MathML where they are :class:`Rich`.
     """
 
@@ -141,9 +129,7 @@ class Picture:
 
     Parameters
     ----------
-    figure : Figure
-    caption : str
-    label : str
+    label
         What it shows, for readers who do not see it; empty where the caption says so.
     """
 
@@ -161,8 +147,7 @@ class Section:
 
     Parameters
     ----------
-    title : str
-    blocks : tuple of Block
+    blocks
         A plain string is a paragraph.
     """
 
@@ -176,19 +161,17 @@ class Page:
 
     Parameters
     ----------
-    title : str
-    result : tuple of str
+    result
         What was found, in a paragraph or a few.
-    sections : tuple of Section
-    document : mapping
+    document
         The same as plain data: what its JSON twin holds.
-    simulated : bool
+    simulated
         Whether numbers on it come from a simulation; the page is labelled then.
-    settings : mapping str -> str
+    settings
         What was asked for, in the user's words; shown at the end.
-    links : mapping str -> str
+    links
         Words -> address, relative to the page.
-    written : str
+    written
         When.
     """
 

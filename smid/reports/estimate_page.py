@@ -90,20 +90,10 @@ def data_report(
 
     Parameters
     ----------
-    path : str or path
-    title, sentence : str
+    title, sentence
         Heading, and the result in one sentence.
-    model : Model
-    data : Dataset, optional
-    error_bound : ErrorBound, optional
-    validations : sequence of Validation
-    settings : mapping str -> str, optional
-    document : dict
+    document
         The same as plain data.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------

@@ -22,10 +22,6 @@ SUFFIXES = (".html", ".pdf", ".md", ".json")
 def check_report(path: str | PathLike[str]) -> None:
     """Raise an error that names the cure unless a report can be written there; call it before long work.
 
-    Parameters
-    ----------
-    path : str or path
-
     Raises
     ------
     ValueError
@@ -54,8 +50,7 @@ def write_page(page: Page, path: str | PathLike[str]) -> Path:
 
     Parameters
     ----------
-    page : Page
-    path : str or path
+    path
         Its suffix says which. Beside a PDF stands the HTML that it was printed from; the figures of ``a.md`` are in
         the folder ``a_files``.
 

@@ -17,16 +17,7 @@ _BLOCKS = (Equations, Facts, Heading, Items, Picture, Remark, Table)
 
 
 def as_html(page: Page) -> str:
-    """Return the page in HTML.
-
-    Parameters
-    ----------
-    page : Page
-
-    Returns
-    -------
-    str
-    """
+    """Return the page in HTML."""
     environment = Environment(
         loader=PackageLoader("smid.reports"),
         autoescape=True,

@@ -16,13 +16,8 @@ def as_markdown(page: Page, keep: Callable[[Picture], str]) -> str:
 
     Parameters
     ----------
-    page : Page
-    keep : callable
+    keep
         Keeps a picture somewhere, and returns its address.
-
-    Returns
-    -------
-    str
 
     Examples
     --------

@@ -42,8 +42,7 @@ def equations(model: Model, new: Collection[str] = ()) -> list[str]:
 
     Parameters
     ----------
-    model : Model
-    new : collection of str
+    new
         Parameters to highlight.
 
     Examples

@@ -53,8 +53,7 @@ def data_section(data: Dataset, *, drawn: bool) -> Section:
 
     Parameters
     ----------
-    data : Dataset
-    drawn : bool
+    drawn
         Whether to show the samples.
     """
     return Section("Data", tuple(_data(data, drawn)))
@@ -97,16 +96,7 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
 
 
 def data_figure(dataset: Dataset) -> Figure:
-    """Draw every channel over time, outputs on top.
-
-    Parameters
-    ----------
-    dataset : Dataset
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw every channel over time, outputs on top."""
     with style():
         figure = dataset.plot()
         figure.set_size_inches(WIDTH, 0.6 + 1.3 * len(figure.axes))

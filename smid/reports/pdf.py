@@ -46,10 +46,6 @@ def find_browser() -> str | None:
 def print_pdf(page: Path, target: Path) -> bool:
     """Print an HTML page to a PDF file.
 
-    Parameters
-    ----------
-    page, target : Path
-
     Returns
     -------
     bool

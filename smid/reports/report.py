@@ -67,22 +67,21 @@ def report(
 
     Parameters
     ----------
-    result : Estimate, Diagnosis or Study
-    path : str or path
+    path
         Its suffix names the format. ``.html``: one file that needs no network, for light and dark screens, phones and
         paper. ``.pdf``: the same printed by Chromium, with the HTML beside it; where there is no Chromium, the HTML
         alone. ``.md``: Markdown, its figures as SVG in a folder beside it. ``.json``: the same as data (docs/json.md).
-    error_bound : ErrorBound, optional
+    error_bound
         Shown where it was computed; estimates only.
-    validations : sequence of Validation
+    validations
         Free runs over other records; estimates only.
-    truth : mapping str -> float, optional
+    truth
         The parameters that made simulated data; estimates only.
-    notes : sequence of str
+    notes
         Remarks: on the validations of an estimate, on the verdict of a diagnosis.
-    settings : mapping str -> str, optional
+    settings
         What was asked for, in the user's words; shown at the end.
-    links : mapping str -> str, optional
+    links
         Other pages: words -> address, relative to the page.
 
     Returns

@@ -11,10 +11,6 @@ from pathlib import Path
 def check_writable(path: str | PathLike[str]) -> None:
     """Raise an error that names the cure unless a file can be written there; call it before long work.
 
-    Parameters
-    ----------
-    path : str or path
-
     Raises
     ------
     OSError
@@ -48,8 +44,7 @@ def write_text(path: str | PathLike[str], text: str) -> Path:
 
     Parameters
     ----------
-    path : str or path
-    text : str
+    text
         Written in UTF-8.
 
     Returns

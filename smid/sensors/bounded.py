@@ -50,11 +50,11 @@ class IntervalPrediction(Result):
 
     Parameters
     ----------
-    records : tuple of str
+    records
         Names of the records.
-    position, lower, upper : tuple of ndarray, shape (n,)
-        In mm, one array per record.
-    warnings : tuple of str
+    position, lower, upper
+        Shape (n,). In mm, one array per record.
+    warnings
         What limits the answer.
 
     Examples
@@ -88,7 +88,7 @@ class IntervalPrediction(Result):
 
         Parameters
         ----------
-        data : Dataset
+        data
             The same records, with the position.
 
         Returns
@@ -117,11 +117,11 @@ class IntervalEstimate:
 
     Parameters
     ----------
-    time : float
+    time
         In seconds.
-    position, lower, upper : float
+    position, lower, upper
         In mm.
-    warnings : tuple of str
+    warnings
         What limits the answer.
 
     Examples
@@ -144,15 +144,15 @@ class BoundedSensor:
 
     Parameters
     ----------
-    sensor : VirtualSensor
+    sensor
         Trained.
-    knots : ndarray, shape (m - 1,)
-        Positions in mm, rising; outside, the bound is that of the nearest one.
-    weights : ndarray, shape (m,)
-        What the linear program found: of the hats in mm, then of the speed.
-    margin : float
+    knots
+        Shape (m - 1,). Positions in mm, rising; outside, the bound is that of the nearest one.
+    weights
+        Shape (m,). What the linear program found: of the hats in mm, then of the speed.
+    margin
         By which share the bound is widened.
-    n_samples : int
+    n_samples
         How many samples the bound holds on.
     """
 
@@ -172,12 +172,8 @@ class BoundedSensor:
 
         Parameters
         ----------
-        data : Dataset
+        data
             With the sensor's channels.
-
-        Returns
-        -------
-        IntervalPrediction
 
         Raises
         ------
@@ -204,9 +200,9 @@ class IntervalStream:
 
     Parameters
     ----------
-    stream : Stream
+    stream
         The sensor's own.
-    bound : object
+    bound
         Gives half the width of the interval, from its memory of the speed.
 
     Examples
@@ -262,16 +258,12 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
 
     Parameters
     ----------
-    sensor : VirtualSensor
+    sensor
         Trained.
-    data : Dataset
+    data
         Records with the position that did not train the sensor.
-    margin : float
+    margin
         By which share the bound is widened, for records that are not like these.
-
-    Returns
-    -------
-    BoundedSensor
 
     Raises
     ------

@@ -32,13 +32,13 @@ class CFPX(VirtualSensor):
 
     Parameters
     ----------
-    order : int
+    order
         Of the polynomial.
-    pressure_range : tuple of float, optional
+    pressure_range
         Lowest and highest pressure of the records that trained it, in bar.
-    coefficients : ndarray, shape (order + 1,), optional
-        What training found, in mm, of Chebyshev's polynomials on that range.
-    sampling_time : float, optional
+    coefficients
+        Shape (order + 1,). What training found, in mm, of Chebyshev's polynomials on that range.
+    sampling_time
         Of the records that trained it, in seconds.
 
     Raises

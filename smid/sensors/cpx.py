@@ -29,11 +29,11 @@ class CPX(VirtualSensor):
 
     Parameters
     ----------
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    network : TanhNetwork, optional
+    network
         What training found, from mA and bar to mm.
-    sampling_time : float, optional
+    sampling_time
         Of the records that trained it, in seconds.
 
     Examples

@@ -29,11 +29,11 @@ class DeadZone(VirtualSensor):
 
     Parameters
     ----------
-    sensor : VirtualSensor
+    sensor
         What speaks above the threshold.
-    threshold : float, optional
+    threshold
         Pressure in bar up to which the clutch rests; None before training, or if no threshold lowers the error.
-    rest : float, optional
+    rest
         Position in mm there.
 
     Examples

@@ -42,12 +42,8 @@ def sensor_to_dict(sensor: Sensor) -> dict[str, Any]:
 
     Parameters
     ----------
-    sensor : VirtualSensor or BoundedSensor
+    sensor
         Trained or not.
-
-    Returns
-    -------
-    dict
 
     Examples
     --------
@@ -91,10 +87,6 @@ READERS: dict[str, Callable[[Any], Any]] = {
 def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
     """Make the sensor that `sensor_to_dict` described.
 
-    Parameters
-    ----------
-    record : mapping
-
     Returns
     -------
     VirtualSensor or BoundedSensor
@@ -129,9 +121,9 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
 
     Parameters
     ----------
-    sensor : VirtualSensor or BoundedSensor
+    sensor
         Trained or not.
-    path : path
+    path
         Of the JSON file.
 
     Examples
@@ -150,12 +142,8 @@ def load_sensor(path: str | Path) -> Sensor:
 
     Parameters
     ----------
-    path : path
+    path
         Of a file that `save_sensor` wrote.
-
-    Returns
-    -------
-    VirtualSensor or BoundedSensor
 
     Raises
     ------

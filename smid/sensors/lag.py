@@ -29,11 +29,11 @@ def lag(signal: Array, decay: Array, before: float) -> Array:
 
     Parameters
     ----------
-    signal : ndarray, shape (n,)
-        What is followed, g.
-    decay : ndarray, shape (n,)
-        The pole a at each sample, from 0 to 1.
-    before : float
+    signal
+        Shape (n,). What is followed, g.
+    decay
+        Shape (n,). The pole a at each sample, from 0 to 1.
+    before
         Where the lag was before the first sample.
 
     Returns
@@ -57,10 +57,10 @@ def lag_derivatives(sources: Array, decay: Array) -> Array:
 
     Parameters
     ----------
-    sources : ndarray, shape (p, n)
-        One row per parameter.
-    decay : ndarray, shape (n,)
-        The pole a at each sample.
+    sources
+        Shape (p, n). One row per parameter.
+    decay
+        Shape (n,). The pole a at each sample.
 
     Returns
     -------

@@ -26,7 +26,7 @@ class RunningMedian:
 
     Parameters
     ----------
-    order : int
+    order
         How many samples.
 
     Examples
@@ -95,9 +95,9 @@ def centred_median(signal: Array, order: int) -> Array:
 
     Parameters
     ----------
-    signal : ndarray, shape (n,)
-        Samples.
-    order : int
+    signal
+        Shape (n,). Samples.
+    order
         Samples in the window.
 
     Returns
@@ -132,9 +132,9 @@ def causal_median(signal: Array, order: int) -> Array:
 
     Parameters
     ----------
-    signal : ndarray, shape (n,)
-        Samples.
-    order : int
+    signal
+        Shape (n,). Samples.
+    order
         Samples in the window.
 
     Returns

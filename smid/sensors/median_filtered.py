@@ -25,11 +25,11 @@ class MedianFiltered(VirtualSensor):
 
     Parameters
     ----------
-    sensor : VirtualSensor
+    sensor
         What is filtered.
-    order : int
+    order
         Samples in the window; the thesis has 50 for CPX and 250 for CFPX.
-    causal : bool
+    causal
         Whether the window ends at the present sample, as a filter for real time must, or is centred, as in the thesis.
 
     Raises

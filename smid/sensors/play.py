@@ -33,12 +33,12 @@ class Play:
 
     Parameters
     ----------
-    position : ndarray, shape (n,)
-        Of the part that is pushed, h.
-    contact : ndarray of int, shape (n,)
-        The sample at which it was last pushed; 0 before.
-    side : ndarray, shape (n,)
-        From which side: 1 from above, -1 from below, 0 before the first push.
+    position
+        Shape (n,). Of the part that is pushed, h.
+    contact
+        Shape (n,). The sample at which it was last pushed; 0 before.
+    side
+        Shape (n,). From which side: 1 from above, -1 from below, 0 before the first push.
     """
 
     position: Array
@@ -51,16 +51,12 @@ def play(signal: Array, threshold: float, before: float) -> Play:
 
     Parameters
     ----------
-    signal : ndarray, shape (n,)
-        Of the part that pushes.
-    threshold : float
+    signal
+        Shape (n,). Of the part that pushes.
+    threshold
         Half the slack, in the unit of the signal.
-    before : float
+    before
         Where the pushed part was before the first sample.
-
-    Returns
-    -------
-    Play
 
     Examples
     --------

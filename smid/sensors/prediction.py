@@ -21,11 +21,11 @@ class Prediction(Result):
 
     Parameters
     ----------
-    records : tuple of str
+    records
         Names of the records.
-    position : tuple of ndarray, shape (n,)
-        In mm, one array per record.
-    warnings : tuple of str
+    position
+        Shape (n,). In mm, one array per record.
+    warnings
         What limits the answer, such as a temperature outside the trained range.
 
     Examples
@@ -51,7 +51,7 @@ class Prediction(Result):
 
         Parameters
         ----------
-        data : Dataset
+        data
             The same records, with the position; warm-up samples are left out.
 
         Returns

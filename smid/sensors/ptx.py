@@ -41,17 +41,17 @@ class PTX(VirtualSensor):
 
     Parameters
     ----------
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    plays : int
+    plays
         How many play operators.
-    dynamics : Dynamics, optional
+    dynamics
         What training found: time constants, schedules, thresholds and forces.
-    network : TanhNetwork, optional
+    network
         What training found, from bar to mm: the static curve at 20 degC.
-    temperature_range : tuple of float, optional
+    temperature_range
         Lowest and highest temperature of the records that trained it, in degC.
-    sampling_time : float, optional
+    sampling_time
         Of the records that trained it, in seconds.
 
     Raises

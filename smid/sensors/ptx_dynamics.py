@@ -30,9 +30,9 @@ class Memory:
 
     Parameters
     ----------
-    smoothed : float
+    smoothed
         Smoothed pressure, in bar.
-    pushed : tuple of float
+    pushed
         Where the part that each play pushes is, in bar.
     """
 
@@ -46,19 +46,19 @@ class Dynamics:
 
     Parameters
     ----------
-    smoothing : float
+    smoothing
         Time constant of the pressure, in seconds.
-    lag : float
+    lag
         Time constant of the position at 20 degC, in seconds.
-    lag_slope : float
+    lag_slope
         By which share the lag falls per degC, in 1/degC.
-    gain_slope : float
+    gain_slope
         By which share the pressure counts more per degC, in 1/degC.
-    shift_slope : float
+    shift_slope
         What is added to the pressure per degC, in bar/degC.
-    thresholds : tuple of float
+    thresholds
         Of the plays, in bar.
-    forces : tuple of float
+    forces
         By what each play lowers the pressure that acts where it is pushed up, in bar.
     """
 

@@ -52,13 +52,13 @@ class Record:
 
     Parameters
     ----------
-    pressure : ndarray, shape (n,)
-        In bar.
-    temperature : ndarray, shape (n,)
-        In degC.
-    target : ndarray, shape (n,)
-        Position, scaled.
-    rows : ndarray of int
+    pressure
+        Shape (n,). In bar.
+    temperature
+        Shape (n,). In degC.
+    target
+        Shape (n,). Position, scaled.
+    rows
         Which samples count.
     """
 
@@ -74,16 +74,15 @@ class PTXError:
 
     Parameters
     ----------
-    sizes : tuple of int
+    sizes
         Of the network.
-    plays : int
+    plays
         How many.
-    records : tuple of Record
-    scaling : Scaling
+    scaling
         Of the network's inputs, the pressure first.
-    warmth : float
+    warmth
         Half the range of the temperature, in degC.
-    sampling_time : float
+    sampling_time
         In seconds.
     """
 
@@ -188,17 +187,17 @@ def train_ptx(
 
     Parameters
     ----------
-    data : Dataset
+    data
         Records with pressure in bar, temperature in degC and position in mm.
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    plays : int
+    plays
         How many play operators.
-    seed : int or numpy.random.Generator
+    seed
         Of the split and of the starts.
-    starts : int
+    starts
         How many random starts.
-    progress : callable, optional
+    progress
         Called after each step.
 
     Returns

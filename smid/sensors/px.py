@@ -25,11 +25,11 @@ class PX(VirtualSensor):
 
     Parameters
     ----------
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-    network : TanhNetwork, optional
+    network
         What training found, from bar to mm.
-    sampling_time : float, optional
+    sampling_time
         Of the records that trained it, in seconds.
 
     Examples

@@ -70,18 +70,14 @@ class VirtualSensor(ABC):
 
         Parameters
         ----------
-        data : Dataset
+        data
             Records with the sensor's channels and the position.
-        seed : int or numpy.random.Generator
+        seed
             Of the split and of the starts.
-        starts : int
+        starts
             How many random starts, where training has local minima.
-        progress : callable, optional
+        progress
             Called after each step of training.
-
-        Returns
-        -------
-        VirtualSensor
 
         Raises
         ------
@@ -112,12 +108,8 @@ class VirtualSensor(ABC):
 
         Parameters
         ----------
-        data : Dataset
+        data
             With the sensor's channels; the position is not looked at.
-
-        Returns
-        -------
-        Prediction
 
         Raises
         ------

@@ -23,11 +23,11 @@ class Estimate:
 
     Parameters
     ----------
-    time : float
+    time
         In seconds.
-    position : float
+    position
         In mm.
-    warnings : tuple of str
+    warnings
         What limits the answer.
     """
 
@@ -41,13 +41,13 @@ class Stream:
 
     Parameters
     ----------
-    run : Run
+    run
         The sensor at rest.
-    channels : tuple of str
+    channels
         Which samples it needs.
-    sampling_time : float
+    sampling_time
         In seconds.
-    cautions : callable
+    cautions
         What must be said about samples.
 
     Examples
@@ -75,15 +75,11 @@ class Stream:
 
         Parameters
         ----------
-        time : float
+        time
             Of the samples, in seconds: one sampling time after those before, give or take half of it.
-        **samples : float
+        **samples
             By channel: current in mA, pressure in bar, temperature in degC.  Others than the sensor needs may be among
             them.
-
-        Returns
-        -------
-        Estimate
 
         Raises
         ------

@@ -14,9 +14,9 @@ def constant(n: int, *, offset: float = 1.0) -> Array:
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    offset : float
+    offset
         Its value, in the input's unit.
 
     Returns

@@ -29,15 +29,15 @@ def multisine(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples, which is the period.
-    seed : int or numpy.random.Generator
+    seed
         Of the phases.
-    lines : sequence of int
+    lines
         Frequencies in periods per record, 1 to below n/2.
-    amplitude : float
+    amplitude
         Half the range, in the input's unit: the sum is scaled so that its largest deviation from the offset is this.
-    offset : float
+    offset
         The mean, in the input's unit.
 
     Returns

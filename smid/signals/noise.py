@@ -12,11 +12,11 @@ def noise(n: int, *, seed: Seed, amplitude: float = 1.0, offset: float = 0.0) ->
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of the samples.
-    amplitude, offset : float
+    amplitude, offset
         Half the range, and its centre, in the input's unit.
 
     Returns

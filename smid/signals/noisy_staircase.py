@@ -27,13 +27,13 @@ def noisy_staircase(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of the noise.
     sampling_time, period, steps, amplitude, offset
         Of the staircase, see `staircase`.
-    noise_amplitude : float
+    noise_amplitude
         Largest deviation from the staircase, in the input's unit; half a step fills the range.
 
     Returns

@@ -50,17 +50,17 @@ def prbs(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of the coin, or of the register's first state, that is, where in its period the signal starts.
-    order : int or None
+    order
         Bits of the register, 2 to 15, for a signal of period ``2^order - 1`` ticks; None tosses a coin.
-    sampling_time : float
+    sampling_time
         In seconds.
-    clock_period : float
+    clock_period
         Seconds between ticks, a multiple of the sampling time.
-    amplitude, offset : float
+    amplitude, offset
         Half the distance of the levels, and their centre, in the input's unit.
 
     Returns

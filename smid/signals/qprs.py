@@ -29,17 +29,17 @@ def qprs(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of levels and lengths.
-    levels : sequence of float
+    levels
         In the input's unit.
-    sampling_time : float
+    sampling_time
         In seconds.
-    periods : sequence of float
+    periods
         Lengths of a stair in seconds, multiples of the sampling time; one length gives a regular clock.
-    offset : float
+    offset
         Added throughout, in the input's unit.
 
     Returns

@@ -29,17 +29,17 @@ def qprts(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    seed : int or numpy.random.Generator
+    seed
         Of the levels.
-    sampling_time : float
+    sampling_time
         In seconds.
-    periods : sequence of float
+    periods
         Length of a stair of each staircase, in seconds.
-    spacings : sequence of float
+    spacings
         Distance of its levels, in the input's unit.
-    offset : float
+    offset
         The middle level, in the input's unit.
 
     Returns

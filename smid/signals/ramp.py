@@ -25,14 +25,14 @@ def ramp(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    corners : sequence of (float, float), optional
+    corners
         Times in seconds, rising, and values between 0 and 1; before the first and after the last the signal stays.
         By default up to the middle of the record, and down to its end.
-    sampling_time : float
+    sampling_time
         In seconds.
-    amplitude, offset : float
+    amplitude, offset
         What the values are multiplied by, and what is added, in the input's unit.
 
     Returns

@@ -22,15 +22,15 @@ def sine(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    sampling_time : float
+    sampling_time
         In seconds.
-    frequency : float
+    frequency
         In Hz; by default 0.2 rad/s, as in the thesis.
-    amplitude, offset : float
+    amplitude, offset
         Half the range, and its centre, in the input's unit.
-    phase : float
+    phase
         At time zero, in rad.
 
     Returns

@@ -33,11 +33,11 @@ def plot_spread(
 
     Parameters
     ----------
-    records : mapping name -> (input, output)
+    records
         Arrays of shape (n,), of one length each.
-    sampling_time : float
+    sampling_time
         In seconds.
-    input_label, output_label : str
+    input_label, output_label
         With their units.
 
     Returns

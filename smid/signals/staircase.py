@@ -27,15 +27,15 @@ def staircase(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    sampling_time : float
+    sampling_time
         In seconds.
-    period : float
+    period
         Length of a step in seconds; long enough for the plant to settle.
-    steps : int
+    steps
         Levels between the offset and the top, so there are ``2 steps + 1`` in all.
-    amplitude, offset : float
+    amplitude, offset
         Half the range, and its centre, in the input's unit.
 
     Returns

@@ -24,13 +24,13 @@ def step(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    levels : sequence of (float, float), optional
+    levels
         Times in seconds, rising, and the values from then on; before the first the value is 0.
-    sampling_time : float
+    sampling_time
         In seconds.
-    amplitude, offset : float
+    amplitude, offset
         What the values are multiplied by, and what is added, in the input's unit.
 
     Returns

@@ -30,7 +30,7 @@ class Sines:
 
     Parameters
     ----------
-    frequencies, amplitudes : tuple of float
+    frequencies, amplitudes
         As above, one of each for every sine.
     """
 
@@ -54,15 +54,15 @@ def sum_of_sines(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    frequencies : sequence of float
+    frequencies
         In rad/s; by default the thesis's six.
-    amplitudes : float or sequence of float
+    amplitudes
         In the input's unit, one for all or one for each; negative ones start downwards.
-    sampling_time : float
+    sampling_time
         In seconds.
-    offset : float
+    offset
         Added, in the input's unit.
 
     Returns

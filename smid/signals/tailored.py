@@ -34,23 +34,23 @@ def tailored(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    sampling_time : float
+    sampling_time
         In seconds.
-    frequency : float
+    frequency
         Of the sine, in Hz.
-    amplitude : float
+    amplitude
         Of the sine, in the input's unit.
-    level : float
+    level
         Of the constant part.
-    switching : float
+    switching
         Half the distance of the levels of the switching part.
-    half_period : float
+    half_period
         Seconds between switches, a multiple of the sampling time.
-    shares : (float, float)
+    shares
         Shares of the record that the sine and the constant take; the switching part has what is left.
-    offset : float
+    offset
         Added throughout.
 
     Returns

@@ -19,12 +19,6 @@ __all__ = ["Cell", "Job", "Settings"]
 class Settings:
     """What all cells of a study share; see :func:`smid.identify`.
 
-    Parameters
-    ----------
-    solver : str
-    tolerance : float
-    rounds, nodes : int
-
     Examples
     --------
     >>> Settings(rounds=3)
@@ -43,14 +37,12 @@ class Cell:
 
     Parameters
     ----------
-    record : str
+    record
         Name of the record.
-    samples : int
+    samples
         So many first samples of each of the record's experiments.
-    noise_bound : tuple of (channel, bound)
+    noise_bound
         Of every noisy channel, in the channel's unit.
-    method : str
-    order : int
 
     Examples
     --------
@@ -91,13 +83,11 @@ class Job:
 
     Parameters
     ----------
-    cell : Cell
-    model : Model
+    model
         Bound to the data.
-    data : Dataset
+    data
         The samples of this cell.
-    settings : Settings
-    versions : mapping str -> str
+    versions
         Of the process that keeps the results: a worker with others must not compute.
     """
 

@@ -19,9 +19,9 @@ def dask_executor(address: str, timeout: float = _PATIENCE) -> Iterator[Executor
 
     Parameters
     ----------
-    address : str
+    address
         As the scheduler prints it, such as ``tcp://10.0.0.1:8786``.
-    timeout : float
+    timeout
         Seconds to wait for the scheduler, and for a first worker.
 
     Yields

@@ -48,11 +48,6 @@ class _Series:
 def study_figure(study: Study, record: str) -> Figure:
     """Draw what varies in a study, for one record.
 
-    Parameters
-    ----------
-    study : Study
-    record : str
-
     Returns
     -------
     Figure

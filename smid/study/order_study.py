@@ -55,34 +55,30 @@ def order_study(
 
     Parameters
     ----------
-    model : Model
-    data : Dataset or mapping name -> Dataset
+    data
         The records.
-    noise_bound : float, mapping channel -> float, or iterable of these
+    noise_bound
         In the channel's unit, as in :func:`smid.identify`.
-    orders : iterable of int
+    orders
         Highest relaxation orders.
-    methods : iterable of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}
-    sample_sizes : iterable of int, optional
+    methods
+        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+    sample_sizes
         Numbers of first samples of each experiment; by default all.
     solver, tolerance, rounds, nodes
         See :func:`smid.identify`.
-    workers : int
+    workers
         Processes on this machine, of one thread each. More finish sooner; times are measured best with one. In a
         script the call then belongs under ``if __name__ == "__main__":``.
-    executor : concurrent.futures.Executor, optional
+    executor
         Where to run instead: ``distributed.Client(address).get_executor()`` for a Dask cluster.
-    folder : path, optional
+    folder
         Where to keep each outcome as it comes, in an SQLite file.
-    resume : bool
+    resume
         Go on with the study in ``folder``. Data, model, settings and versions must be the same, the combinations may
         differ: what is there is taken, what failed is tried again.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    Study
 
     Raises
     ------

@@ -38,25 +38,25 @@ class Outcome:
 
     Parameters
     ----------
-    status : Status
+    status
         ``CERTIFIED``: the ends of the intervals are proven. ``EMPTY``: no parameters explain the data, proven.
         ``REFUSED``: method, order or data do not fit together; nothing was solved. ``FAILED``: an error, or its worker
         died again and again.
-    message : str
+    message
         Why the computation stopped, or what was wrong.
-    intervals : tuple of ParameterInterval
+    intervals
         Empty but for certified cells.
-    method : str
+    method
         The method that "auto" chose.
-    complicating : tuple of str
+    complicating
         Variables that the lift lifted.
-    solves : int
+    solves
         Certified solves.
-    moments, largest_block : int
+    moments, largest_block
         Size of the last relaxation.
-    seconds : float
+    seconds
         Wall clock.
-    peak_memory : float
+    peak_memory
         Largest resident memory of the process that ran the cell, while it ran, in MB; NaN where it is not known.
 
     Examples

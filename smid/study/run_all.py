@@ -31,9 +31,9 @@ class Pool:
 
     Parameters
     ----------
-    open : callable
+    open
         Gives an executor as a context; called again after the last one has broken.
-    width : int or None
+    width
         At most so many cells are handed over at a time; None: all.
     """
 
@@ -46,11 +46,9 @@ def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None
 
     Parameters
     ----------
-    jobs : sequence of Job
-    pool : Pool
-    take : callable
+    take
         Called in this thread with each outcome as it comes in.
-    tick : callable
+    tick
         Called about every second.
 
     Raises

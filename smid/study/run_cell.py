@@ -23,10 +23,6 @@ __all__ = ["run_cell"]
 def run_cell(job: Job) -> Outcome:
     """Identify the model on the samples of a cell.
 
-    Parameters
-    ----------
-    job : Job
-
     Returns
     -------
     Outcome

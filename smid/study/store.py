@@ -42,8 +42,7 @@ class Store:
 
     Parameters
     ----------
-    connection : sqlite3.Connection
-    place : str
+    place
         The folder, for messages; "memory" where nothing is kept.
     """
 
@@ -107,11 +106,11 @@ def open_store(folder: Path | None, subject: Subject, resume: bool) -> Iterator[
 
     Parameters
     ----------
-    folder : Path or None
+    folder
         None: keep the outcomes in memory only.
-    subject : mapping
+    subject
         What the study is of.
-    resume : bool
+    resume
         Whether the folder holds the study already, or must not.
 
     Yields

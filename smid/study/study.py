@@ -36,14 +36,11 @@ class Study(Tabular):
 
     Parameters
     ----------
-    model : Model
-    records : mapping name -> Dataset
-    settings : Settings
-    cells : tuple of Cell
+    cells
         All that were asked for, records first, orders last.
-    outcomes : tuple of Outcome or None
+    outcomes
         One for each cell; None where the study was stopped before it.
-    interrupted : bool
+    interrupted
         Whether Ctrl-C stopped the study.
     """
 
@@ -151,12 +148,8 @@ class Study(Tabular):
 
         Parameters
         ----------
-        record : str, optional
+        record
             By default the first.
-
-        Returns
-        -------
-        Figure
 
         Raises
         ------

@@ -18,10 +18,9 @@ def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float
 
     Parameters
     ----------
-    left : sequence of Cell
-    done : mapping Cell -> Outcome
+    done
         Those that were run here, not those taken from an earlier run.
-    elapsed : float
+    elapsed
         Seconds since the first of them began.
 
     Returns

@@ -26,10 +26,6 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_
 def local_workers(count: int) -> Iterator[ProcessPoolExecutor]:
     """Start processes of one thread each, for as long as the context lasts.
 
-    Parameters
-    ----------
-    count : int
-
     Yields
     ------
     ProcessPoolExecutor

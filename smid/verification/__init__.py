@@ -3,7 +3,8 @@
 A certificate file proves a statement about the polynomials in it. Its ``origin`` states the model, the noise bounds and
 the data. :func:`smid.verify` checks the proof, compares the origin with the user's model and data, and checks that the
 polynomials follow from them: the text of the model's own lines is evaluated with exact polynomials at every sample. The
-evaluation shares no code with :mod:`smid.feasible.template` and :mod:`smid.feasible.assemble`, which made the polynomials.
+evaluation shares no code with :mod:`smid.feasible.template` and :mod:`smid.feasible.assemble`, which made the
+polynomials.
 """
 
 from smid.verification.verify import NotProvenError, Verification, verify

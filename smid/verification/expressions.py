@@ -128,12 +128,9 @@ def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Sign
 
     Parameters
     ----------
-    text : str
-    time : int
-    names : callable name -> Value
+    names
         Parameters, and the argument of a sensor curve.
-    signals : callable (name, time) -> Value
-    kinks : callable (kind, Value) -> Value
+    kinks
         The positive part, ``"positive part"``, or the sign, ``"sign"``, of a value.
     """
 

@@ -35,11 +35,9 @@ def check_implied(
 
     Parameters
     ----------
-    document : Document
-    model : mapping
+    model
         As :func:`smid.verification.origin.model_statement` returns it.
-    samples : mapping experiment -> mapping channel -> list of Fraction
-    bounds : mapping channel -> str
+    bounds
         Noise bounds, floats in hexadecimal.
 
     Raises

@@ -22,15 +22,10 @@ def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[
 
     Parameters
     ----------
-    model : Model
+    model
         Bound to the data's channels.
-    data : Dataset
-    bounds : mapping channel -> float
+    bounds
         In the channel's unit.
-
-    Returns
-    -------
-    dict
 
     Examples
     --------

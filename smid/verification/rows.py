@@ -38,12 +38,11 @@ class Equations:
 
     Parameters
     ----------
-    model : mapping
+    model
         As :func:`smid.verification.origin.model_statement` returns it.
-    samples : mapping experiment -> mapping channel -> list of Fraction
-    stated : Stated
+    stated
         Of the certificate, with its variables and kinks.
-    box : list of (end, end)
+    box
         Of the certificate.
     """
 

@@ -31,13 +31,13 @@ class Verification(Result):
 
     Parameters
     ----------
-    origin : mapping
+    origin
         What the file states: model, noise bounds, data and software.
-    equations : int
+    equations
         Equalities of the proof; each is an equation of the model at a sample.
-    empty : bool
+    empty
         Whether it is proven that no parameters explain the data.
-    intervals : mapping parameter -> (lower, upper)
+    intervals
         Proven ends, rounded outwards; infinite where there is no bound. Empty where no parameters explain the data.
     """
 
@@ -77,17 +77,12 @@ def verify(
 
     Parameters
     ----------
-    proof : str or Path
+    proof
         As ``identify(certificate=...)`` writes it.
-    data : Dataset
-    model : Model, optional
+    model
         Without it, the model is the one that the file states.
-    noise_bound : float or mapping channel -> float, optional
+    noise_bound
         In the channel's unit. Without it, the bounds are those that the file states.
-
-    Returns
-    -------
-    Verification
 
     Raises
     ------

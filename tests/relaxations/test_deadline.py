@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from relaxations import deadline, hierarchy
+from relaxations import deadline
 from relaxations.deadline import (
     TimeIsUp,
     check_time,
@@ -20,6 +20,7 @@ from relaxations.deadline import (
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.proof.bounding import relax
+from relaxations.search import hierarchy
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import Reason, minimise
 from relaxations.solvers import Stop, clarabel, solve

@@ -1,12 +1,14 @@
-"""Every public function and class has a complete numpydoc docstring with an example.
+"""Every public function and class has a docstring in numpydoc's form, with an example.
 
+Types stand in the signature only: a section of parameters has an entry where there is more to say than name and type.
 Pytest runs the examples; the call of a study that takes minutes may be skipped, where the docstring says so.
 
-Public is what a package offers by ``__all__``; in `relaxations`, which offers modules, all names without underscore.
-A class that a public function returns is shown by that function's example, a protocol by what fits it.
+Public is what a package offers by ``__all__``. A class that a public function returns is shown by that function's
+example, a protocol by what fits it.
 """
 
 import ast
+import dataclasses
 import enum
 import importlib
 import inspect
@@ -19,28 +21,28 @@ import pytest
 
 import relaxations
 import smid
-from relaxations import check
 
 API = Path(__file__).parents[2] / "docs" / "api.md"
-HEADINGS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples", "References", "See Also", "Notes")
+HEADINGS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Warns", "Examples", "References", "Notes"]
 SECTION = re.compile(rf"^({'|'.join(HEADINGS)})\n-+\n", re.MULTILINE)
+
+
+def packages():
+    """Return the names of all packages, and of the modules that offer names without one."""
+    yield from ("smid", "relaxations.errors")
+    for package in (smid, relaxations):
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if info.ispkg:
+                yield info.name
 
 
 def offered():
     """Return the public functions and classes by their full names, each once."""
     found = {}
-    packages = ["smid", *(m.name for m in pkgutil.walk_packages(smid.__path__, "smid.") if m.ispkg)]
-    for package in packages:
+    for package in packages():
         module = importlib.import_module(package)
         for name in getattr(module, "__all__", ()):
             found[f"{package}.{name}"] = getattr(module, name)
-    found |= {f"relaxations.check.{name}": getattr(check, name) for name in check.__all__}
-    for info in pkgutil.walk_packages(relaxations.__path__, "relaxations."):
-        # The modules of the checker stand behind its face.
-        if not info.name.startswith("relaxations.check") and not info.name.endswith("__main__"):
-            for name, item in vars(importlib.import_module(info.name)).items():
-                if getattr(item, "__module__", None) == info.name and not name.startswith("_"):
-                    found[f"{info.name}.{name}"] = item
     once = {id(item): (name, item) for name, item in found.items() if inspect.isfunction(item) or inspect.isclass(item)}
     return dict(sorted(once.values()))
 
@@ -54,10 +56,14 @@ def sections(item):
     return {"": pieces[0].strip(), **dict(zip(pieces[1::2], pieces[2::2], strict=True))}
 
 
+def heads(text):
+    """Return the first lines of the entries of a section."""
+    return [line for line in text.splitlines() if line and not line.startswith(" ")]
+
+
 def listed(text):
     """Return the names that a section of parameters describes."""
-    heads = [line.split(" :")[0] for line in text.splitlines() if line and not line.startswith(" ")]
-    return {name.strip().lstrip("*") for head in heads for name in head.split(",")}
+    return {name.strip().lstrip("*") for head in heads(text) for name in head.split(",")}
 
 
 def raised(function):
@@ -86,19 +92,18 @@ def fields(item):
     """Return the arguments that a caller gives; none for what is not made by calling it."""
     if inspect.isclass(item) and (issubclass(item, enum.Enum | BaseException) or getattr(item, "_is_protocol", False)):
         return set()
-    return set(inspect.signature(item).parameters)
+    computed = {field.name for field in dataclasses.fields(item)} if dataclasses.is_dataclass(item) else set()
+    return set(inspect.signature(item).parameters) | computed
 
 
 def missing(item):
     """Return what a docstring lacks, in words."""
     has = sections(item)
     lacks = [] if has[""] else ["a summary"]
-    undescribed = fields(item) - listed(has.get("Parameters", "") + "\n" + has.get("Attributes", ""))
-    lacks += [f"the parameter {name}" for name in sorted(undescribed)]
+    described = has.get("Parameters", "")
+    lacks += [f"the parameter {name}, which is described" for name in sorted(listed(described) - fields(item))]
+    lacks += [f"a type in the signature only: {head}" for head in heads(described) if " :" in head]
     if inspect.isfunction(item):
-        gives = str(inspect.signature(item).return_annotation)
-        if gives != "None" and not {"Returns", "Yields"} & set(has):
-            lacks.append("Returns")
         lacks += [f"{name} under Raises" for name in sorted(raised(item)) if name not in has.get("Raises", "")]
     elif item.__name__ in SHOWN or getattr(item, "_is_protocol", False):
         return lacks

@@ -20,11 +20,12 @@ class Cuts:
 
     Parameters
     ----------
-    split : Split
-    multipliers : ndarray, shape (n_cuts, n_equalities + n_inequalities)
-    coefficients : ndarray, shape (n_monomials, n_cuts, 1 + n_inner)
-        C, a plane for each monomial.
-    sizes, errors : ndarray, shape (n_cuts, n_monomials)
+    multipliers
+        Shape (n_cuts, n_equalities + n_inequalities).
+    coefficients
+        Shape (n_monomials, n_cuts, 1 + n_inner). C, a plane for each monomial.
+    sizes, errors
+        Shape (n_cuts, n_monomials).
         Sums over t of the magnitudes of the coefficients' terms, and of what rounding may have done to them.
 
     Examples

@@ -77,24 +77,23 @@ def enclose(
 
     Parameters
     ----------
-    problem : PolynomialProblem
+    problem
         With a finite box.
-    ends : Ends
+    ends
         Taken further in place: whatever interrupts, what is in it is proven.
-    wanted : sequence of (variable, sign)
+    wanted
         Ends that are to meet their witnesses: lower ones with sign 1, upper ones with -1.
-    complicating : ndarray of int
-    also : sequence of (variable, sign)
+    also
         Ends worth proving coarsely, for the box that they give the others.
-    solver : str
-    start : ndarray, shape (n_variables,), optional
+    start
+        Shape (n_variables,).
         A guess of a feasible point, of which only the complicating entries are used. Without it (and without known
         points) one is met by branch and bound, unless that proves that there is none.
-    nodes : int
+    nodes
         Of branch and bound, for each end and stage.
-    say : callable
+    say
         Called with a line of text now and then.
-    record : callable, optional
+    record
         Called with each step of the proof.
 
     Returns
@@ -134,11 +133,6 @@ def enclose(
 
 def check_cuts(problem: PolynomialProblem, complicating: Index) -> None:
     """Refuse a problem whose cuts would not fit the machine's memory.
-
-    Parameters
-    ----------
-    problem : PolynomialProblem
-    complicating : ndarray of int
 
     Raises
     ------

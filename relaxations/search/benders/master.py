@@ -19,9 +19,10 @@ class Least:
 
     Parameters
     ----------
-    point : ndarray, shape (n,)
-    weights : ndarray, shape (n_rows,)
-        Multipliers of the rows, nonnegative.
+    point
+        Shape (n,).
+    weights
+        Shape (n_rows,). Multipliers of the rows, nonnegative.
     """
 
     point: Array
@@ -33,14 +34,14 @@ def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least 
 
     Parameters
     ----------
-    cost : ndarray, shape (n,)
-    b : ndarray, shape (n_rows,)
-    a : ndarray, shape (n_rows, n)
-    lower, upper : ndarray, shape (n,)
-
-    Returns
-    -------
-    Least or None
+    cost
+        Shape (n,).
+    b
+        Shape (n_rows,).
+    a
+        Shape (n_rows, n).
+    lower, upper
+        Shape (n,).
 
     Examples
     --------
@@ -67,8 +68,10 @@ def contradiction(b: Array, a: Array) -> tuple[Array, float] | None:
 
     Parameters
     ----------
-    b : ndarray, shape (n_rows,)
-    a : ndarray, shape (n_rows, n)
+    b
+        Shape (n_rows,).
+    a
+        Shape (n_rows, n).
 
     Returns
     -------
@@ -99,9 +102,10 @@ def lower_bound(cost: Array, b: Array, a: Array, weights: Array) -> float:
 
     Parameters
     ----------
-    cost : ndarray, shape (n,)
-    b, a : ndarray, shapes (n_rows,) and (n_rows, n)
-    weights : ndarray, shape (n_rows,)
+    cost
+        Shape (n,).
+    weights
+        Shape (n_rows,).
 
     Returns
     -------
@@ -126,11 +130,11 @@ class Shrunk:
 
     Parameters
     ----------
-    lower, upper : ndarray, shape (n,)
-        Rounded outwards.
-    taken : tuple of (int, int, int, float)
+    lower, upper
+        Shape (n,). Rounded outwards.
+    taken
         Variable, side (1 for lower ends), row and end, one after the other; each rests on those before it.
-    failing : int or None
+    failing
         A row that nothing satisfies in what the others left.
 
     Examples
@@ -155,13 +159,10 @@ def shrink(b: Array, a: Array, passes: int = 3) -> Shrunk:
 
     Parameters
     ----------
-    b : ndarray, shape (n_rows,)
-    a : ndarray, shape (n_rows, n)
-    passes : int
-
-    Returns
-    -------
-    Shrunk
+    b
+        Shape (n_rows,).
+    a
+        Shape (n_rows, n).
 
     Examples
     --------

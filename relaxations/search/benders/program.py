@@ -19,10 +19,10 @@ class Answer:
 
     Parameters
     ----------
-    excess : float
-    inner : ndarray, shape (n_inner,)
-        Scaled.
-    multipliers : ndarray, shape (n_equalities + n_inequalities,)
+    inner
+        Shape (n_inner,). Scaled.
+    multipliers
+        Shape (n_equalities + n_inequalities,).
         Of the cut that misses the point most; those of inequalities are nonnegative.
     """
 
@@ -36,10 +36,8 @@ def ask(split: Split, p: Array, solver: str = "clarabel") -> Answer | None:
 
     Parameters
     ----------
-    split : Split
-    p : ndarray, shape (n_outer,)
-        Feasible where s is not positive.
-    solver : str
+    p
+        Shape (n_outer,). Feasible where s is not positive.
 
     Returns
     -------

@@ -28,8 +28,9 @@ class Point:
 
     Parameters
     ----------
-    p : ndarray, shape (n_outer,)
-    excess : float
+    p
+        Shape (n_outer,).
+    excess
         Feasible where this is not positive.
 
     Examples
@@ -48,9 +49,7 @@ class Asker:
 
     Parameters
     ----------
-    cuts : Cuts
-    solver : str
-    asked : int
+    asked
         Linear programs so far.
 
     Examples
@@ -83,12 +82,8 @@ def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | No
 
     Parameters
     ----------
-    asker : Asker
-    start, lower, upper : ndarray, shape (n_outer,)
-
-    Returns
-    -------
-    Point or None
+    start, lower, upper
+        Shape (n_outer,).
 
     Examples
     --------
@@ -139,12 +134,13 @@ def outmost(
 
     Parameters
     ----------
-    asker : Asker
-    cost : ndarray, shape (n_outer,)
-    inside : Point
+    cost
+        Shape (n_outer,).
+    inside
         A feasible one with room, to begin with.
-    lower, upper : ndarray, shape (n_outer,)
-    share : float
+    lower, upper
+        Shape (n_outer,).
+    share
         Stop once the excess is below this share of the room inside.
 
     Returns

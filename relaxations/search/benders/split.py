@@ -18,7 +18,8 @@ class Rows:
 
     Parameters
     ----------
-    mid, rad : sparse matrices, shape (n_rows, (1 + n_inner) * n_monomials)
+    mid, rad
+        Shape (n_rows, (1 + n_inner).
         Coefficients; pair ``t * n_monomials + a`` is inner variable t - 1 (none for t = 0) times monomial a.
 
     Examples
@@ -52,13 +53,13 @@ class Split:
 
     Parameters
     ----------
-    outer, inner : ndarray of int
+    outer, inner
         Numbers of the variables in the problem.
-    centre, radius : ndarray, shape (n_inner,)
-        Of the inner variables' box.
-    monomials : ndarray of int, shape (n_monomials, degree)
+    centre, radius
+        Shape (n_inner,). Of the inner variables' box.
+    monomials
+        Shape (n_monomials, degree).
         Of the outer variables, numbered among themselves, -1 for padding; the constant comes first.
-    equalities, inequalities : Rows
 
     Examples
     --------
@@ -139,7 +140,8 @@ def frame(lower: Array, upper: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    lower, upper : ndarray, shape (n,)
+    lower, upper
+        Shape (n,).
 
     Returns
     -------

@@ -25,13 +25,12 @@ class Claim:
 
     Parameters
     ----------
-    variable : int or None
+    variable
         Of the outer ones; None where the box is empty.
-    sign : {1, -1}
-    bound : float
+    bound
         Of ``sign * p[variable]``, or of zero.
-    weights : ndarray, shape (n_cuts,)
-        Of the cuts known by then.
+    weights
+        Shape (n_cuts,). Of the cuts known by then.
 
     Examples
     --------
@@ -51,14 +50,13 @@ class Node:
 
     Parameters
     ----------
-    lower, upper : ndarray, shape (n_outer,)
-    bound : float
+    lower, upper
+        Shape (n_outer,).
+    bound
         Of the end that is looked for.
-    claims : list of Claim
-    parts : list of Node
-    cut : int or None
+    cut
         The variable along which this part was cut off,
-    range : tuple of two floats
+    range
         and its range then.
 
     Examples
@@ -83,17 +81,17 @@ class Bounded:
 
     Parameters
     ----------
-    bound : float
+    bound
         Of ``sign * p[target]``, certified; infinite where the box holds no feasible point.
-    nodes : int
+    nodes
         That were looked at.
-    root : Node
+    root
         Of the tree.
-    weights : ndarray, shape (n_equalities + n_inequalities,)
-        The multipliers' share in the parts that are proven empty.
-    margin : float
+    weights
+        Shape (n_equalities + n_inequalities,). The multipliers' share in the parts that are proven empty.
+    margin
         The least by which one of these parts misses the cuts.
-    stop : BaseException or None
+    stop
         What ended the search early; the rest is proven all the same.
     """
 
@@ -120,24 +118,20 @@ def bound_end(
 
     Parameters
     ----------
-    asker : Asker
+    asker
         With the cuts known so far; learns more on the way.
-    target : int
+    target
         Of the outer variables.
-    sign : {1, -1}
-    lower, upper : ndarray, shape (n_outer,)
-    goal : float
+    lower, upper
+        Shape (n_outer,).
+    goal
         Stop once the bound reaches this.
-    most : int
+    most
         Nodes at most.
-    feasible : callable
+    feasible
         Called with a point that seems feasible; returns the goal from then on.
-    report : callable
+    report
         Called with each certified bound that is better than the last.
-
-    Returns
-    -------
-    Bounded
 
     Examples
     --------

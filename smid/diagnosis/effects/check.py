@@ -55,11 +55,11 @@ class Case:
 
     Parameters
     ----------
-    name : str
+    name
         For messages.
-    model : Model
+    model
         With a value for each parameter.
-    site : Site
+    site
         With a record that the model made, and a small residual.
     """
 
@@ -78,7 +78,7 @@ def check_effect(effect: Effect) -> None:
 
     Parameters
     ----------
-    effect : Effect
+    effect
         Yours, or one that ships.
 
     Raises
@@ -102,9 +102,9 @@ def check_on(effect: Effect, case: Case) -> bool:
 
     Parameters
     ----------
-    effect : Effect
+    effect
         The effect.
-    case : Case
+    case
         One of `cases`.
 
     Returns

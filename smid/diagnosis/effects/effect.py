@@ -27,12 +27,12 @@ class Site:
 
     Parameters
     ----------
-    data : Dataset
+    data
         The part of the record that may be fitted.
-    input, output : str
+    input, output
         Channels of the model's main input and output.
-    residual : tuple of ndarray, shape (n,)
-        Per experiment, output minus the base model's free run, in the output's unit.
+    residual
+        Shape (n,). Per experiment, output minus the base model's free run, in the output's unit.
 
     Examples
     --------
@@ -86,14 +86,14 @@ class Extension:
 
     Parameters
     ----------
-    model : Model
+    model
         The extended model.  The parameters it has more than the base are the effect's: those with a null value
         switch it off there, the others (a frequency, a time) only shape it.
-    starts : tuple of mapping name -> float
+    starts
         Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.
-    label : str
+    label
         Which way, in a word or two, where the effect has several.
-    inside : mapping name -> (float, float)
+    inside
         Where parameters have to be: elsewhere the effect is another one, as a dead zone that no sample enters is a
         bias.
 
@@ -118,19 +118,19 @@ class Detection:
 
     Parameters
     ----------
-    model : Model
+    model
         The model with the effect in it.
-    values : mapping name -> float
+    values
         Sizes of the effect, for its description.
-    confidence : float
+    confidence
         Between 0 and 1.
-    evidence : mapping name -> float
+    evidence
         The figures that tell.
-    score_drop : float
+    score_drop
         Twice the logarithm by which it makes the residual likelier, to compare with effects that free runs show; 0
         where it does not compete with them.
-    glitches : tuple of ndarray of bool, shape (n,), optional
-        Per experiment, samples that no fit should see.
+    glitches
+        Shape (n,). Per experiment, samples that no fit should see.
 
     Examples
     --------
@@ -154,21 +154,21 @@ class Effect:
 
     Parameters
     ----------
-    name : str
+    name
         As in the table of effects.
-    summary : str
+    summary
         What it is, in one sentence without a full stop.
-    extend : callable (model, site) -> iterable of Extension
+    extend
         Every way to put it on the model; none where it does not apply.
-    describe : callable (values, site) -> str
+    describe
         One sentence, with sizes in units, from the values of the effect's parameters.
-    rivals : tuple of str
+    rivals
         Effects that look alike in many data.
-    contains : tuple of str
+    contains
         Effects that are special cases of this one: where they do as well, the simpler name is the right one.
-    needs : str
+    needs
         What must be there for it to apply, for the reader when it is skipped.
-    detect : callable (model, site) -> Detection or None, optional
+    detect
         For effects on the noise, which no free run can show: tells from the residual whether it is there.  The model
         carries values; the site's residual is over the whole record.
 

@@ -26,10 +26,11 @@ def autocovariance(x: Array, lags: int, mean: float | None = None) -> Array:
 
     Parameters
     ----------
-    x : ndarray, shape (n,)
-    lags : int
+    x
+        Shape (n,).
+    lags
         Less than n.
-    mean : float, optional
+    mean
         What is taken off; by default the record's own.
 
     Returns
@@ -53,11 +54,11 @@ class Autoregression:
 
     Parameters
     ----------
-    coefficients : ndarray, shape (p + 1,)
-        The polynomial A, with 1 in front.
-    variance : float
+    coefficients
+        Shape (p + 1,). The polynomial A, with 1 in front.
+    variance
         Of the record, in its unit squared.
-    innovation : float
+    innovation
         Variance of w, in the unit squared; zero where the record is constant.
     """
 
@@ -86,11 +87,8 @@ def autoregression(x: Array) -> Autoregression:
 
     Parameters
     ----------
-    x : ndarray, shape (n,)
-
-    Returns
-    -------
-    Autoregression
+    x
+        Shape (n,).
 
     Examples
     --------
@@ -107,12 +105,8 @@ def autoregression_of(errors: Sequence[Array]) -> Autoregression:
 
     Parameters
     ----------
-    errors : sequence of ndarray, shape (n,)
-        Per run.
-
-    Returns
-    -------
-    Autoregression
+    errors
+        Shape (n,). Per run.
 
     Examples
     --------
@@ -131,14 +125,10 @@ def levinson(gamma: Array, n: int) -> Autoregression:
 
     Parameters
     ----------
-    gamma : ndarray, shape (p + 1,)
-        At the lags 0 ... p, the largest order.
-    n : int
+    gamma
+        Shape (p + 1,). At the lags 0 ... p, the largest order.
+    n
         Of how many samples.
-
-    Returns
-    -------
-    Autoregression
 
     Examples
     --------

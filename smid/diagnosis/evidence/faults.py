@@ -48,17 +48,17 @@ class Fault(Result):
 
     Parameters
     ----------
-    kind : str
+    kind
         "quantisation", "saturation", "frozen", "outliers", "jitter", "feedback" or "excitation".
-    channel : str
+    channel
         "" where all channels are concerned.
-    severity : {"note", "warning"}
-        A warning spoils the estimates unless something is done.
-    sentence : str
+    severity
+        One of {"note", "warning"}. A warning spoils the estimates unless something is done.
+    sentence
         What, how large, and the cure.
-    samples : tuple of (int, int, int)
+    samples
         Experiment, first sample, and the sample after the last, for each stretch concerned; empty where all are.
-    size : float
+    size
         Step, largest glitch, or value at which the sensor stood still, in the channel's unit; jitter in s; share of the
         input's innovation under feedback; order of excitation.
     """
@@ -76,10 +76,6 @@ class Fault(Result):
 
 def data_faults(data: Dataset) -> tuple[Fault, ...]:
     """Look for faults of the data, without a model.
-
-    Parameters
-    ----------
-    data : Dataset
 
     Returns
     -------

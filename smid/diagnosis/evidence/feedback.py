@@ -41,9 +41,9 @@ class Feedback:
 
     Parameters
     ----------
-    share : float
+    share
         Part of the variance of the input's innovation that past innovations of the output explain.
-    chance : float
+    chance
         Probability of at least this share without feedback.
     """
 
@@ -56,8 +56,8 @@ def feedback(inputs: Sequence[Array], outputs: Sequence[Array]) -> Feedback:
 
     Parameters
     ----------
-    inputs, outputs : sequence of ndarray, shape (N,)
-        One for each experiment.
+    inputs, outputs
+        Shape (N,). One for each experiment.
 
     Returns
     -------

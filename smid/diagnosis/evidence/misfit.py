@@ -3,7 +3,8 @@
 The error is the measured output minus the free run.  It is set against the noise bound in time, and against everything
 that an effect outside the model could follow: time, the input's level and direction, the output's level, velocity and
 its sign, every further channel, its own past and the past of the input.  Each dependence is measured by the share of
-the error's variance that it explains, corrected for chance; see `smid.diagnosis.evidence.structure` and `smid.diagnosis.evidence.time_correlation`.
+the error's variance that it explains, corrected for chance; see `smid.diagnosis.evidence.structure` and
+`smid.diagnosis.evidence.time_correlation`.
 """
 
 from __future__ import annotations
@@ -41,12 +42,11 @@ class Interval:
 
     Parameters
     ----------
-    experiment : str
-    start, stop : float
+    start, stop
         Time of the first and of the last violation, in seconds.
-    samples : int
+    samples
         Violations inside.
-    largest : float
+    largest
         Largest absolute error inside, in the output's unit.
     """
 
@@ -63,12 +63,11 @@ class Violations:
 
     Parameters
     ----------
-    count : int
-    share : float
+    share
         Of the samples compared.
-    first : tuple of (str, float)
+    first
         Experiment and time in s of the first few.
-    intervals : tuple of Interval
+    intervals
         Violations that follow each other closely are one stretch.
     """
 
@@ -84,27 +83,25 @@ class Misfit(Tabular):
 
     Parameters
     ----------
-    channel, unit : str
+    channel, unit
         The output.
-    samples : int
+    samples
         Samples compared.
-    rmse : float
+    rmse
         In the output's unit.
-    fit_percent : float
+    fit_percent
         ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; minus infinity for a constant output.
-    largest : float
+    largest
         Largest absolute error, in the output's unit.
-    noise_bound : float or None
-    violations : Violations or None
+    violations
         None without a noise bound.
-    structure : tuple of Structure
+    structure
         What the error depends on, the largest share first.
-    input : str
+    input
         The channel of the input that the error was set against.
-    data : Dataset
-    residual : tuple of ndarray, shape (N,)
-        Output minus free run, per experiment, warm-up included.
-    start : int
+    residual
+        Shape (N,). Output minus free run, per experiment, warm-up included.
+    start
         Samples at the start of each experiment that are not compared.
     """
 
@@ -186,21 +183,16 @@ def misfit(
 
     Parameters
     ----------
-    data : Dataset
-    channel : str
+    channel
         The output.
-    simulated : sequence of array, shape (N,)
-        The free run of the fitted model, per experiment, in the output's unit.
-    noise_bound : float, optional
+    simulated
+        Shape (N,). The free run of the fitted model, per experiment, in the output's unit.
+    noise_bound
         Largest absolute noise of the output, in its unit.
-    skip : int
+    skip
         Samples at the start of each experiment that start the simulation; the data's warm-up counts too.
-    input : str, optional
+    input
         The input to set the error against; the first when not given. Further inputs count as channels.
-
-    Returns
-    -------
-    Misfit
 
     Raises
     ------

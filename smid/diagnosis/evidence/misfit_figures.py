@@ -20,10 +20,6 @@ _COLOURS = (ORANGE, BLUE, SKY, SKY, GRID)  # rises, falls, holds, holds, never m
 def misfit_figure(misfit: Misfit) -> Figure:
     """Draw the error against time, spectrum, input, output, velocity and further channels.
 
-    Parameters
-    ----------
-    misfit : Misfit
-
     Returns
     -------
     Figure

@@ -30,7 +30,8 @@ def quantisation_step(values: ArrayLike) -> float | None:
 
     Parameters
     ----------
-    values : array, shape (N,)
+    values
+        Shape (N,).
 
     Returns
     -------
@@ -93,7 +94,8 @@ def outlier_mask(values: ArrayLike) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    values : array, shape (N,)
+    values
+        Shape (N,).
 
     Returns
     -------

@@ -46,15 +46,15 @@ class Bin:
 
     Parameters
     ----------
-    label : str
+    label
         In words, such as "current from 0.1 to 0.3 A".
-    lower, upper : float
+    lower, upper
         Ends of the bin in the unit of the quantity; equal for a class, such as a direction.
-    samples : int
+    samples
         Samples inside; lines for a band of frequencies.
-    mean : float
+    mean
         Mean error inside, in the output's unit.
-    rms : float
+    rms
         Root mean square of the error inside, in the output's unit.
     """
 
@@ -72,20 +72,19 @@ class Structure:
 
     Parameters
     ----------
-    kind : str
+    kind
         "mean", "time", "input level", "input direction", "output level", "velocity", "velocity sign", "channel",
         "frequency", "own past" or "past inputs".
-    against : str
+    against
         The channel, or "".
-    share : float
+    share
         Part of the error's variance that is explained, 0 to 1, corrected for chance; zero within chance. The mean
         counts against the mean square.
-    sentence : str
-    bins : tuple of Bin
+    bins
         Empty for "mean", "own past" and "past inputs".
-    chance : float
+    chance
         Probability that an error without this dependence looks like this.
-    at : float or None
+    at
         Frequency of the highest line in Hz; time in s in which the error forgets; delay in s of the input that
         tells most.
     """
@@ -104,7 +103,8 @@ def level_codes(x: Array) -> NDArray[np.int64] | None:
 
     Parameters
     ----------
-    x : ndarray, shape (n,)
+    x
+        Shape (n,).
 
     Returns
     -------
@@ -132,7 +132,8 @@ def input_direction(u: Array) -> NDArray[np.int64]:
 
     Parameters
     ----------
-    u : ndarray, shape (N,)
+    u
+        Shape (N,).
 
     Returns
     -------
@@ -177,13 +178,10 @@ def explained(e: Array, codes: NDArray[np.int64]) -> tuple[float, float]:
 
     Parameters
     ----------
-    e : ndarray, shape (n,)
-    codes : ndarray of int, shape (n,)
-        The bin of each sample: 0 ... B - 1, none of them empty.
-
-    Returns
-    -------
-    share, chance : float
+    e
+        Shape (n,).
+    codes
+        Shape (n,). The bin of each sample: 0 ... B - 1, none of them empty.
 
     Examples
     --------
@@ -237,19 +235,19 @@ def binned(
 
     Parameters
     ----------
-    kind, against : str
+    kind, against
         Of the `Structure`.
-    e : ndarray, shape (n,)
-        The error.
-    x : ndarray, shape (n,), or None
-        The quantity; None for classes.
-    codes : ndarray of int, shape (n,), or None
-        The bin of each sample; None where the quantity is constant.
-    labels : sequence of str, or None
+    e
+        Shape (n,). The error.
+    x
+        Shape (n,). The quantity; None for classes.
+    codes
+        Shape (n,). The bin of each sample; None where the quantity is constant.
+    labels
         Words for each code; None to say the range of x.
-    name : str
+    name
         Words for the quantity.
-    units : tuple of str
+    units
         Of x, and of the error.
 
     Returns

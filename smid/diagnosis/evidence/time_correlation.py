@@ -74,11 +74,11 @@ def past_inputs_structure(e: Sequence[Array], u: Sequence[Array], name: str, sam
 
     Parameters
     ----------
-    e, u : sequence of ndarray, shape (n,)
-        Error and input of each experiment.
-    name : str
+    e, u
+        Shape (n,). Error and input of each experiment.
+    name
         The input.
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns

@@ -22,8 +22,8 @@ def correlation_length(residuals: Sequence[Array]) -> float:
 
     Parameters
     ----------
-    residuals : sequence of ndarray, shape (n,)
-        Per experiment.
+    residuals
+        Shape (n,). Per experiment.
 
     Returns
     -------
@@ -48,9 +48,9 @@ def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> fl
 
     Parameters
     ----------
-    worse, better : sequence of ndarray, shape (n,)
-        Held-out residuals of the two models, per experiment.
-    seed : int
+    worse, better
+        Shape (n,). Held-out residuals of the two models, per experiment.
+    seed
         Of the draws.
 
     Returns
@@ -86,9 +86,9 @@ def structure(residuals: Sequence[Array], lags: int = 25) -> float:
 
     Parameters
     ----------
-    residuals : sequence of ndarray, shape (n,)
-        Per experiment.
-    lags : int
+    residuals
+        Shape (n,). Per experiment.
+    lags
         How much of the past counts.
 
     Returns

@@ -34,12 +34,11 @@ class Record:
 
     Parameters
     ----------
-    data : Dataset
-    used, held : tuple of ndarray of bool, shape (n,)
-        Per experiment, the samples that may be fitted, and those kept back.
-    input, output : str
+    used, held
+        Shape (n,). Per experiment, the samples that may be fitted, and those kept back.
+    input, output
         Main channels.
-    noise_bound : float or None
+    noise_bound
         Of the output, in its unit.
     """
 
@@ -116,12 +115,11 @@ class Ranked:
 
     Parameters
     ----------
-    trial : Trial
-    score : float
+    score
         Less is better.
-    rmse : float
+    rmse
         Held out, in the output's unit.
-    chance : float
+    chance
         Probability that its held-out gain over the current model is chance.
     """
 
@@ -137,19 +135,19 @@ class Stage:
 
     Parameters
     ----------
-    base : Base
+    base
         What all effects were put on.
-    score, rmse : float
+    score, rmse
         Of the base; the RMSE held out.
-    ranked : tuple of Ranked
+    ranked
         All effects that could be fitted, best first.
-    leader : Ranked or None
+    leader
         The one that is named.
-    tied : tuple of Ranked
+    tied
         Effects that explain the data as well as the leader.
-    runners_up : tuple of Ranked
+    runners_up
         Effects that would be named if it were not for the leader, best first.
-    carries : bool
+    carries
         Whether the leader by itself lowers the held-out error.
     """
 

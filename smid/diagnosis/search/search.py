@@ -1,6 +1,7 @@
 """The search for causes: try every effect, name the one that explains most, and again on the extended model.
 
-At each stage all effects are fitted to what the current model leaves (`smid.diagnosis.search.trial`).  They are ranked by
+At each stage all effects are fitted to what the current model leaves (`smid.diagnosis.search.trial`).  They are
+ranked by
 
     score = n_f log(mean square, fitted part) + n_h log(mean square, held-out part) + k log n_f
 
@@ -29,10 +30,10 @@ taken if it halves the held-out error itself, or ends likelier than the first wa
 
 Rivals that tie while other causes are still missing are each followed to the end, and the paths compared there; so are
 the runners-up where the leader's path ends with more than noise left: two frictions may look like one drag. A path that
-ends in a model which no parameters nearby bring within the noise bound (`smid.fitting.minimax`) is judged by the bound that it
-needs as well: what the noise cannot be is evidence that least squares do not see, and all there is where two models err
-slowly and far. After each further cause all are put to the test again (*backward deletion*): each is left out, and
-dropped if it is not missed, or replaced if another effect does better beside the rest.
+ends in a model which no parameters nearby bring within the noise bound (`smid.fitting.minimax`) is judged by the
+bound that it needs as well: what the noise cannot be is evidence that least squares do not see, and all there is
+where two models err slowly and far. After each further cause all are put to the test again (*backward deletion*):
+each is left out, and dropped if it is not missed, or replaced if another effect does better beside the rest.
 """
 
 from __future__ import annotations
@@ -80,13 +81,12 @@ class Found:
 
     Parameters
     ----------
-    stages : tuple of Stage
+    stages
         One for each named cause, the largest gain first; or the first round alone, where it named nothing.
-    base : Base
+    base
         The extended model.
-    dropped : tuple of str
+    dropped
         Effects that were named first and then not missed.
-    interrupted : bool
     """
 
     stages: tuple[Stage, ...]
@@ -106,13 +106,11 @@ def search(
 
     Parameters
     ----------
-    record : Record
-    base : Base
+    base
         The fitted base model.
-    effects : sequence of Effect
-    executor : concurrent.futures.Executor, optional
+    executor
         To try effects in parallel.
-    progress : callable, optional
+    progress
         Called with a line of text.
 
     Returns

@@ -27,13 +27,13 @@ class Trial:
 
     Parameters
     ----------
-    effect, label : str
+    effect, label
         Name of the effect, and which of its variants.
-    fit : Fit
+    fit
         The extended model, fitted.
-    parameters : tuple of str
+    parameters
         The parameters that it has more than the base.
-    signature : float
+    signature
         Share of the base cost that the first step promised.
     """
 
@@ -55,15 +55,15 @@ class Base:
 
     Parameters
     ----------
-    fit : Fit
+    fit
         With values.
-    data : Dataset
+    data
         The whole record.
-    used : tuple of ndarray of bool, shape (n,)
-        Per experiment, the samples that may be fitted.
-    input, output : str
+    used
+        Shape (n,). Per experiment, the samples that may be fitted.
+    input, output
         Main channels.
-    difference : bool
+    difference
         Whether fits take finite differences for sensitivities, to compare with.
     """
 
@@ -96,17 +96,17 @@ class Effort:
 
     Parameters
     ----------
-    extensions : int
+    extensions
         How many extensions are fitted, those with the best signatures.
-    adapted : int
+    adapted
         To how many of its starts the rest of the model is adapted, those with the best signatures.
-    starts : int
+    starts
         From how many of these everything is fitted: the one with the best signature, then those that fit best.
-    short : int
+    short
         Evaluations of each such fit.
-    finished : int
+    finished
         How many of the extensions are then fitted to the end.
-    afresh : int
+    afresh
         How many of the extensions are also fitted from the one-step-ahead fit of the whole.
     """
 
@@ -124,12 +124,6 @@ THOROUGH = Effort(5, 12, 3, 12, 2, 5)
 
 def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
     """Fit the promising extensions that an effect offers and return the best.
-
-    Parameters
-    ----------
-    effect : Effect
-    base : Base
-    effort : Effort
 
     Returns
     -------
@@ -181,11 +175,9 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
 
     Parameters
     ----------
-    effect : Effect
-    trial : Trial
+    trial
         How it was put on; the fit begins from the values that it had.
-    base : Base
-    values : mapping name -> float, optional
+    values
         Values of a larger model that held it, from which the fit begins, too: the base alone may sit in another valley.
     """
     with np.errstate(all="ignore"):

@@ -73,17 +73,14 @@ class HammersteinStudy(Result):
 
     Parameters
     ----------
-    part : Dataset
+    part
         What was identified on.
-    bound : ErrorBound
+    bound
         Phase 1.
-    orders : OrderStudy
+    orders
         Phase 2.
-    runs : FreeRuns
+    runs
         Phase 3, the rivals included.
-    structures : StructureChoice
-    widths : WidthStudy
-    printed : PrintedComparison
     """
 
     part: Dataset
@@ -198,19 +195,15 @@ def hammerstein_study(
 
     Parameters
     ----------
-    records : Dataset, optional
+    records
         With the channels ``current`` (mA) and ``pressure`` (bar), and the experiments ``20C_ramp_a`` and
         ``20C_step_a`` among others; by default all bundled records.
-    part : (int, int)
+    part
         First sample of ``20C_ramp_a`` to identify on, and the first one not to.
-    orders : sequence of int
+    orders
         Relaxation orders; the highest one's central model is validated.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    HammersteinStudy
 
     Raises
     ------

@@ -28,11 +28,11 @@ def trailing(u: NDArray[np.float64], limit: float, width: float) -> NDArray[np.f
 
     Parameters
     ----------
-    u : ndarray, shape (n,)
-        What is commanded; it runs straight between samples.
-    limit : float
+    u
+        Shape (n,). What is commanded; it runs straight between samples.
+    limit
         What z trails by in the end, in the unit of u; zero for no hysteresis.
-    width : float
+    width
         Travel, in the unit of u, after which all but ``exp(-1)`` of the way to the limit is done.
 
     Returns

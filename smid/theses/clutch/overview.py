@@ -22,7 +22,7 @@ class RecordOverview(Tabular):
 
     Parameters
     ----------
-    data : Dataset
+    data
         With the channels of `smid.theses.clutch.load_clutch_records`.
     """
 
@@ -84,10 +84,6 @@ class RecordOverview(Tabular):
 
 def record_overview() -> RecordOverview:
     """Give the bundled records at a glance.
-
-    Returns
-    -------
-    RecordOverview
 
     Examples
     --------

@@ -5,9 +5,9 @@
     d p/dt = (x - p) / tau(p, x, T)                           one pole that depends on the operating point
     y     = p + eta,   |eta| <= 0.3 bar
 
-The hysteresis is of the Duhem class (`smid.theses.clutch.hysteresis`): z trails the current by one lag, up or down, and its
-width is one lag too, so z overshoots a little where the current turns.  The current runs straight between samples for
-the hysteresis.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
+The hysteresis is of the Duhem class (`smid.theses.clutch.hysteresis`): z trails the current by one lag, up or down,
+and its width is one lag too, so z overshoots a little where the current turns.  The current runs straight between
+samples for the hysteresis.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
 
 The pole: ``tau = f(T) d(x - p) (fast + (slow - fast) exp(-p / p0))``: slow where the pressure is low and springs and
 slack take the oil, slower by a factor d when filling.  It is advanced in steps of 0.1 ms, each exact for a frozen tau.
@@ -61,13 +61,13 @@ class ClutchPlant:
 
     Parameters
     ----------
-    level : bool
+    level
         Whether the pole depends on the pressure; else it is the fast one.
-    direction : bool
+    direction
         Whether filling is slower than emptying.
-    hysteresis : bool
+    hysteresis
         Whether the current acts with hysteresis.
-    temperature : bool
+    temperature
         Whether viscosity and leakage vary; else it behaves as at 20 degC.
 
     Examples
@@ -98,13 +98,13 @@ def simulate_clutch(
 
     Parameters
     ----------
-    current : array_like, shape (n,)
-        In mA.
-    temperature : float
+    current
+        Shape (n,). In mA.
+    temperature
         Of the oil, in degC.
-    plant : ClutchPlant, optional
+    plant
         By default with all ingredients.
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns
@@ -157,9 +157,9 @@ def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples, of 2 ms.
-    scale : float
+    scale
         What the current is multiplied by.
 
     Returns
@@ -186,9 +186,9 @@ def step_current(n: int = 600, scale: float = 1.0) -> Array:
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples, of 2 ms.
-    scale : float
+    scale
         What the current is multiplied by.
 
     Returns
@@ -224,19 +224,19 @@ def clutch_record(
 
     Parameters
     ----------
-    kind : {"ramp", "step"}
-        Profile of the current.
-    temperatures : sequence of float
+    kind
+        One of {"ramp", "step"}. Profile of the current.
+    temperatures
         Of the oil, in degC.
-    seed : int or numpy.random.Generator
+    seed
         Of the noise.
-    n : int
+    n
         Samples per experiment.
-    scale : float
+    scale
         What the current is multiplied by, to make a second record.
-    plant : ClutchPlant, optional
+    plant
         By default with all ingredients.
-    noise_bound : float
+    noise_bound
         Largest noise of the pressure, in bar; uniform.
 
     Returns

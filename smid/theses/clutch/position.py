@@ -55,19 +55,19 @@ class ReturnSpring:
 
     Parameters
     ----------
-    preload : float
+    preload
         Pressure up to which nothing moves at 20 degC, in bar; more than the friction.
-    stiffness : float
+    stiffness
         Of the return spring at 20 degC, in bar/mm.
-    kiss_point : float
+    kiss_point
         Position where the facings touch, in mm.
-    cushion : float
+    cushion
         Of the cushion spring at 20 degC, in bar/mm^2.
-    softening : float
+    softening
         Share of preload, stiffness and cushion that is lost per degC above 20, in 1/degC.
-    friction : float
+    friction
         Dry friction, in bar.
-    lag : float
+    lag
         Time constant at 20 degC, in seconds.
 
     Raises
@@ -108,9 +108,9 @@ class ReturnSpring:
 
         Parameters
         ----------
-        pressure : array_like, shape (n,)
-            In bar.
-        temperature : float
+        pressure
+            Shape (n,). In bar.
+        temperature
             In degC.
 
         Returns
@@ -144,13 +144,13 @@ def simulate_position(
 
     Parameters
     ----------
-    pressure : array_like, shape (n,)
-        In bar, without noise; held from sample to sample.
-    temperature : float
+    pressure
+        Shape (n,). In bar, without noise; held from sample to sample.
+    temperature
         Of oil and spring, in degC.
-    spring : ReturnSpring, optional
+    spring
         By default the one of the records.
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns

@@ -25,17 +25,17 @@ def actuator_record(
 
     Parameters
     ----------
-    current : array_like, shape (n,)
-        In mA, every 2 ms.
-    temperature : float
+    current
+        Shape (n,). In mA, every 2 ms.
+    temperature
         Of oil and spring, in degC.
-    seed : int or numpy.random.Generator
+    seed
         Of the noise of pressure (within 0.3 bar) and position (within 0.05 mm).
-    name : str
+    name
         Of the experiment.
-    plant : ClutchPlant, optional
+    plant
         From current to pressure; by default with all ingredients.
-    spring : ReturnSpring, optional
+    spring
         From pressure to position; by default the one of the bundled records.
 
     Returns

@@ -61,11 +61,11 @@ class RecursiveStudy(Result):
 
     Parameters
     ----------
-    comparison : Comparison
+    comparison
         Record by record, every method with every model.
-    on_noise : Tracking
+    on_noise
         The normalised gradient on the first record, its pressure replaced by noise.
-    gains : GainStudy
+    gains
         The normalised gradient at several gains on the first record, figure 3.12.
     """
 
@@ -135,13 +135,9 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
 
     Parameters
     ----------
-    records : Dataset, optional
+    records
         With the channels ``current`` (mA) and ``pressure`` (bar); by default all bundled records, those with hysteresis
         included.
-
-    Returns
-    -------
-    RecursiveStudy
 
     Raises
     ------

@@ -36,15 +36,15 @@ class SensorChapter(Result):
 
     Parameters
     ----------
-    tables : tuple of StructureTable
+    tables
         Tables 5.1 to 5.4.
-    cross : ErrorTable
+    cross
         The thesis's sensors on every record.
-    traces : mapping str -> SensorTraces
+    traces
         By number of the thesis's figure.
-    single : SingleSensorStudy
+    single
         One sensor for all temperatures, with hysteresis.
-    intervals : IntervalStudy
+    intervals
         Of its position.
     """
 
@@ -77,14 +77,10 @@ def sensor_chapter(seed: int = 1, *, progress: Callable[[str], None] | None = No
 
     Parameters
     ----------
-    seed : int
+    seed
         Of splits and starts.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    SensorChapter
 
     References
     ----------

@@ -68,8 +68,7 @@ class RecordChanges:
 
     Parameters
     ----------
-    record : str
-    changes : mapping float -> tuple of Change
+    changes
         By noise bound in bar.
     """
 
@@ -83,23 +82,22 @@ class SetStudy(Result):
 
     Parameters
     ----------
-    sampling_time : float
+    sampling_time
         In seconds.
-    noise_bound : float
+    noise_bound
         In bar.
-    truth : tuple of float
+    truth
         Of the known plant, in the order of the names of its history.
-    known : SetHistory
+    known
         Of the known plant, sample by sample.
-    batch : Estimate
+    batch
         The certified batch intervals of the known plant's first samples.
-    hidden : int
+    hidden
         First sample of the changed plant.
-    changed : SetHistory
+    changed
         Of the plant that changes.
-    located : Change or None
+    located
         The first proven change, on the shortest stretch of samples found; None where none was proven.
-    records : tuple of RecordChanges
     """
 
     sampling_time: float
@@ -253,19 +251,15 @@ def set_study(
 
     Parameters
     ----------
-    records : Dataset, optional
+    records
         With the channels ``current`` (mA) and ``pressure`` (bar), and the experiment ``20C_step_b`` among them, whose
         current drives the known plants; by default all bundled records.
-    batch : int
+    batch
         Samples of the comparison with batch intervals.
-    seed : int
+    seed
         Of the noise.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    SetStudy
 
     Raises
     ------

@@ -44,14 +44,6 @@ RATE_BOX = (0.01, 2.0)  # 1/s
 def arrhenius(temperature: sympy.Expr) -> sympy.Expr:
     """Give the reaction rate in 1/s over the temperature in K.
 
-    Parameters
-    ----------
-    temperature : sympy.Expr or float
-
-    Returns
-    -------
-    sympy.Expr
-
     Examples
     --------
     >>> round(float(arrhenius(440.0)), 4)
@@ -65,9 +57,9 @@ def cooled_reactor(*, known_rate: bool, input: str = "q", concentration: str = "
 
     Parameters
     ----------
-    known_rate : bool
+    known_rate
         Whether the rate follows Arrhenius's law; else it is a free parameter ``r``, constant.
-    input, concentration, temperature : str
+    input, concentration, temperature
         Channels: coolant flow in l/min, concentration in mol/l, temperature in K.
 
     Returns

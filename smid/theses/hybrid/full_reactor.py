@@ -54,7 +54,7 @@ def full_reactor(*, input: str = "u", flow: str = "F", output: str = "y") -> Mod
 
     Parameters
     ----------
-    input, flow, output : str
+    input, flow, output
         Channels: concentration of the inflow, its flow in m3/s, and concentration of the outflow.
 
     Returns
@@ -91,13 +91,13 @@ def simulate_full_reactor(
 
     Parameters
     ----------
-    u : array_like, shape (n,)
-        Concentration of the inflow in mol/m3, not negative, held from each sample to the next.
-    sampling_time : float
+    u
+        Shape (n,). Concentration of the inflow in mol/m3, not negative, held from each sample to the next.
+    sampling_time
         In seconds.
-    flow : array_like, shape (n,), optional
-        Inflow in m3/s, positive; by default F0.
-    start : float, optional
+    flow
+        Shape (n,). Inflow in m3/s, positive; by default F0.
+    start
         First concentration in the tank; by default that of the inflow.  The tank starts cold, with the volume V0.
 
     Returns

@@ -53,13 +53,13 @@ class Mismatch:
 
     Parameters
     ----------
-    tau, a, x : float
+    tau, a, x
         Of the plant; tau in seconds.
-    base_tau : float
+    base_tau
         Time constant that the base model believes in, in seconds.
-    second_tau : float or None
+    second_tau
         Time constant of a second tank that the first one feeds, in seconds.
-    curve : sympy.Expr or None
+    curve
         What is measured of the last concentration, an expression in ``smid.models.VALUE``.
 
     Examples
@@ -93,7 +93,7 @@ def reactor_base(mismatch: str) -> Model:
 
     Parameters
     ----------
-    mismatch : str
+    mismatch
         One of `MISMATCHES`.
 
     Returns
@@ -120,7 +120,7 @@ def reactor_plant(mismatch: str | Mismatch) -> Model:
 
     Parameters
     ----------
-    mismatch : str or Mismatch
+    mismatch
         One of `MISMATCHES`, or one's own.
 
     Returns
@@ -157,13 +157,13 @@ def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: floa
 
     Parameters
     ----------
-    mismatch : str or Mismatch
+    mismatch
         One of `MISMATCHES`, or one's own.
-    u : array_like, shape (n,)
-        Inflow concentration, not negative, held from each sample to the next.
-    sampling_time : float
+    u
+        Shape (n,). Inflow concentration, not negative, held from each sample to the next.
+    sampling_time
         In seconds.
-    start : float, optional
+    start
         First concentration in the tank (in both of them); by default that of the inflow.
 
     Returns
@@ -228,8 +228,8 @@ def arm_base(measured: str = "angle") -> Model:
 
     Parameters
     ----------
-    measured : {"angle", "speed"}
-        What the output channel shows.
+    measured
+        One of {"angle", "speed"}. What the output channel shows.
 
     Returns
     -------
@@ -254,9 +254,9 @@ def arm_friction(speed: float, ws: float, eps: float, wd: float, b: float) -> fl
 
     Parameters
     ----------
-    speed : float
+    speed
         In rad/s.
-    ws, eps, wd, b : float
+    ws, eps, wd, b
         Sticking and where it ends, gliding, drag: in Nm, rad/s, Nm and Nm s2/rad2.
 
     Returns
@@ -286,15 +286,15 @@ def simulate_arm(
 
     Parameters
     ----------
-    u : array_like, shape (n,)
-        Motor voltage, held from each sample to the next; the thesis keeps it within 1 V.
-    sampling_time : float
+    u
+        Shape (n,). Motor voltage, held from each sample to the next; the thesis keeps it within 1 V.
+    sampling_time
         In seconds.
-    measured : {"angle", "speed"}
-        Which of the two is returned.
-    friction, drag : bool
+    measured
+        One of {"angle", "speed"}. Which of the two is returned.
+    friction, drag
         Whether sticking and gliding friction, and aerodynamic resistance, act.
-    start : (float, float)
+    start
         Angle in rad and speed in rad/s at the first sample.
 
     Returns

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_cli_json_schema import check_object
 
 from smid.cli.console import Progress
 from smid.diagnosis import EFFECTS
+from tests.smid.cli.test_json_schema import check_object
 
 FEW = "--effects input_dead_zone,input_delay,missing_input --workers 1"
 COMMON = "dead.csv --input u --output y --model model.toml"

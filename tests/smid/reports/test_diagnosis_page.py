@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_report_page import read
 
 import smid
 from smid.diagnosis import Fault, Verdict
@@ -12,6 +11,7 @@ from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_f
 from smid.reports import report, versions
 from smid.reports.mathml import equations
 from tests.smid.reports.dead_zone_records import diagnosis_of, record
+from tests.smid.reports.test_page import read
 
 
 @pytest.fixture(scope="module")

@@ -29,13 +29,13 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
 
     Parameters
     ----------
-    model : Model
+    model
         Model to be extended.
-    site : Site
+    site
         Where the data are.
-    channel : str
+    channel
         Channel whose levels the curve is for.
-    stem : str
+    stem
         Beginning of the parameters' names.
     """
     levels = np.unique(site.values(channel))

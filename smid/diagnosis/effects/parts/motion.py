@@ -37,15 +37,15 @@ class Motion:
 
     Parameters
     ----------
-    state : StateLine
+    state
         The line that forces act on.
-    kind : str
+    kind
         "speed" or "position", what the state is.
-    speed : sympy.Expr
+    speed
         Speed before the step, per second in a rate, else per sample where the state is a position.
-    speed_scale, force_scale : float
+    speed_scale, force_scale
         Largest speed, and largest change of it per sample or per second, in the data.
-    step : float or None
+    step
         Seconds, of a step that integrates a rate.
     """
 
@@ -138,15 +138,15 @@ def with_dry_friction(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    motion : Motion
+    motion
         Where.
-    threshold : sympy.Expr
+    threshold
         The force, not negative, by what it changes the speed per second; in a difference equation per step.
-    parameters : list of Parameter
+    parameters
         Its parameters.
-    sticking : Parameter or None
+    sticking
         Speed below which friction in a rate is viscous; None in a difference equation, which needs none.
     """
     line = motion.state.line

@@ -39,11 +39,11 @@ class StateLine:
 
     Parameters
     ----------
-    line : Line
+    line
         The line.
-    own : str
+    own
         The signal it reads back: the line's, or what another effect made of it.
-    numbers : mapping of symbol to expression
+    numbers
         Values of the fixed parameters: a power fixed at one is no power.
     """
 
@@ -211,15 +211,15 @@ def let_vary(
 
     Parameters
     ----------
-    model : Model
+    model
         The model.
-    parameter : Parameter
+    parameter
         Parameter of the plant; it stays, with its box and its value.
-    vary : callable (symbol, lag) -> expression
+    vary
         What it becomes in a line that sees the world `lag` samples back.
-    parameters : iterable of Parameter
+    parameters
         Parameters that the expression brings in.
-    states_only : bool
+    states_only
         Whether static lines, an input curve, keep the constant.
 
     Returns

@@ -24,9 +24,9 @@ def peaks(site: Site, count: int) -> tuple[float, ...]:
 
     Parameters
     ----------
-    site : Site
+    site
         Where the residual comes from.
-    count : int
+    count
         How many at most.
 
     Returns

@@ -54,23 +54,23 @@ def extensions(
 
     Parameters
     ----------
-    model : Model
+    model
         The model, with whatever signals `vary` reads.
-    suffix : str
+    suffix
         Behind the parameter's name, to name its amount.
-    vary : callable (lag) -> expression
+    vary
         What the parameter varies with, of order one, in a line that sees the world `lag` samples back.
-    label : str
+    label
         Behind the parameter's name in the label.
-    shape : tuple of Parameter
+    shape
         Further parameters, those of `vary`.
-    places : tuple of mappings name -> float
+    places
         Where these start.
-    states_only : bool
+    states_only
         Whether static lines keep the constant.
-    parameters : bool
+    parameters
         Whether the parameters vary each.
-    kinds : tuple of str
+    kinds
         What may vary beside parameters: "pace", "gain".
     """
     found = []

@@ -20,10 +20,6 @@ __all__ = ["free_runs_figure", "printed_figure", "validation_figure", "width_fig
 def validation_figure(validation: Validation) -> Figure:
     """Draw output and error of a free run, a row per record, ramps first: figures 3.3 and 3.4 of the thesis.
 
-    Parameters
-    ----------
-    validation : Validation
-
     Returns
     -------
     Figure
@@ -59,10 +55,6 @@ def validation_figure(validation: Validation) -> Figure:
 def width_figure(study: WidthStudy) -> Figure:
     """Draw the widths over the noise bound, each in percent of the centre at the largest noise bound.
 
-    Parameters
-    ----------
-    study : WidthStudy
-
     Returns
     -------
     Figure
@@ -85,16 +77,7 @@ def width_figure(study: WidthStudy) -> Figure:
 
 
 def free_runs_figure(runs: FreeRuns) -> Figure:
-    """Draw the RMSE of every model on every record.
-
-    Parameters
-    ----------
-    runs : FreeRuns
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw the RMSE of every model on every record."""
     unit = runs.data.channel(runs.data.output).unit
     names = list(runs.validations)
     places = np.arange(len(runs.records))
@@ -119,10 +102,6 @@ def free_runs_figure(runs: FreeRuns) -> Figure:
 
 def printed_figure(comparison: PrintedComparison) -> Figure:
     """Draw the printed interval and model of each parameter over the certified interval of the thesis's own model.
-
-    Parameters
-    ----------
-    comparison : PrintedComparison
 
     Returns
     -------

@@ -24,7 +24,7 @@ class FreeRuns(Tabular):
 
     Parameters
     ----------
-    validations : mapping str -> Validation
+    validations
         By the name of the model; all over the same data.
     """
 
@@ -77,16 +77,12 @@ def free_runs(models: Mapping[str, Model], records: Dataset, noise_bound: float 
 
     Parameters
     ----------
-    models : mapping str -> Model
+    models
         With values, by the names to show.
-    records : Dataset
+    records
         With one input and one output.
-    noise_bound : float, optional
+    noise_bound
         In the output's unit, to count violations.
-
-    Returns
-    -------
-    FreeRuns
 
     Raises
     ------

@@ -38,9 +38,9 @@ class OrderStudy(Tabular):
 
     Parameters
     ----------
-    orders : tuple of int
+    orders
         Rising.
-    estimates : tuple of Estimate
+    estimates
         One for each order; the same one again where the order below left no gap.
     """
 
@@ -102,12 +102,9 @@ def order_study(
 
     Parameters
     ----------
-    model : Model
-    data : Dataset
-    noise_bound : float
+    noise_bound
         In the output's unit.
-    orders : sequence of int
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
 
     Returns
@@ -156,11 +153,11 @@ class WidthStudy(Tabular):
 
     Parameters
     ----------
-    least : ErrorBound
+    least
         The least noise bound.
-    factors : tuple of float
+    factors
         Noise bounds as multiples of the upper end of the least one; rising.
-    estimates : tuple of Estimate
+    estimates
         One for each factor.
     """
 
@@ -225,15 +222,13 @@ def width_study(
 
     Parameters
     ----------
-    model : Model
-    data : Dataset
-    least : ErrorBound
+    least
         Of this model on these data.
-    factors : sequence of float
+    factors
         What the upper end of the least bound is multiplied by.
-    tolerance : float
+    tolerance
         Stop once each gap is below this share of its interval's width.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
 
     Returns

@@ -15,13 +15,8 @@ def clutch_hammerstein(poles: int = 1, powers: Sequence[int] = (5, 4, 3)) -> Mod
 
     Parameters
     ----------
-    poles : int
-    powers : sequence of int
+    powers
         Of the static polynomial; by default those of (3.5).
-
-    Returns
-    -------
-    Model
 
     Raises
     ------

@@ -53,12 +53,11 @@ class Printed:
 
     Parameters
     ----------
-    name : str
-    lower, upper : float
+    lower, upper
         Its interval.
-    central : float
+    central
         Its central estimate.
-    model : float
+    model
         Its value in the model that is printed below the table.
     """
 
@@ -148,9 +147,9 @@ class PrintedComparison(Result):
 
     Parameters
     ----------
-    known : Estimate
+    known
         On data that the thesis's central model made, with its noise bound.
-    widths : WidthStudy
+    widths
         On the bundled record.
     """
 
@@ -256,18 +255,14 @@ def compare_with_printed(
 
     Parameters
     ----------
-    part : Dataset
+    part
         Whose current the thesis's central model is run over.
-    widths : WidthStudy
+    widths
         On a bundled record.
-    seed : int
+    seed
         Of the noise.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    PrintedComparison
 
     Raises
     ------

@@ -46,11 +46,9 @@ class Structure:
 
     Parameters
     ----------
-    poles : int
-    powers : tuple of int
-    bound : ErrorBound or None
+    bound
         Least noise bound on the part; None with more than one pole.
-    rmse, rmse_elsewhere : float
+    rmse, rmse_elsewhere
         Of the free run of the least-squares fit, on the part it was fitted to and on the whole record.
     """
 
@@ -82,8 +80,7 @@ class StructureChoice(Result):
 
     Parameters
     ----------
-    structures : tuple of Structure
-    unit : str
+    unit
         Of the output.
     """
 
@@ -145,17 +142,12 @@ def choose_structure(
 
     Parameters
     ----------
-    part : Dataset
+    part
         What is identified on: current in mA, pressure in bar.
-    record : Dataset
+    record
         The whole record.
-    structures : sequence of (poles, powers)
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    StructureChoice
 
     Raises
     ------

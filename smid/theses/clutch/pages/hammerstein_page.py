@@ -32,16 +32,6 @@ def hammerstein_page(
 ) -> Path:
     """Write the page of the Hammerstein study.
 
-    Parameters
-    ----------
-    study : HammersteinStudy
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

@@ -25,16 +25,6 @@ def records_page(
 ) -> Path:
     """Write the page of the bundled records.
 
-    Parameters
-    ----------
-    overview : RecordOverview
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

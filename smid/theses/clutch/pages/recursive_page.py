@@ -36,17 +36,6 @@ def recursive_page(
 ) -> Path:
     """Write the page of the recursive studies.
 
-    Parameters
-    ----------
-    study : RecursiveStudy
-    sets : SetStudy
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

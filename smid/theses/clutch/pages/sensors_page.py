@@ -32,16 +32,6 @@ _NOT_COMPARED = (
 def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
     """Write the page of the virtual sensors.
 
-    Parameters
-    ----------
-    chapter : SensorChapter
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

@@ -29,11 +29,10 @@ class ErrorTable(Tabular):
 
     Parameters
     ----------
-    caption : str
+    caption
         What is compared.
-    sensors, records : tuple of str
-    rmse : ndarray, shape (records, sensors)
-        Root mean squared errors, in mm.
+    rmse
+        Shape (records, sensors). Root mean squared errors, in mm.
     """
 
     caption: str
@@ -78,16 +77,12 @@ def cross_errors(
 
     Parameters
     ----------
-    sensors : mapping of str to VirtualSensor
+    sensors
         Trained.
-    data : Dataset, optional
+    data
         With the position; all bundled records by default.
-    caption : str
+    caption
         Of the table.
-
-    Returns
-    -------
-    ErrorTable
 
     Raises
     ------

@@ -26,16 +26,7 @@ _SHOWN = 600  # samples of a record in the figure of intervals
 
 
 def structure_figure(study: StructureTable) -> Figure:
-    """Draw our errors and the thesis's, each over that of its first row.
-
-    Parameters
-    ----------
-    study : StructureTable
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw our errors and the thesis's, each over that of its first row."""
     rows = [row for row in study.rows if row.printed is not None]
     places = np.arange(len(rows))
     with style():
@@ -57,16 +48,7 @@ def structure_figure(study: StructureTable) -> Figure:
 
 
 def traces_figure(traces: SensorTraces) -> Figure:
-    """Draw the positions of a figure of the thesis.
-
-    Parameters
-    ----------
-    traces : SensorTraces
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw the positions of a figure of the thesis."""
     with style():
         if traces.number == _CURVE:
             return _curve(traces)
@@ -109,16 +91,7 @@ def _curve(traces: SensorTraces) -> Figure:
 
 
 def error_figure(errors: ErrorTable) -> Figure:
-    """Draw errors as shades with their numbers, laid out as their table.
-
-    Parameters
-    ----------
-    errors : ErrorTable
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw errors as shades with their numbers, laid out as their table."""
     down, across, values = errors.records, errors.sensors, errors.rmse
     if len(across) > len(down):
         down, across, values = across, down, values.T
@@ -141,16 +114,7 @@ def error_figure(errors: ErrorTable) -> Figure:
 
 
 def interval_figure(study: IntervalStudy) -> Figure:
-    """Draw a part of each record with its interval.
-
-    Parameters
-    ----------
-    study : IntervalStudy
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw a part of each record with its interval."""
     said = study.predictions()
     with style():
         figure = Figure(figsize=(WIDTH, 0.7 + 1.2 * len(said.records)), layout="constrained")

@@ -32,12 +32,11 @@ class IntervalRow:
 
     Parameters
     ----------
-    record : str
-    margin : float
+    margin
         By which share the bound was widened.
-    coverage : float
+    coverage
         Share of the record's positions inside.
-    mean_width : float
+    mean_width
         In mm.
 
     Examples
@@ -58,11 +57,11 @@ class IntervalStudy(Tabular):
 
     Parameters
     ----------
-    sensor : BoundedSensor
+    sensor
         Its bound is from all records, with the default margin.
-    rows : tuple of IntervalRow
+    rows
         A row for each record and margin.
-    data : Dataset
+    data
         The records.
     """
 
@@ -125,14 +124,10 @@ def interval_study(sensor: VirtualSensor, records: Sequence[str] = HELD_OUT) -> 
 
     Parameters
     ----------
-    sensor : VirtualSensor
+    sensor
         Trained on other records.
-    records : sequence of str
+    records
         Two or more bundled records.
-
-    Returns
-    -------
-    IntervalStudy
 
     Examples
     --------

@@ -43,11 +43,11 @@ def train_thesis_sensors(
 
     Parameters
     ----------
-    names : tuple of str
+    names
         Among `THESIS_SENSORS`.
-    seed : int
+    seed
         Of splits and starts.
-    report : callable, optional
+    report
         Told what is being trained.
 
     Returns

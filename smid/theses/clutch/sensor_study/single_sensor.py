@@ -49,11 +49,11 @@ class SingleSensorStudy(Result):
 
     Parameters
     ----------
-    sensor : PTX
+    sensor
         Trained on `TRAINING`.
-    rivals : mapping of str to (mapping of str to VirtualSensor)
+    rivals
         By name of a column, then by temperature.
-    held_out, training : ErrorTable
+    held_out, training
         RMSE on the records that PTX has not seen, and on those that trained it.
 
     Examples
@@ -113,18 +113,14 @@ def train_single_sensor(
 
     Parameters
     ----------
-    seed : int
+    seed
         Of split and starts.
-    sensor : PTX, optional
+    sensor
         Of another size than the default.
-    starts : int
+    starts
         How many random starts.
-    progress : callable, optional
+    progress
         Called after each step.
-
-    Returns
-    -------
-    PTX
 
     Examples
     --------
@@ -142,16 +138,12 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
 
     Parameters
     ----------
-    sensor : PTX, optional
+    sensor
         Trained; by default, one is trained.
-    seed : int
+    seed
         Of splits and starts.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    SingleSensorStudy
 
     Examples
     --------

@@ -57,13 +57,13 @@ class StructureRow:
 
     Parameters
     ----------
-    name : str
+    name
         Its structure.
-    n_parameters : int
+    n_parameters
         Numbers that training found.
-    mse : float
+    mse
         Mean squared error on our record, in mm^2.
-    printed : float, optional
+    printed
         Mean squared error that the thesis prints, of normalised data.
 
     Examples
@@ -84,13 +84,12 @@ class StructureTable(Tabular):
 
     Parameters
     ----------
-    number : str
+    number
         Of the thesis's table.
-    subject : str
+    subject
         What is compared.
-    record : str
+    record
         What trained the sensors.
-    rows : tuple of StructureRow
     """
 
     number: str
@@ -159,16 +158,12 @@ def table_5_1(
 
     Parameters
     ----------
-    seed : int
+    seed
         Of splits and starts.
-    structures : sequence of tuple of int
+    structures
         Neurons of each hidden layer, among those of the thesis.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    StructureTable
 
     Examples
     --------
@@ -186,16 +181,12 @@ def table_5_2(
 
     Parameters
     ----------
-    seed : int
+    seed
         Of splits and starts.
-    structures : sequence of tuple of int
+    structures
         Neurons of each hidden layer, among those of the thesis.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    StructureTable
 
     Examples
     --------
@@ -211,14 +202,10 @@ def table_5_3(seed: int = 1, report: Report | None = None) -> StructureTable:
 
     Parameters
     ----------
-    seed : int
+    seed
         Of splits and starts.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    StructureTable
 
     Examples
     --------
@@ -237,14 +224,10 @@ def table_5_4(seed: int = 1, report: Report | None = None) -> StructureTable:
 
     Parameters
     ----------
-    seed : int
+    seed
         Of splits and starts.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    StructureTable
 
     Examples
     --------

@@ -66,18 +66,18 @@ class SensorTraces(Tabular):
 
     Parameters
     ----------
-    number : str
+    number
         Of the thesis's figure.
-    records : tuple of str
+    records
         One after the other.
-    time : ndarray, shape (n,)
-        In seconds from the start of the first record.
-    pressure : ndarray, shape (n,)
-        Measured, in bar.
-    measured : ndarray, shape (n,)
-        Position in mm.
-    simulated : mapping of str to ndarray, shape (n,)
-        Position in mm by each sensor.
+    time
+        Shape (n,). In seconds from the start of the first record.
+    pressure
+        Shape (n,). Measured, in bar.
+    measured
+        Shape (n,). Position in mm.
+    simulated
+        Shape (n,). Position in mm by each sensor.
     """
 
     number: str
@@ -130,18 +130,14 @@ def sensor_traces(
 
     Parameters
     ----------
-    number : str
+    number
         Among `THESIS_FIGURES`.
-    sensors : mapping of str to VirtualSensor, optional
+    sensors
         Trained, from `train_thesis_sensors`; those that are missing are trained.
-    seed : int
+    seed
         Of splits and starts.
-    report : callable, optional
+    report
         Told what is being trained.
-
-    Returns
-    -------
-    SensorTraces
 
     Raises
     ------

@@ -40,11 +40,11 @@ class Alternation(Result):
 
     Parameters
     ----------
-    theta : ndarray, shape (n_rounds + 1,)
-        1/J in 1/(kg m2), at the start and after each round.
-    network : TanhNetwork
+    theta
+        Shape (n_rounds + 1,). 1/J in 1/(kg m2), at the start and after each round.
+    network
         From speed in 80 rad/s to torque in 16 Nm.
-    rmse : float
+    rmse
         Of the torque, in Nm.
     """
 
@@ -74,20 +74,16 @@ def alternate(
 
     Parameters
     ----------
-    motion : Motion
+    motion
         Speed, acceleration and motor torque.
-    start : TanhNetwork
+    start
         Of scaled speed; where the network begins.
-    theta : float
+    theta
         Where 1/J begins, in 1/(kg m2).
-    rounds : int
+    rounds
         At most so many; it ends sooner when 1/J has moved by less than 1e-7 of itself in ten rounds.
-    method : callable
+    method
         Of `smid.networks`, for the network: `gradient_descent` is the back propagation of the textbooks.
-
-    Returns
-    -------
-    Alternation
 
     Raises
     ------

@@ -53,11 +53,11 @@ class NetworkRuns(Tabular):
 
     Parameters
     ----------
-    theta : ndarray, shape (n,)
-        1/J in 1/(kg m2).
-    rmse : ndarray, shape (n,)
-        Of the torque, in Nm.
-    networks : tuple of TanhNetwork
+    theta
+        Shape (n,). 1/J in 1/(kg m2).
+    rmse
+        Shape (n,). Of the torque, in Nm.
+    networks
         From speed in 80 rad/s to torque in 16 Nm.
     """
 
@@ -91,7 +91,7 @@ def shape_of(network: TanhNetwork) -> str:
 
     Parameters
     ----------
-    network : TanhNetwork
+    network
         From speed in 80 rad/s to torque in 16 Nm.
 
     Returns
@@ -116,16 +116,12 @@ def alternating_runs(seeds: Iterable[int], *, spread: float = 1.0, rounds: int =
 
     Parameters
     ----------
-    seeds : iterable of int
+    seeds
         One run for each.
-    spread : float
+    spread
         Weights begin uniform from 0 to this, in rad, s and Nm.
-    rounds : int
+    rounds
         Most rounds of each run.
-
-    Returns
-    -------
-    NetworkRuns
 
     Examples
     --------
@@ -149,14 +145,10 @@ def input_error_runs(seeds: Iterable[int], *, input: str = "one_sine") -> Networ
 
     Parameters
     ----------
-    seeds : iterable of int
+    seeds
         One run for each.
-    input : str
+    input
         Of `smid.signals.TABLE_F1`.
-
-    Returns
-    -------
-    NetworkRuns
 
     Examples
     --------
@@ -183,10 +175,8 @@ class ArmStudy(Result):
 
     Parameters
     ----------
-    white : mapping of str to WhiteEstimate
+    white
         By what was estimated how.
-    alternating, input_error : NetworkRuns
-    embedded : EmbeddedStudy
 
     Examples
     --------
@@ -287,18 +277,14 @@ def arm_study(
 
     Parameters
     ----------
-    starts : int
+    starts
         Random starts of every estimation with a network.
-    inputs : iterable of str
+    inputs
         Of the embedded arm, from `smid.signals.TABLE_F1`.
-    ways : iterable of str
+    ways
         Of the embedded arm, from `WAYS`.
-    progress : callable, optional
+    progress
         Told what is run next.
-
-    Returns
-    -------
-    ArmStudy
 
     Raises
     ------

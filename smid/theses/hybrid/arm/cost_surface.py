@@ -36,12 +36,12 @@ class CostSurface(Result):
 
     Parameters
     ----------
-    names : (str, str)
+    names
         Of the parameters.
-    first, second : ndarray, shape (n,) and (m,)
-        Their values.
-    rmse : ndarray, shape (n, m)
-        Free-run error, infinite where the run leaves the finite range.
+    first, second
+        Shape (n,) and (m,). Their values.
+    rmse
+        Shape (n, m). Free-run error, infinite where the run leaves the finite range.
     """
 
     names: tuple[str, str]
@@ -74,16 +74,12 @@ def cost_surface(problem: FreeRunError, values: Mapping[str, float], grid: Mappi
 
     Parameters
     ----------
-    problem : FreeRunError
+    problem
         Model and data.
-    values : mapping of str to float
+    values
         The other free parameters of the model, in its units.
-    grid : mapping of str to array_like
+    grid
         Two parameters and their values.
-
-    Returns
-    -------
-    CostSurface
 
     Raises
     ------
@@ -123,7 +119,7 @@ def figure_6_9(points: int = 81) -> CostSurface:
 
     Parameters
     ----------
-    points : int
+    points
         Of each weight.
 
     Returns

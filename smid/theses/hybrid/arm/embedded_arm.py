@@ -49,7 +49,7 @@ def embedded_arm(hidden: tuple[int, ...] = (3,), *, scheme: str = "rk4", substep
 
     Parameters
     ----------
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer; the thesis has three.
     scheme, substeps
         How the rates are integrated; see `Model`.
@@ -77,9 +77,9 @@ def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         From `embedded_arm`.
-    data : Dataset
+    data
         With the channels of `held_record`.
 
     Returns
@@ -106,11 +106,11 @@ def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Gener
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         From `embedded_arm`, with one hidden layer.
-    spread : float
+    spread
         1 in listing K.22, 0.01 in listing K.18.
-    seed : int or numpy.random.Generator
+    seed
         Of the draw.
 
     Returns
@@ -135,12 +135,12 @@ def friction_curve(hybrid: HybridModel, values: Mapping[str, float], speed: Arra
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         From `embedded_arm`.
-    values : mapping of str to float
+    values
         Its parameters.
-    speed : array_like, shape (n,)
-        In rad/s.
+    speed
+        Shape (n,). In rad/s.
 
     Returns
     -------
@@ -163,9 +163,9 @@ def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
 
     Parameters
     ----------
-    speed : array_like, shape (n,)
-        In rad/s.
-    values : mapping of str to float
+    speed
+        Shape (n,). In rad/s.
+    values
         Constants of the plant.
 
     Returns

@@ -74,17 +74,17 @@ class Way:
 
     Parameters
     ----------
-    label : str
+    label
         For display.
-    record : callable (sines, noise_bound, seed) -> Dataset
+    record
         Makes a record.
-    scheme : str
+    scheme
         Integrates the models.
-    hidden : int
+    hidden
         Neurons.
-    starts : callable (record, noise_bound, seeds) -> ndarray, shape (B, p)
-        Gives the first points.
-    substeps : int
+    starts
+        Shape (B, p). Gives the first points.
+    substeps
         Of the scheme, per sample.
 
     Examples
@@ -144,18 +144,18 @@ class EmbeddedRuns(Tabular):
 
     Parameters
     ----------
-    input, way : str
+    input, way
         Names.
-    theta : ndarray, shape (n,)
-        1/J of each run, in 1/(kg m2).
-    training, validation : ndarray, shape (n,)
-        Free-run errors in rad, RMS; infinite where the run leaves the finite range.
-    white : float
+    theta
+        Shape (n,). 1/J of each run, in 1/(kg m2).
+    training, validation
+        Shape (n,). Free-run errors in rad, RMS; infinite where the run leaves the finite range.
+    white
         The white model's free-run error over the validation record, in rad.
-    curve : ndarray, shape (n,)
-        Largest error of the friction curve over the visited speeds, as a share of the largest friction.
-    jump : ndarray, shape (n,)
-        The network's step from -1.5 to 1.5 rad/s over the plant's.
+    curve
+        Shape (n,). Largest error of the friction curve over the visited speeds, as a share of the largest friction.
+    jump
+        Shape (n,). The network's step from -1.5 to 1.5 rad/s over the plant's.
     """
 
     input: str
@@ -200,12 +200,7 @@ class EmbeddedRuns(Tabular):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EmbeddedStudy(Tabular):
-    """Ways and inputs compared.
-
-    Parameters
-    ----------
-    runs : tuple of EmbeddedRuns
-    """
+    """Ways and inputs compared."""
 
     runs: tuple[EmbeddedRuns, ...]
 
@@ -277,20 +272,16 @@ def run_embedded(
 
     Parameters
     ----------
-    name : str
+    name
         Input, one of `smid.signals.TABLE_F1`.
-    way : str
+    way
         One of `WAYS`.
-    seeds : iterable of int
+    seeds
         One run for each.
-    noise_bound : float
+    noise_bound
         The record's angle is off by uniform noise within this bound, in rad; the validation record's is not.
-    noise_seed : int, optional
+    noise_seed
         Of the noise; needed where there is any.
-
-    Returns
-    -------
-    EmbeddedRuns
 
     Raises
     ------
@@ -340,18 +331,14 @@ def embedded_study(
 
     Parameters
     ----------
-    inputs : iterable of str
+    inputs
         Of `smid.signals.TABLE_F1`.
-    ways : iterable of str
+    ways
         Of `WAYS`.
-    starts : int
+    starts
         Runs for each.
-    progress : callable, optional
+    progress
         Told what is run next.
-
-    Returns
-    -------
-    EmbeddedStudy
 
     Raises
     ------

@@ -55,13 +55,13 @@ def exact_motion(
 
     Parameters
     ----------
-    u : array_like, shape (n,)
-        Motor voltage in V, held from each sample to the next.
-    sampling_time : float
+    u
+        Shape (n,). Motor voltage in V, held from each sample to the next.
+    sampling_time
         In seconds.
-    values : dict of str to float, optional
+    values
         Constants that differ from `ARM`, in its units.
-    start : (float, float)
+    start
         Angle in rad and speed in rad/s at the first sample.
 
     Returns

@@ -30,10 +30,6 @@ COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 def inertia_figure(study: EmbeddedStudy) -> Figure:
     """Draw 1/J of every run, as figures F.3 and F.7 do; good, moderate and bad ones apart.
 
-    Parameters
-    ----------
-    study : EmbeddedStudy
-
     Returns
     -------
     Figure
@@ -71,14 +67,10 @@ def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure
 
     Parameters
     ----------
-    curves : mapping of str to array_like, shape (n,)
-        Torques in Nm by label.
-    speed : array_like, shape (n,)
-        In rad/s, rising.
-
-    Returns
-    -------
-    Figure
+    curves
+        Shape (n,). Torques in Nm by label.
+    speed
+        Shape (n,). In rad/s, rising.
     """
     v = np.asarray(speed, dtype=np.float64)
     with style():
@@ -97,16 +89,7 @@ def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure
 
 
 def surface_figure(surface: CostSurface) -> Figure:
-    """Draw a cost surface in space, as figure 6.9, and its contours with the least point of the grid.
-
-    Parameters
-    ----------
-    surface : CostSurface
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw a cost surface in space, as figure 6.9, and its contours with the least point of the grid."""
     one, two = surface.names
     height = np.log10(np.where(np.isfinite(surface.rmse), surface.rmse, np.nan))
     across, along = np.meshgrid(surface.second, surface.first)
@@ -132,8 +115,7 @@ def response_figure(modulating: ModulatingFilter, sampling_time: float) -> Figur
 
     Parameters
     ----------
-    modulating : ModulatingFilter
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns

@@ -36,12 +36,12 @@ class FreeRunError:
 
     Parameters
     ----------
-    model : Model
+    model
         With one output; its free parameters are those whose box is not a point.
-    data : Dataset
+    data
         One or more records.
-    units : ndarray, shape (p,)
-        What one unit of each number stands for, in the order of the model's free parameters.
+    units
+        Shape (p,). What one unit of each number stands for, in the order of the model's free parameters.
 
     Raises
     ------
@@ -118,8 +118,9 @@ class FreeRunError:
 
         Parameters
         ----------
-        starts : ndarray, shape (p,) or (B, p)
-        evaluations : int
+        starts
+            Shape (p,) or (B, p).
+        evaluations
             At most so many for each start.
 
         Returns
@@ -138,9 +139,9 @@ class FreeRuns:
 
     Parameters
     ----------
-    problem : FreeRunError
-    thetas : ndarray, shape (B, p)
-    known : tuple of mapping
+    thetas
+        Shape (B, p).
+    known
         Per record, every signal, from before the first sample.
 
     Examples

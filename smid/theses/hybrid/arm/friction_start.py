@@ -36,13 +36,13 @@ def friction_start(data: Dataset, constants: Mapping[str, float], hidden: int = 
 
     Parameters
     ----------
-    data : Dataset
+    data
         One record with input ``u`` in V.
-    constants : mapping of str to float
+    constants
         theta, b, Ws and Wd, in the units of `smid.theses.hybrid.arm.ARM`.
-    hidden : int
+    hidden
         Neurons.
-    seeds : iterable of int or numpy.random.Generator
+    seeds
         One network for each, the nearer of two that begin as in `multistart_start`.
 
     Returns
@@ -78,7 +78,7 @@ def white_start(data: Dataset, hidden: int = 5, *, seeds: Seeds) -> Array:
 
     Parameters
     ----------
-    data : Dataset
+    data
         One record with input ``u`` in V and output ``y``, the angle in rad.
     hidden, seeds
         As for `friction_start`.
@@ -104,9 +104,9 @@ def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds
 
     Parameters
     ----------
-    data : Dataset
+    data
         One record with input ``u`` in V and output ``y``, the angle in rad.
-    noise_bound : float
+    noise_bound
         Largest error of a measured angle, in rad.
     hidden, seeds
         As for `friction_start`.

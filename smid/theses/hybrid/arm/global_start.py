@@ -45,13 +45,13 @@ def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed:
 
     Parameters
     ----------
-    motion : Motion
+    motion
         Speed, acceleration and motor torque, see `modulate_motion`.
-    hidden : int
+    hidden
         Neurons.
-    budget : int
+    budget
         Points at which the input error is evaluated.
-    seed : int or numpy.random.Generator
+    seed
         Of the population.
 
     Returns
@@ -117,13 +117,13 @@ def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed:
 
     Parameters
     ----------
-    motion : Motion
+    motion
         Speed, acceleration and motor torque, see `modulate_motion`.
-    hidden : int
+    hidden
         Neurons.
-    starts : int
+    starts
         How many.
-    seed : int or numpy.random.Generator
+    seed
         Of the starts.
 
     Returns
@@ -163,9 +163,8 @@ def jump_start(hidden: int, generator: np.random.Generator) -> Array:
 
     Parameters
     ----------
-    hidden : int
+    hidden
         Neurons.
-    generator : numpy.random.Generator
 
     Returns
     -------

@@ -50,12 +50,12 @@ class Motion:
 
     Parameters
     ----------
-    speed : ndarray, shape (n,)
-        In rad/s.
-    acceleration : ndarray, shape (n,)
-        In rad/s2.
-    torque : ndarray, shape (n,)
-        In Nm.
+    speed
+        Shape (n,). In rad/s.
+    acceleration
+        Shape (n,). In rad/s2.
+    torque
+        Shape (n,). In Nm.
     """
 
     speed: Array
@@ -70,14 +70,10 @@ def quiet_filter(noise_bound: float, sampling_time: float) -> ModulatingFilter:
 
     Parameters
     ----------
-    noise_bound : float
+    noise_bound
         In rad.
-    sampling_time : float
+    sampling_time
         T, in seconds.
-
-    Returns
-    -------
-    ModulatingFilter
 
     Examples
     --------
@@ -93,9 +89,9 @@ def modulate_motion(data: Dataset, modulating: ModulatingFilter | None = None) -
 
     Parameters
     ----------
-    data : Dataset
+    data
         One or more records with input ``u`` in V, held between samples, and output ``y``, the angle in rad.
-    modulating : ModulatingFilter, optional
+    modulating
         By default of order 3 and the least width.
 
     Returns
@@ -135,8 +131,7 @@ class InputError:
 
     Parameters
     ----------
-    motion : Motion
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
 
     Examples
@@ -197,8 +192,8 @@ class InputErrors:
 
     Parameters
     ----------
-    problem : InputError
-    thetas : ndarray, shape (B, p)
+    thetas
+        Shape (B, p).
     """
 
     problem: InputError
@@ -231,15 +226,10 @@ def estimate_by_input_error(problem: InputError, start: Array, *, iterations: in
 
     Parameters
     ----------
-    problem : InputError
-    start : ndarray, shape (p,)
-        J in 0.04 kg m2, then the weights.
-    iterations : int
+    start
+        Shape (p,). J in 0.04 kg m2, then the weights.
+    iterations
         Most steps.
-
-    Returns
-    -------
-    Descent
 
     Raises
     ------

@@ -44,9 +44,9 @@ class ModulatingFilter:
 
     Parameters
     ----------
-    order : int
+    order
         Of the spline, n: derivatives below it are smoothed.
-    width : int
+    width
         Samples between its knots, even.
 
     Raises
@@ -78,10 +78,11 @@ class ModulatingFilter:
 
         Parameters
         ----------
-        samples : array_like, shape (n,)
-        sampling_time : float
+        samples
+            Shape (n,).
+        sampling_time
             In seconds.
-        derivative : int
+        derivative
             How often, from 0, which smooths only, to the order less one.
 
         Returns
@@ -117,11 +118,11 @@ class ModulatingFilter:
 
         Parameters
         ----------
-        frequency : array_like, shape (k,)
-            In rad/s, below half the sampling rate.
-        sampling_time : float
+        frequency
+            Shape (k,). In rad/s, below half the sampling rate.
+        sampling_time
             In seconds.
-        derivative : int
+        derivative
             As in `derivative`.
 
         Returns

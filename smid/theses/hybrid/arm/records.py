@@ -32,14 +32,6 @@ def similar(sines: Sines) -> Sines:
     So the arm's speeds stay within those that a network has seen, for every input of table F.1; 10 % faster they do
     not for two.  Figure F.4 validates with "a similar input signal" too.
 
-    Parameters
-    ----------
-    sines : Sines
-
-    Returns
-    -------
-    Sines
-
     Examples
     --------
     >>> similar(Sines((1.5,), (1.0,)))
@@ -56,11 +48,11 @@ def held_record(
 
     Parameters
     ----------
-    u : Sines or array_like, shape (n,)
-        Motor voltage in V every 0.02 s, or a sum of sines that gives it for ten seconds.
-    noise_bound : float
+    u
+        Shape (n,). Motor voltage in V every 0.02 s, or a sum of sines that gives it for ten seconds.
+    noise_bound
         The measured angle is off by uniform noise within this bound, in rad.
-    seed : int or numpy.random.Generator, optional
+    seed
         Of the noise; needed where there is any.
 
     Returns
@@ -88,7 +80,7 @@ def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.rand
 
     Parameters
     ----------
-    sines : Sines
+    sines
         Motor voltage.
     noise_bound, seed
         As for `held_record`.

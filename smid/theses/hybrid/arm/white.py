@@ -2,8 +2,8 @@
 
 1/J, b, Ws and Wd are moved until the free run fits the angle.  The thesis did it twice, with Euler's method and with
 ODE23, and the integrator decides: what Euler errs, the constants make up for.  Here also with the exact motion
-(`smid.theses.hybrid.arm.exact_motion`), which is free of a step size.  That matters for friction: with a step size the run
-jumps as a constant moves an event across a sample, and no derivative sees it; the exact run is continuous.
+(`smid.theses.hybrid.arm.exact_motion`), which is free of a step size.  That matters for friction: with a step size
+the run jumps as a constant moves an event across a sample, and no derivative sees it; the exact run is continuous.
 
 Reference: hybrid thesis, section F.2, table F.2.
 """
@@ -44,11 +44,11 @@ class WhiteEstimate(Result):
 
     Parameters
     ----------
-    values : mapping of str to float
+    values
         theta, b, Ws, Wd in the units of `smid.theses.hybrid.arm.ARM`.
-    integration : str
+    integration
         One of `INTEGRATIONS`.
-    rmse : float
+    rmse
         Of the free run over the record, in rad.
     """
 
@@ -69,10 +69,6 @@ def white_arm(scheme: str = "rk4", substeps: int = 1) -> Model:
     scheme, substeps
         How the rates are integrated; see `Model`.
 
-    Returns
-    -------
-    Model
-
     Examples
     --------
     >>> [p.name for p in white_arm().parameters if p.lower < p.upper]
@@ -89,16 +85,12 @@ def estimate_white(
 
     Parameters
     ----------
-    data : Dataset
+    data
         One record with input ``u`` in V and output ``y``, the angle in rad.
-    integration : {"exact", "rk4", "euler"}
-        How the model's motion is computed.
-    start : mapping of str to float
+    integration
+        One of {"exact", "rk4", "euler"}. How the model's motion is computed.
+    start
         Where the search begins.
-
-    Returns
-    -------
-    WhiteEstimate
 
     Raises
     ------
@@ -138,12 +130,12 @@ def white_free_run(values: Mapping[str, float], data: Dataset, integration: str 
 
     Parameters
     ----------
-    values : mapping of str to float
+    values
         theta, b, Ws and Wd.
-    data : Dataset
+    data
         One record with input ``u``.
-    integration : {"exact", "rk4", "euler"}
-        How.
+    integration
+        One of {"exact", "rk4", "euler"}. How.
 
     Returns
     -------

@@ -4,9 +4,11 @@ The feasible set: all 1/J, b, Wd, Ws for which some motion of (5.7)-(5.8) stays 
 angle.  Given the motion's speeds the law is linear in 1/J, b/J, Wd/J and Ws/J; friction is a sign and a dead zone of
 the speed.  So two steps take turns, each of which only cuts off what is proven infeasible:
 
-1. the box of the constants confines the speeds (`smid.theses.hybrid.certified.speeds`), which settles at almost all samples
+1. the box of the constants confines the speeds (`smid.theses.hybrid.certified.speeds`), which settles at almost all
+samples
    which way the arm moves, and whether it glides or sticks;
-2. the speeds give linear inequalities (`smid.theses.hybrid.certified.relations`), whose least and largest constants are bounds
+2. the speeds give linear inequalities (`smid.theses.hybrid.certified.relations`), whose least and largest constants
+are bounds
    by linear programs, certified by their multipliers whatever the solver says (`relaxations.proof.certificate`).
 
 Where neither shrinks the box any more and 1/J or b is still known within no factor of 1.5, its interval is halved; a
@@ -54,17 +56,16 @@ class CertifiedArm(Tabular):
 
     Parameters
     ----------
-    intervals : mapping name -> (lower, upper)
+    intervals
         theta (1/J) in 1/(kg m2), b in Nm s2/rad2, Wd and Ws in Nm.
-    prior : mapping name -> (lower, upper)
+    prior
         Where they were sought.
-    speeds : Enclosure, shape (n,)
-        Where the speed is at the samples, in rad/s.
-    noise_bound : float
+    speeds
+        Shape (n,). Where the speed is at the samples, in rad/s.
+    noise_bound
         In rad.
-    parts, rounds : int
+    parts, rounds
         Boxes looked at, and times that one was contracted, by eight linear programs.
-    seconds : float
     """
 
     intervals: Mapping[str, tuple[float, float]]
@@ -158,22 +159,18 @@ def certify_arm(
 
     Parameters
     ----------
-    data : Dataset
+    data
         One experiment: the motor voltage in V, held between samples, and the angle in rad.
-    noise_bound : float
+    noise_bound
         Largest error of a measured angle, in rad.
-    prior : mapping name -> (lower, upper), optional
+    prior
         Other intervals than `PRIOR` to look in.
-    c : float
+    c
         Torque per volt, in Nm/V.
-    eps : float
+    eps
         Speed below which the arm sticks, in rad/s.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    CertifiedArm
 
     Raises
     ------

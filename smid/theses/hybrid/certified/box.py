@@ -39,10 +39,10 @@ class ArmBox:
 
     Parameters
     ----------
-    constants : Enclosure, shape (4,)
-        theta, b, Wd, Ws; none is negative, theta is positive.
-    products : Enclosure, shape (4,)
-        theta, kappa, omega, sigma.
+    constants
+        Shape (4,). theta, b, Wd, Ws; none is negative, theta is positive.
+    products
+        Shape (4,). theta, kappa, omega, sigma.
     """
 
     constants: Enclosure

@@ -24,10 +24,10 @@ def contracted(relaxed: Relaxed, box: Enclosure) -> Enclosure:
 
     Parameters
     ----------
-    relaxed : Relaxed
+    relaxed
         Of a linear problem.
-    box : Enclosure, shape (count,)
-        Of its first variables; those of no width are left alone.
+    box
+        Shape (count,). Of its first variables; those of no width are left alone.
     """
     lower, upper = box.lower.copy(), box.upper.copy()
     for j in np.flatnonzero(box.lower < box.upper).tolist():
@@ -45,12 +45,11 @@ def quotient(relaxed: Relaxed, j: int, over: Enclosure, known: Enclosure) -> Enc
 
     Parameters
     ----------
-    relaxed : Relaxed
+    relaxed
         Of a linear problem.
-    j : int
-    over : Enclosure
+    over
         Of the first variable, which is positive.
-    known : Enclosure
+    known
         Of the quotient.
     """
     ends = []

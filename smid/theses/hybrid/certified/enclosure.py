@@ -1,7 +1,7 @@
 """Intervals of real numbers, many at once, every operation rounded outwards.
 
-`relaxations.algebra.ball_arithmetic` holds numbers that are all but known; here the widths are the point, and a ball would lose half of
-each where zero is an end.
+`relaxations.algebra.ball_arithmetic` holds numbers that are all but known; here the widths are the point, and a ball
+would lose half of each where zero is an end.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ direction only, so mean(Y) lies between Y(0) and Y(1): at ``Y(0) + psi (Y(1) - Y
     L = g x y^(x-1) - (x - 1) y' / y,     phi(h L_least) <= psi <= phi(h L_largest),     phi(z) = 1/(1 - e^-z) - 1/z,
 
 for phi(h L) is psi where L is constant, and a rate that decays faster moves the mean further.  For x = 1 and a known g
-this is exact.  The noise stays an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x between its
-chord and the parallel tangent over the noise, and g times the noise linear about the middle of g.
+this is exact.  The noise stays an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x between
+its chord and the parallel tangent over the noise, and g times the noise linear about the middle of g.
 
 The box of k and g confines psi, linear programs the box, in turns; a box that stays coarse is halved, and dropped where
 it is proven empty.  There is no scheme and no starting value.
@@ -57,13 +57,12 @@ class CertifiedReactor(Tabular):
 
     Parameters
     ----------
-    intervals : mapping name -> (lower, upper)
+    intervals
         tau in s, and a.
-    noise_bound : float
+    noise_bound
         In the output's unit.
-    parts : int
+    parts
         Boxes looked at.
-    seconds : float
     """
 
     intervals: Mapping[str, tuple[float, float]]
@@ -119,20 +118,16 @@ def certify_reactor(
 
     Parameters
     ----------
-    data : Dataset
+    data
         One experiment: concentrations of inflow, held between samples, and outflow.
-    noise_bound : float
+    noise_bound
         Largest error of a measured concentration; less than the least one measured where the power is not 1.
-    power : int
+    power
         x, at least 1.
-    reaction_rate : float
+    reaction_rate
         r in 1/s.
-    prior : mapping name -> (lower, upper), optional
+    prior
         Of tau and a; by default those of `Reactor`.
-
-    Returns
-    -------
-    CertifiedReactor
 
     Raises
     ------

@@ -53,11 +53,10 @@ def arm_problem(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Po
 
     Parameters
     ----------
-    record : ArmRecord
-    products : Enclosure, shape (4,)
-        theta, kappa, omega, sigma: its box.
-    speeds : Enclosure, shape (n,)
-        At the samples, `enclose_speeds`.
+    products
+        Shape (4,). theta, kappa, omega, sigma: its box.
+    speeds
+        Shape (n,). At the samples, `enclose_speeds`.
 
     Returns
     -------

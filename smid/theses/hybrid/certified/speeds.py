@@ -41,15 +41,15 @@ class ArmRecord:
 
     Parameters
     ----------
-    angle : ndarray, shape (n,)
-        In rad, wrong by at most `noise_bound`.
-    torque : Enclosure, shape (n - 1,)
-        Torque of the motor over each interval, c u, in Nm.
-    noise_bound : float
+    angle
+        Shape (n,). In rad, wrong by at most `noise_bound`.
+    torque
+        Shape (n - 1,). Torque of the motor over each interval, c u, in Nm.
+    noise_bound
         In rad.
-    sampling_time : float
+    sampling_time
         In s.
-    eps : float
+    eps
         Below this speed the arm sticks, in rad/s.
     """
 
@@ -87,11 +87,10 @@ def accelerations(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> 
 
     Parameters
     ----------
-    record : ArmRecord
-    products : Enclosure, shape (4,)
-        theta, kappa, omega, sigma.
-    speeds : Enclosure, shape (n - 1,)
-        Between samples.
+    products
+        Shape (4,). theta, kappa, omega, sigma.
+    speeds
+        Shape (n - 1,). Between samples.
     """
     friction = Enclosure(
         -_largest_friction(record.eps, products, -speeds), _largest_friction(record.eps, products, speeds)
@@ -117,11 +116,10 @@ def enclose_speeds(record: ArmRecord, products: Enclosure, known: Enclosure) -> 
 
     Parameters
     ----------
-    record : ArmRecord
-    products : Enclosure, shape (4,)
-        theta, kappa, omega, sigma.
-    known : Enclosure, shape (n,)
-        What is known already, in rad/s.
+    products
+        Shape (4,). theta, kappa, omega, sigma.
+    known
+        Shape (n,). What is known already, in rad/s.
     """
     mirror = record.mirrored()
     speeds = known

@@ -39,13 +39,13 @@ def arm_sines(
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    sampling_time : float
+    sampling_time
         In seconds.
-    frequencies : sequence of float
+    frequencies
         In rad/s.
-    amplitude : float
+    amplitude
         Largest voltage, in V.
 
     Returns
@@ -72,11 +72,11 @@ def arm_tailored(n: int, sampling_time: float, *, amplitude: float = 1.0) -> Inp
 
     Parameters
     ----------
-    n : int
+    n
         Number of samples.
-    sampling_time : float
+    sampling_time
         In seconds.
-    amplitude : float
+    amplitude
         Largest voltage, in V.
 
     Returns
@@ -118,18 +118,14 @@ def arm_information(
 
     Parameters
     ----------
-    u : array_like, shape (n,)
-        Voltage in V, held between samples.
-    sampling_time : float
+    u
+        Shape (n,). Voltage in V, held between samples.
+    sampling_time
         In seconds.
-    deviation : float
+    deviation
         Standard deviation of the measured angle, in rad.
-    names : sequence of str
+    names
         Which of theta, b, Wd, Ws are unknown.
-
-    Returns
-    -------
-    FisherInformation
 
     Examples
     --------
@@ -169,20 +165,16 @@ def arm_widths(
 
     Parameters
     ----------
-    u : array_like, shape (n,)
-        Voltage in V, held between samples.
-    sampling_time : float
+    u
+        Shape (n,). Voltage in V, held between samples.
+    sampling_time
         In seconds.
-    noise_bound : float
+    noise_bound
         In rad; the noise is uniform within it.
-    seed : int
+    seed
         Of the noise.
-    prior : dict, optional
+    prior
         See `certify_arm`.
-
-    Returns
-    -------
-    dict of str to float
 
     Examples
     --------

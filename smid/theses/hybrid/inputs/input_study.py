@@ -54,15 +54,13 @@ class InputRow:
 
     Parameters
     ----------
-    name : str
-    input, angle : ndarray, shape (n,)
-        Voltage in V, measured angle in rad.
-    order : int
+    input, angle
+        Shape (n,). Voltage in V, measured angle in rad.
+    order
         Up to which the input is persistently exciting, at most `MOST_ORDER`; sines sampled as finely as these are so
         nearly dependent that fewer than two orders each can be told in floating point.
-    information : FisherInformation
+    information
         For noise as large as that of the record.
-    arm : CertifiedArm
     """
 
     name: str
@@ -79,10 +77,9 @@ class InputStudy(Tabular):
 
     Parameters
     ----------
-    rows : tuple of InputRow
-    sampling_time : float
+    sampling_time
         In seconds.
-    noise_bound : float
+    noise_bound
         In rad.
     """
 
@@ -192,8 +189,7 @@ def arm_inputs(samples: int = SAMPLES, sampling_time: float = SAMPLING_TIME) -> 
 
     Parameters
     ----------
-    samples : int
-    sampling_time : float
+    sampling_time
         In seconds.
 
     Returns
@@ -223,22 +219,18 @@ def input_study(
 
     Parameters
     ----------
-    inputs : mapping name -> array_like, shape (n,), optional
-        Voltages in V, held for 0.02 s each; by default `arm_inputs`.
-    samples : int
+    inputs
+        Shape (n,). Voltages in V, held for 0.02 s each; by default `arm_inputs`.
+    samples
         Of the records that are made here.
-    noise_bound : float
+    noise_bound
         In rad; the noise is uniform within it.
-    budget : int
+    budget
         Inputs to look at for the one whose intervals are the narrowest; 0 leaves it out.
-    seed : int
+    seed
         Of noise and search.
-    progress : callable, optional
+    progress
         Called with a line of text now and then.
-
-    Returns
-    -------
-    InputStudy
 
     Raises
     ------

@@ -33,16 +33,6 @@ _SPEEDS = np.linspace(-75.0, 75.0, 3001)  # rad/s, what one sine visits
 def arm_page(study: ArmStudy, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
     """Write the page of the arm's studies.
 
-    Parameters
-    ----------
-    study : ArmStudy
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

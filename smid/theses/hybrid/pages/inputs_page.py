@@ -28,16 +28,6 @@ _NOT_COMPARED = (
 def inputs_page(study: InputStudy, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
     """Write the page of the arm's inputs.
 
-    Parameters
-    ----------
-    study : InputStudy
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

@@ -30,16 +30,6 @@ _NOT_COMPARED = (
 def reactor_page(study: ReactorStudy, path: str | PathLike[str], settings: Mapping[str, str] | None = None) -> Path:
     """Write the page of the reactor's studies.
 
-    Parameters
-    ----------
-    study : ReactorStudy
-    path : str or path
-    settings : mapping str -> str, optional
-
-    Returns
-    -------
-    Path
-
     Raises
     ------
     ValueError, OSError

@@ -23,16 +23,7 @@ _SMALLEST, _LARGEST = 1e-6, 10.0
 
 
 def output_error_figure(study: OutputErrors) -> Figure:
-    """Draw the largest output errors, as dots beside the plants' names.
-
-    Parameters
-    ----------
-    study : OutputErrors
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw the largest output errors, as dots beside the plants' names."""
     from smid.theses.hybrid.reactor.output_errors import AXIS, CELLS
 
     count = len(study.plants)
@@ -58,16 +49,7 @@ def output_error_figure(study: OutputErrors) -> Figure:
 
 
 def requirement_figure(study: RequirementStudy) -> Figure:
-    """Draw what the networks learned, trained in free run, beside what they have to.
-
-    Parameters
-    ----------
-    study : RequirementStudy
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw what the networks learned, trained in free run, beside what they have to."""
     from smid.theses.hybrid.reactor.output_errors import CELLS
 
     colours = dict(zip(CELLS, _COLOURS, strict=True))

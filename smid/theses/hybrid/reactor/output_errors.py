@@ -51,11 +51,11 @@ class OutputErrors(Tabular):
 
     Parameters
     ----------
-    plants : tuple of str
-    largest : mapping of (error, column) to ndarray, shape (n_plants,)
+    largest
+        Shape (n_plants,).
         By the error that was lowered and the column of `CELLS`, in mol/m3; infinite where the model runs away.
-    alone : ndarray, shape (n_plants,)
-        Of the first principles alone.
+    alone
+        Shape (n_plants,). Of the first principles alone.
     """
 
     plants: tuple[str, ...]
@@ -134,18 +134,14 @@ def output_errors(
 
     Parameters
     ----------
-    plants : sequence of str
+    plants
         Of `PLANTS`.
-    starts, iterations : int
+    starts, iterations
         Of each estimate.
-    seed : int
+    seed
         Of the input's noise and of the starts.
-    progress : callable, optional
+    progress
         Called with a line of text for each cell.
-
-    Returns
-    -------
-    OutputErrors
 
     Raises
     ------
@@ -189,21 +185,16 @@ def estimated_reactor(
 
     Parameters
     ----------
-    plant : str
+    plant
         Of `PLANTS`.
-    topology : {"series", "parallel"}
-    couplings : BackCouplings
-    error : str
+    topology
+        One of {"series", "parallel"}.
+    error
         One of `ERRORS`.
-    starts, iterations : int
-    seed : int
+    seed
         Of the input's noise and of the starts.
-    signal : str
+    signal
         To train with.
-
-    Returns
-    -------
-    HybridEstimate
     """
     join = {"series": series, "parallel": parallel}[topology]
     data = reactor_record(plant, signal, seed)

@@ -21,11 +21,11 @@ class ReactorStudy(Result):
 
     Parameters
     ----------
-    errors : OutputErrors
+    errors
         Table 5.
-    requirements : RequirementStudy
+    requirements
         Table 6.
-    time_constants : TimeConstants
+    time_constants
         Section 6.2.4.
     """
 
@@ -63,18 +63,14 @@ def reactor_study(
 
     Parameters
     ----------
-    starts : int
+    starts
         For each model.
-    iterations : int
+    iterations
         Most steps from each start.
-    seed : int
+    seed
         Of the input's noise and of the starts.
-    progress : callable, optional
+    progress
         Called with a line of text for each model.
-
-    Returns
-    -------
-    ReactorStudy
 
     Raises
     ------

@@ -38,10 +38,11 @@ def reactor_record(plant: str, signal: str = "noisy_staircase", seed: int = 1) -
 
     Parameters
     ----------
-    plant : str
+    plant
         One of `PLANTS`.
-    signal : {"noisy_staircase", "sine", "constant"}
-    seed : int
+    signal
+        One of {"noisy_staircase", "sine", "constant"}.
+    seed
         Of the noise.
 
     Returns
@@ -80,7 +81,7 @@ def white_reactor(plant: str) -> Model:
 
     Parameters
     ----------
-    plant : str
+    plant
         One of `PLANTS`.
 
     Returns
@@ -107,9 +108,9 @@ def free_run(hybrid: HybridModel, data: Dataset) -> Array:
 
     Parameters
     ----------
-    hybrid : HybridModel
+    hybrid
         Of `white_reactor`, with estimated values.
-    data : Dataset
+    data
         A `reactor_record`.
 
     Returns

@@ -50,13 +50,12 @@ class Learned:
 
     Parameters
     ----------
-    plant, column : str
+    plant, column
         Of the mismatch, and of `CELLS`.
-    error : str
+    error
         One of `ERRORS`, that was lowered.
-    requirement : Requirement
-    response : ndarray, shape (n,)
-        What the network gives.
+    response
+        Shape (n,). What the network gives.
     """
 
     plant: str
@@ -78,12 +77,7 @@ class Learned:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RequirementStudy(Tabular):
-    """All networks of the linear mismatches, beside their requirements.
-
-    Parameters
-    ----------
-    learned : tuple of Learned
-    """
+    """All networks of the linear mismatches, beside their requirements."""
 
     learned: tuple[Learned, ...]
 
@@ -181,20 +175,16 @@ def requirement_study(
 
     Parameters
     ----------
-    plants : sequence of str
+    plants
         Linear mismatches.
-    columns : sequence of str
+    columns
         Of `CELLS`.
-    starts, iterations : int
+    starts, iterations
         Of each estimate.
-    seed : int
+    seed
         Of the input's noise and of the starts.
-    progress : callable, optional
+    progress
         Called with a line of text for each network.
-
-    Returns
-    -------
-    RequirementStudy
 
     Raises
     ------

@@ -44,12 +44,12 @@ class TimeConstants(Tabular):
 
     Parameters
     ----------
-    tau : mapping of str to ndarray, shape (n_starts,)
-        In seconds, for each way.
-    rmse : mapping of str to ndarray, shape (n_starts,)
-        Of the free run on the training record.
-    largest : mapping of str to ndarray, shape (n_starts,)
-        Output error under the constant input.
+    tau
+        Shape (n_starts,). In seconds, for each way.
+    rmse
+        Shape (n_starts,). Of the free run on the training record.
+    largest
+        Shape (n_starts,). Output error under the constant input.
     """
 
     tau: Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
@@ -102,14 +102,10 @@ def balance_with_network(white: Model, hidden: tuple[int, ...] = (1,)) -> Hybrid
 
     Parameters
     ----------
-    white : Model
+    white
         A `Reactor`.
-    hidden : tuple of int
+    hidden
         Neurons of each hidden layer.
-
-    Returns
-    -------
-    HybridModel
     """
     return embedded(white, {"w": -1 / white.parameter("tau").symbol}, [signal("w")[t]], hidden)
 
@@ -121,18 +117,14 @@ def time_constant_study(
 
     Parameters
     ----------
-    starts : int
+    starts
         For each way.
-    iterations : int
+    iterations
         Most steps from each start.
-    seed : int
+    seed
         Of the input's noise; the starts are numbered from it.
-    progress : callable, optional
+    progress
         Called with a line of text for each start.
-
-    Returns
-    -------
-    TimeConstants
 
     Examples
     --------
