@@ -6,19 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.ball_arithmetic import Array
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import TimeIsUp, check_time
-from relaxations.errors import ProblemError
 from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers
-from relaxations.moments.lasserre import METHODS, lasserre
 from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
+from relaxations.moments.lift import degrees_in
 from relaxations.moments.moment import Relaxation
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.certificate import Certificate, certify
+from relaxations.proof.method import Method, Order, relaxation_method
 from relaxations.reductions.scaling import Scaling
-from relaxations.solvers import ConicSolution, Stop, attempts, solve
+from relaxations.solvers import ConicSolution, Solver, Stop, attempts, solve
 
 DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 CLOSE = 1e-6
@@ -73,7 +72,7 @@ class Relaxed:
     scaled: PolynomialProblem
     relaxation: Relaxation
     program: ConicProgram
-    solver: str
+    solver: Solver
 
     def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
         """Return the certified lower bound of an objective in the problem's own variables.
@@ -172,80 +171,11 @@ class Outcome:
     moments: Array | None = None
 
 
-def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
-    """Return the method, the order and the complicating variables that a call means.
-
-    ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
-    complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
-
-    Parameters
-    ----------
-    method
-        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    order
-        None asks for the default.
-
-    Returns
-    -------
-    method : str
-    order : int
-    complicating : ndarray of int
-        Where no small set of complicating variables exists, a large one: only a local search can use it.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown method, a lift where it does not apply, or an order too low for the degrees.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> problem, _ = problem_of(x, [a * x + a * y == 1])
-    >>> resolve(problem, "auto", None)
-    ('lift', 2, array([0]))
-    """
-    complicating = complicating_variables(problem)
-    if method == "auto":
-        method = "sparse" if complicating is None else "lift"
-    if method not in (*LIFTS, *METHODS):
-        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*LIFTS, *METHODS))}")
-    if method in LIFTS and complicating is None:
-        raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-    found = nonlinear_variables(problem) if complicating is None else complicating
-    least = lowest(problem, method, found)
-    usual = 1 if method in LIFTS and len(found) > 2 else 2
-    if order is not None and order < least:
-        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    return method, order or max(least, usual), found
-
-
-def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
-    """Return the least order that the degrees allow.
-
-    Parameters
-    ----------
-    method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    complicating
-        Those of the lift; others do not look at them.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a**2 * x == 1])
-    >>> lowest(problem, "lift", np.array([0])), lowest(problem, "sparse", np.array([0]))
-    (1, 2)
-    """
-    return least_order(problem, complicating) if method in LIFTS else max(1, -(-problem.degree // 2))
-
-
 def relax(
     problem: PolynomialProblem,
-    method: str,
-    order: int | tuple[int, ...],
-    solver: str = "clarabel",
+    method: str | Method,
+    order: Order,
+    solver: Solver = "clarabel",
     objective: Polynomials | None = None,
     steps: int = 1,
 ) -> Relaxed:
@@ -256,7 +186,7 @@ def relax(
     problem
         With a finite box.
     method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+        An object of :mod:`relaxations.proof.method`, or its short name.
     order
         One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
     objective
@@ -284,11 +214,8 @@ def relax(
     check_time()
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
-    if method in LIFTS and isinstance(order, int):
-        relaxation = lift(scaled, order, method)
-    else:
-        known = None if objective is None else scaling.polynomials(objective)
-        relaxation = lasserre(scaled, order, method, known, steps)
+    known = None if objective is None else scaling.polynomials(objective)
+    relaxation = relaxation_method(method).build(scaled, order, known, steps)
     check_time()
     return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
 

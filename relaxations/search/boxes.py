@@ -24,11 +24,15 @@ from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import lowest, relax, resolve
+from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Reach, Record, Step
 from relaxations.search.benders.enclose import enclose
-from relaxations.search.hierarchy import BOXES, Progress, intervals, takes_cuts, uninterrupted
+from relaxations.search.enclosure import uninterrupted
+from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import Ends
+from relaxations.search.plan import Plan
+from relaxations.search.tightener import BOXES, Progress
+from relaxations.solvers import Solver
 
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 
@@ -55,7 +59,7 @@ class DerivedBox:
 def derive_box(
     problem: PolynomialProblem,
     magnitude: Array,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     progress: Progress | None = None,
     record: Record | None = None,
 ) -> DerivedBox:
@@ -121,25 +125,36 @@ def derive_box(
 
 
 def _least_scale(
-    face: PolynomialProblem, s: int, solver: str, progress: Progress | None, record: Record | None
+    face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Record | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
-    method, order, complicating = resolve(face, "auto", None)
-    if takes_cuts(face, "auto", None):
+    plan = Plan.of(face)
+    if plan.cuts:
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
         end = [(s, 1)]
-        empty = enclose(face, ends, end, complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record)
+        empty = enclose(
+            face, ends, end, plan.complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record
+        )
         if empty is not None or ends.lower[s] > 0:
             return np.inf if empty is not None else float(ends.lower[s])
-    relaxed = relax(face, method, lowest(face, method, complicating), solver)
+    relaxed = relax(face, plan.method, plan.least, solver)
     first = relaxed.bound(face.variable(s))
     if first.bound > 0:
         if record:
             record(Bound.of(relaxed, face.variable(s), first))
         return first.bound
     found = uninterrupted(
-        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress, record=record)
+        intervals(
+            face,
+            [s],
+            method=plan.without_cuts,
+            solver=solver,
+            rounds=4,
+            witnesses=False,
+            progress=progress,
+            record=record,
+        )
     )
     return np.inf if found.empty is not None else found.intervals[0].lower
 

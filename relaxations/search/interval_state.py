@@ -1,4 +1,4 @@
-"""The ends of intervals while they are computed: what is proven so far, and the witnesses beside it."""
+"""The ends of intervals while they are computed: what is proven so far, and the witnesses."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 
 from relaxations.algebra.ball_arithmetic import Array
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness, Relaxed
 
 FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
 
 
 @dataclass
 class Ends:
-    """Certified ends of all variables of a problem, and verified points.
+    """Certified ends of all variables of a problem, verified points, and the work done so far.
 
     Parameters
     ----------
@@ -29,6 +30,12 @@ class Ends:
         Each of shape (n_variables,). Verified feasible points.
     status
         The solver's words for each end; sign is 1 for lower ends, -1 for upper ones.
+    solves, rounds
+        Bounds computed, and contractions of the box.
+    empty
+        The proof, once the set is proven empty.
+    order, relaxed
+        Those of the last relaxation.
 
     Examples
     --------
@@ -46,6 +53,10 @@ class Ends:
     pool: list[Array]
     status: dict[tuple[int, int], str] = field(default_factory=dict)
     solves: int = 0
+    rounds: int = 0
+    empty: Emptiness | None = None
+    order: int = 0
+    relaxed: Relaxed | None = None
 
     def box(self, problem: PolynomialProblem) -> PolynomialProblem:
         """Return the problem on the box that is proven."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
+from importlib.metadata import entry_points
 from importlib.util import find_spec
+from typing import Any
 
 ZERO, NONNEGATIVE, SECOND_ORDER, SEMIDEFINITE = "zero", "nonnegative", "second order", "semidefinite"
 ALL_CONES = (ZERO, NONNEGATIVE, SECOND_ORDER, SEMIDEFINITE)
@@ -20,9 +23,9 @@ class BackEnd:
     name
         What ``solver=`` takes, in any case of letters.
     file
-        The module of :mod:`relaxations.solvers` that runs it.
+        The module of :mod:`relaxations.solvers` that runs it; not needed with ``run``.
     library
-        The package that must be importable.
+        The package that must be importable; empty where none is needed.
     method
         ``"interior point"``, ``"first order"`` or ``"simplex"``; empty where cvxpy does not say.
     accuracy
@@ -32,21 +35,35 @@ class BackEnd:
         Names of its other settings, to be tried in turn where the usual one stops short.
     install
         The line that installs it.
+    run
+        A function ``run(name, program, objective)`` (and a setting as a fourth argument, where ``settings`` names
+        some) that returns a :class:`relaxations.solvers.Stop`, the solver's word, the moments without the constant, and
+        the dual vector. For a solver from outside this package.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from relaxations.solvers import Stop, solve
+    >>> def give_up(name, program, objective):
+    ...     return Stop.FAILED, "tired", np.full(len(objective), np.nan), np.full(program.n_rows, np.nan)
+    >>> BackEnd("lazy", run=give_up).installed
+    True
     """
 
     name: str
-    file: str
-    library: str
-    cones: tuple[str, ...]
-    method: str
-    accuracy: float
+    file: str = ""
+    library: str = ""
+    cones: tuple[str, ...] = ALL_CONES
+    method: str = ""
+    accuracy: float = float("nan")
     settings: tuple[str, ...] = ()
     install: str = ""
+    run: Callable[..., tuple[Any, ...]] | None = None
 
     @cached_property
     def installed(self) -> bool:
         """Tell whether its library can be imported, without doing so."""
-        return find_spec(self.library) is not None
+        return not self.library or find_spec(self.library) is not None
 
     @property
     def reached(self) -> str:
@@ -81,12 +98,18 @@ def through_cvxpy() -> tuple[BackEnd, ...]:
     return tuple(found)
 
 
+@cache
+def from_packages() -> tuple[BackEnd, ...]:
+    """Return the back ends of other packages: entry points in the group ``relaxations.solvers``."""
+    return tuple(point.load() for point in entry_points(group="relaxations.solvers"))
+
+
 def back_ends() -> tuple[BackEnd, ...]:
-    """Return the table: those called directly, installed or not, then cvxpy's installed ones.
+    """Return the table: those called directly, installed or not, those of other packages, cvxpy's installed ones.
 
     Examples
     --------
     >>> [b.name for b in back_ends() if b.reached == "directly"]
     ['clarabel', 'sdpa', 'scs', 'highs']
     """
-    return (*DIRECT, *through_cvxpy())
+    return (*DIRECT, *from_packages(), *through_cvxpy())

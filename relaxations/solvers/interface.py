@@ -19,10 +19,13 @@ from relaxations.solvers.back_ends import (
     SEMIDEFINITE,
     BackEnd,
     back_ends,
+    from_packages,
     through_cvxpy,
 )
 from relaxations.solvers.boxed import boxed
 from relaxations.solvers.stop import Stop
+
+Solver = str | BackEnd  # what ``solver=`` takes
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,11 @@ class Attempt:
         ``"boxed"`` (:mod:`relaxations.solvers.boxed`), one of the back end's own, or empty for its usual one.
     """
 
-    solver: str
+    solver: Solver
     setting: str = ""
 
     def __str__(self) -> str:
-        return f"{self.solver} {self.setting}".rstrip()
+        return f"{self.solver if isinstance(self.solver, str) else self.solver.name} {self.setting}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -74,17 +77,20 @@ def available_solvers() -> tuple[str, ...]:
     return tuple(b.name for b in back_ends() if b.installed)
 
 
-def _back_end(solver: str) -> BackEnd:
-    """Return a back end by its name.
+def _back_end(solver: Solver) -> BackEnd:
+    """Return a back end by its name, or the object itself.
 
     Raises
     ------
     ProblemError
         For an unknown solver, or one that is not installed.
     """
-    # cvxpy is not asked, which takes half a second, where one of our own is meant.
-    found = next((b for b in DIRECT if b.name == solver.lower()), None)
-    found = found or next((b for b in through_cvxpy() if b.name.lower() == solver.lower()), None)
+    if isinstance(solver, BackEnd):
+        found: BackEnd | None = solver
+    else:
+        # cvxpy is asked last: it takes half a second.
+        tables = (lambda: DIRECT, from_packages, through_cvxpy)
+        found = next((b for table in tables for b in table() if b.name.lower() == solver.lower()), None)
     if found is None:
         raise ProblemError(f"unknown solver {solver!r}: choose one of {', '.join(available_solvers())}")
     if not found.installed:
@@ -95,7 +101,7 @@ def _back_end(solver: str) -> BackEnd:
     return found
 
 
-def check_solver(solver: str) -> None:
+def check_solver(solver: Solver) -> None:
     """Refuse a solver that is not known or not installed, before any work.
 
     Raises
@@ -115,7 +121,7 @@ def check_solver(solver: str) -> None:
     _back_end(solver)
 
 
-def attempts(solver: str) -> tuple[Attempt, ...]:
+def attempts(solver: Solver) -> tuple[Attempt, ...]:
     """Return what to try in turn: the solver as it is, its other settings, then the others that are installed.
 
     Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
@@ -134,12 +140,12 @@ def attempts(solver: str) -> tuple[Attempt, ...]:
     own = _back_end(solver)
     others = [b for b in DIRECT if b is not own and b.installed and b.method == INTERIOR]
     return (
-        *(Attempt(own.name, setting) for setting in ("", *own.settings)),
+        *(Attempt(own if own.run else own.name, setting) for setting in ("", *own.settings)),
         *(Attempt(b.name, "boxed") for b in others),
     )
 
 
-def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "clarabel") -> ConicSolution:
+def solve(program: ConicProgram, objective: Array, attempt: Attempt | Solver = "clarabel") -> ConicSolution:
     """Minimise ``objective`` over a conic program.
 
     Parameters
@@ -147,7 +153,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     objective
         Shape (n_moments,). Coefficients of the moments; entry 0 belongs to the constant.
     attempt
-        A solver's name means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
+        A solver's name or back end means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
     Returns
     -------
@@ -171,7 +177,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     >>> found.stop.name, found.moments.round(3)
     ('SOLVED', array([1.  , 0.5 , 0.25]))
     """
-    how = Attempt(attempt) if isinstance(attempt, str) else attempt
+    how = attempt if isinstance(attempt, Attempt) else Attempt(attempt)
     own = _back_end(how.solver)
     matrices = program.cones.second_order or program.cones.semidefinite
     if matrices and own.cones and not {SECOND_ORDER, SEMIDEFINITE} & set(own.cones):
@@ -184,7 +190,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     if not all(np.isfinite(data).all() for data in (objective, program.rhs, program.matrix.data)):
         unknown = np.full(len(objective), np.nan)
         return ConicSolution(Stop.FAILED, "NotFinite", unknown, np.full(program.n_rows, np.nan), 0.0)
-    run = import_module(f"relaxations.solvers.{own.file}").run
+    run = own.run or import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":
         wider, rows = boxed(program)
         stop, status, x, z = run(own.name, wider, objective[1:])

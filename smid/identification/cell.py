@@ -18,12 +18,13 @@ import numpy as np
 
 from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.moments.lift import complicating_variables
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Emptiness, lowest, relax, resolve
+from relaxations.proof.bounding import Emptiness, relax
 from relaxations.proof.proof_steps import Bound, Record
 from relaxations.search.boxes import derive_box
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
 from smid.feasible.assemble import CONSTANT, Opening, Sides
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.piecewise_functions import Kind
@@ -39,7 +40,7 @@ NARROW = 1e-3  # a threshold below this share of its first width is no longer sp
 
 
 @dataclass(frozen=True)
-class Part:
+class Region:
     """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off.
 
     Its trail keeps the proof.
@@ -71,7 +72,7 @@ class Cell:
         Whether nothing more is to be had from it.
     """
 
-    part: Part
+    part: Region
     feasible: FeasibleSet
     points: Mapping[tuple[int, int], Array]
     solves: int = 0
@@ -84,7 +85,7 @@ class Cell:
         return float(self.part.lower[k] if sign > 0 else -self.part.upper[k])
 
 
-def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness:
+def contract(feasible: FeasibleSet, part: Region, solver: Solver) -> Cell | Emptiness:
     """Contract a part with a finite box, or prove it empty.
 
     Parameters
@@ -119,7 +120,7 @@ def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness
     return cell
 
 
-def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | tuple[str, ...]:
+def boxed(feasible: FeasibleSet, part: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
     """Give every parameter of a part a finite box, or prove the part empty, or say whose box could not be proven."""
     lower, upper = part.lower.copy(), part.upper.copy()
     loose = np.flatnonzero(~np.isfinite(upper - lower))
@@ -154,15 +155,15 @@ def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | 
     return replace(part, lower=problem.lower[:count], upper=problem.upper[:count])
 
 
-def lifted(name: str, problem: PolynomialProblem) -> Index:
-    """Return the variables that the parametric lift lifts; ModelError where it does not apply to the kinks."""
-    complicating = complicating_variables(problem)
-    if complicating is None:
+def lifted(name: str, problem: PolynomialProblem) -> Plan:
+    """Return the plan of the parametric lift; ModelError where it does not apply to the kinks."""
+    plan = Plan.of(problem)
+    if not plan.lifts:
         raise ModelError(
             f"Max, Min, Abs or sign in the model {name!r} are raised to a power, or multiply too many unknowns: only "
             "their products with a few parameters can be bounded; put them where they enter linearly, or fix parameters"
         )
-    return complicating
+    return plan
 
 
 @dataclass(frozen=True)
@@ -176,11 +177,11 @@ class _Bounds:
 
 
 def _bounds(
-    stamped: FeasibleSet, problem: PolynomialProblem, solver: str, record: Record | None
+    stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Record | None
 ) -> _Bounds | Emptiness:
     """Bound the parameters of a problem, or of what is left of it, once from both sides."""
-    complicating = lifted(stamped.model.name, problem)
-    relaxed = relax(problem, "lift", lowest(problem, "lift", complicating), solver)
+    plan = lifted(stamped.model.name, problem)
+    relaxed = relax(problem, plan.method, plan.least, solver)
     count = len(stamped.model.parameters)
     lower, upper = stamped.problem.lower[:count].copy(), stamped.problem.upper[:count].copy()
     place = {name: k for k, name in enumerate(problem.names)}
@@ -272,17 +273,17 @@ def witness(cell: Cell, k: int, sign: int) -> Array | None:
     return None if point is None else witness_near(cell.feasible, cell.part, point, k, sign)
 
 
-def witness_near(feasible: FeasibleSet, part: Part, point: Array, k: int, sign: int) -> Array | None:
+def witness_near(feasible: FeasibleSet, part: Region, point: Array, k: int, sign: int) -> Array | None:
     """Search from a point of a set for verified parameters that push one end outwards."""
     chosen = {**part.choose, **sides_at(feasible, point)} if feasible.openings else part.choose
     exact = feasible.on_box(part.lower, part.upper, chosen)
     problem = exact.problem
-    *_, complicating = resolve(problem, "auto", None)
-    found = find_witness(problem, problem, problem.variable(k, sign), complicating, _carried(point, feasible, exact))
+    start = _carried(point, feasible, exact)
+    found = find_witness(problem, problem, problem.variable(k, sign), Plan.of(problem).complicating, start)
     return None if found is None else found.point[: len(part.lower)]
 
 
-def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
+def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
     """Cut a cell with open kinks in two parts that cover it; empty where no cut helps.
 
     Parameters
@@ -302,13 +303,13 @@ def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
         low[cut] = high[cut] = _breakpoint(openings, cut, part)
         name, where = cell.feasible.problem.names[cut], float(low[cut])
         return (
-            Part(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
-            Part(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
+            Region(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
+            Region(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
         )
     return _by_side(cell)
 
 
-def _breakpoint(openings: tuple[Opening, ...], cut: int, part: Part) -> float:
+def _breakpoint(openings: tuple[Opening, ...], cut: int, part: Region) -> float:
     """Return where to cut a threshold: at a sample's change of sides if one lies in the middle half."""
     low, high = part.lower[cut], part.upper[cut]
     centre = float(0.5 * low + 0.5 * high)
@@ -328,7 +329,7 @@ def _roots(arguments: Polynomials, variable: int) -> Array:
     return np.asarray(-constant[usable] / slope[usable], dtype=np.float64)
 
 
-def _by_side(cell: Cell) -> tuple[Part, ...]:
+def _by_side(cell: Cell) -> tuple[Region, ...]:
     """Take the positive part whose hull is loosest over its range on each of its sides."""
     candidates = [o for o in cell.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
     if not candidates:
@@ -346,5 +347,5 @@ def _by_side(cell: Cell) -> tuple[Part, ...]:
         table = cell.part.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
         table[at] = side
         trail = cell.part.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
-        parts.append(Part(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
+        parts.append(Region(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
     return tuple(parts)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import lowest, resolve
-from relaxations.search.hierarchy import CUTS, Reason, intervals
-from relaxations.solvers.interface import check_solver
+from relaxations.proof.method import Cuts, Method
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -94,9 +96,9 @@ def error_bound(
     data: Dataset,
     fixed: Mapping[str, float] | None = None,
     *,
-    method: str = "auto",
+    method: str | Method | Cuts = "auto",
     order: int | None = None,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     tolerance: float = 1e-3,
     rounds: int = 12,
     nodes: int = 200,
@@ -151,8 +153,9 @@ def error_bound(
     channel = open_channels[0]
     feasible = FeasibleSet(model, data, fixed or {}, channel)
     # Cuts are for the ends of variables that complicate, and the noise bound does not.
-    method, asked, complicating = resolve(feasible.problem, "auto" if method == CUTS else method, order)
-    order = asked if order is not None else lowest(feasible.problem, method, complicating)
+    by_cuts = method == Cuts.name or isinstance(method, Cuts)
+    plan = Plan.of(feasible.problem, "auto" if by_cuts else method, order)
+    plan = replace(plan.without_cuts, order=plan.asked or plan.least)
     found: list[Array] = []  # verified points, the best last
     reach, last = np.inf, feasible.n_variables - 1
 
@@ -170,7 +173,7 @@ def error_bound(
         )
 
     try:
-        for witness in _minimax(feasible):
+        for witness in _minimax(feasible, plan):
             if witness.value < reach:
                 reach = witness.value
                 found.append(witness.point)
@@ -186,8 +189,7 @@ def error_bound(
     enclosure = intervals(
         boxed.feasible.problem,
         [last],
-        method=method,
-        order=order,
+        method=plan,
         solver=solver,
         tolerance=0.0,
         absolute=tolerance * reach,
@@ -200,18 +202,17 @@ def error_bound(
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
 
 
-def _minimax(feasible: FeasibleSet) -> Iterator[Witness]:
+def _minimax(feasible: FeasibleSet, plan: Plan) -> Iterator[Witness]:
     """Yield verified points of small noise bound."""
     problem = feasible.problem
     last = problem.n_variables - 1
     assert problem.names[last] == FREE_BOUND
     parameters, rms = equation_error_fit(feasible)
     magnitude = magnitudes(feasible, parameters, max(rms, 1e-9))
-    *_, complicating = resolve(problem, "auto", None)
     start = np.zeros(problem.n_variables)
     for shrink in (1.0, 0.9, 0.5, 0.0):  # towards zero: an equation-error fit errs, at worst towards instability
         start[: len(parameters)] = shrink * parameters
-        found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
+        found = find_witness(problem, problem, problem.variable(last), plan.complicating, start, magnitude)
         if found is not None:
             yield found
 

@@ -15,10 +15,13 @@ import sympy
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
-from relaxations.proof.bounding import lowest, relax, resolve
+from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Quotient, Record
 from relaxations.search.boxes import derive_box
-from relaxations.search.hierarchy import contracted, intervals, uninterrupted
+from relaxations.search.enclosure import contracted, uninterrupted
+from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import flat_lines
 from smid.identification.first_guess import equation_error_fit, magnitudes
@@ -48,7 +51,7 @@ class Boxed:
 
 def with_finite_box(
     feasible: FeasibleSet,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     progress: Callable[[str], None] | None = None,
     record: Record | None = None,
 ) -> Boxed:
@@ -162,12 +165,12 @@ def _reach(
     products: FeasibleSet,
     boxed: PolynomialProblem,
     factors: dict[str, sympy.Expr],
-    solver: str,
+    solver: Solver,
     record: Record | None,
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
     place = {name: k for k, name in enumerate(boxed.names)}
-    method, order, complicating = resolve(boxed, "auto", None)
+    plan = Plan.of(boxed)
     names = boxed.names[: len(products.model.parameters)]
     distinct = list(dict.fromkeys(factors.values()))
     both = [sign * factor for factor in distinct for sign in (1, -1)]
@@ -175,7 +178,7 @@ def _reach(
 
     def away(problem: PolynomialProblem, order: int) -> list[float]:
         """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
-        relaxed = relax(problem, method, order, solver)
+        relaxed = relax(problem, plan.method, order, solver)
         distances = []
         for objectives in np.arange(polynomials.n_rows).reshape(-1, 2):
             best = -np.inf
@@ -191,12 +194,12 @@ def _reach(
         return distances
 
     problem = boxed
-    distances = away(problem, lowest(problem, method, complicating))
+    distances = away(problem, plan.least)
     if min(distances) <= 0:
         targets = [place[p.name] for p in products.model.parameters]
         enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False, record=record))
         problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
-        distances = away(problem, order)
+        distances = away(problem, plan.order)
     if min(distances) <= 0:
         return None
     reach = {}

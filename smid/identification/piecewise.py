@@ -9,63 +9,45 @@ Whenever one stops, the hull is proven.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from relaxations.algebra.ball_arithmetic import Array
-from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, stopped_by
-from relaxations.proof.bounding import Emptiness, relax, resolve
-from relaxations.search.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness
+from relaxations.proof.method import Lift
+from relaxations.proof.proof_steps import Kinks, Step
+from relaxations.search.enclosure import Enclosure, Interval, Reason, uninterrupted
+from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import FLOOR
+from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.cell import Cell, Part, boxed, contract, lifted, middle, split, witness, witness_near
+from smid.identification.cell import Cell, Region, boxed, contract, lifted, middle, split, witness, witness_near
+from smid.identification.encloser import Enclosed, Settings, proven_infeasible
 from smid.identification.estimate import CentreStatus
-from smid.identification.piecewise_proof import Trail
+from smid.identification.finite_box import Boxed, vanishing_factors
+from smid.identification.piecewise_proof import Trail, stated
+from smid.models import ModelError
 
 SPLITS = 80  # by default at most so many
 BOXING_SPLITS = 12  # of them, at most so many to give every parameter a finite box
 TOLERANCE = 2e-3  # an end is tight at this share of the width, or at the tolerance asked for
 
-Progress = Callable[[str], None]
 
+@dataclass
+class Piecewise:
+    """Encloses a set with open kinks: Max, Min, Abs or sign that priors and data alone do not decide.
 
-def piecewise_intervals(
-    feasible: FeasibleSet,
-    *,
-    order: int | None = None,
-    solver: str = "clarabel",
-    tolerance: float = 1e-4,
-    rounds: int = 10,
-    nodes: int = 0,
-    progress: Progress | None = None,
-    trail: Trail | None = None,
-) -> Enclosure:
-    """Enclose the parameters of a set with open kinks.
-
-    Parameters
-    ----------
-    order, solver, rounds, progress
-        As for :func:`smid.identify`; order and rounds serve the cells without open kinks.
-    tolerance
-        Stop once each gap is below this share (but not below 0.2 %) of its interval's width.
-    nodes
-        At most so many splits, where more than the default of 80.
-    trail
-        Keeps the proof.
-
-    Returns
-    -------
-    Enclosure
-        Its witnesses hold the parameters only. Where no box could be proven, ``reason`` says so and the ends are the
-        prior ones.
+    ``order`` and ``rounds`` of the settings serve the cells without open kinks. ``nodes`` allows that many splits where
+    it is more than 80. ``tolerance`` is at least 0.2 %.
 
     Raises
     ------
     ModelError
-        Where the kinks are raised to a power, or multiplied by too many unknowns for the parametric lift.
+        For a method other than the lift, kinks that it does not apply to, or a proof that cannot be written.
 
     Examples
     --------
@@ -77,29 +59,62 @@ def piecewise_intervals(
     >>> model = OutputError(bounds={"a1": (-0.9, 0), "b0": (0, 2)})
     >>> d = Parameter("d", 0, 0.9)
     >>> model = model.insert_before("u", lambda u: sympy.Max(0, u - d.symbol), parameters=[d])
-    >>> found = piecewise_intervals(FeasibleSet(model, data, 0.03)).intervals[2]
-    >>> 0 < found.lower < 0.5 < found.upper < 0.7
+    >>> found = Piecewise(FeasibleSet(model, data, 0.03), Settings(), kept=False).enclose()
+    >>> 0 < found.enclosure.intervals[2].lower < 0.5 < found.enclosure.intervals[2].upper < 0.7
     True
     """
-    lifted(feasible.model.name, feasible.problem)  # refuses before any work
-    count = len(feasible.model.parameters)
-    lower, upper = feasible.problem.lower[:count].copy(), feasible.problem.upper[:count].copy()
-    search = _Search(
-        feasible,
-        order,
-        solver,
-        max(tolerance, TOLERANCE),
-        rounds,
-        max(nodes, SPLITS),
-        progress,
-        [Part(lower, upper, {}, trail or Trail())],
-        np.where(np.isfinite(upper - lower), upper - lower, 0.0),
-    )
-    try:
-        reason = search.run()
-    except STOPS as stop:
-        reason = Reason[stopped_by(stop)]
-    return search.enclosure(reason)
+
+    feasible: FeasibleSet
+    settings: Settings
+    kept: bool
+    plan: Plan = field(init=False)
+    trail: Trail = field(init=False)
+
+    def __post_init__(self) -> None:
+        feasible, method = self.feasible, self.settings.method
+        self.plan = Plan.of(feasible.problem, method, self.settings.order)
+        if method not in ("auto", "lift") and not isinstance(method, Lift):
+            raise ModelError(
+                f"a model with Max, Min, Abs or sign is bounded by the lift: method={method!r} does not apply"
+            )
+        products = vanishing_factors(feasible.model, feasible.problem.unbounded) if self.kept else ()
+        if products:
+            raise ModelError(
+                f"the proof of a box for {', '.join(products)} beside Max, Min, Abs or sign cannot be written: give "
+                "bounds, or leave certificate out"
+            )
+        lifted(feasible.model.name, feasible.problem)
+        self.trail = Trail(kept=self.kept)
+
+    def enclose(self) -> Enclosed:
+        """Return the hull of the cells; its witnesses hold the parameters only."""
+        feasible = self.feasible
+        search = _Search(feasible, self.settings, self.plan, self.trail)
+        try:
+            reason = search.run()
+        except STOPS as stop:
+            reason = Reason[stopped_by(stop)]
+        enclosure = search.enclosure(reason)
+        derived = tuple(p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower))
+        unbounded = tuple(i.name for i in enclosure.intervals if not np.isfinite(i.width))
+        boxed = Boxed(feasible, () if unbounded else derived, unbounded, feasible.problem)
+        return Enclosed(boxed, reason, enclosure)
+
+    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks]:
+        """Return the set with its kinks as variables, and the steps."""
+        problem, kinks = stated(self.feasible)
+        return problem, self.trail.whole(problem, len(self.feasible.model.parameters)), kinks
+
+    def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
+        """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths."""
+        centre = np.array([i.centre for i in enclosure.intervals])
+        fixed = self.feasible.on_box(centre, centre)
+        if witness_near(fixed, Region(centre, centre, {}), middle(fixed), 0, 1) is not None:
+            return CentreStatus.FEASIBLE, None
+        empty = proven_infeasible(fixed.problem, Plan.of(fixed.problem), self.settings.solver)
+        width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
+        nearest = min(enclosure.witnesses, key=lambda p: float(np.abs((p - centre) / width).max()), default=None)
+        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest
 
 
 @dataclass
@@ -107,20 +122,24 @@ class _Search:
     """The state of one search: the parts not looked at, the cells, the witnesses (parameters only)."""
 
     feasible: FeasibleSet
-    order: int | None
-    solver: str
-    tolerance: float
-    rounds: int
-    splits: int
-    progress: Progress | None
-    waiting: list[Part]
-    first_width: Array
+    settings: Settings
+    plan: Plan
+    trail: Trail
+    waiting: list[Region] = field(init=False)
+    first_width: Array = field(init=False)
     cells: list[Cell] = field(default_factory=list)
     pool: list[Array] = field(default_factory=list)
     solves: int = 0
     used: int = 0
     empty: Emptiness | None = None
     started: float = field(default_factory=time.perf_counter)
+
+    def __post_init__(self) -> None:
+        count = len(self.feasible.model.parameters)
+        lower, upper = self.feasible.problem.lower[:count].copy(), self.feasible.problem.upper[:count].copy()
+        self.waiting = [Region(lower, upper, {}, self.trail)]
+        self.first_width = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+        self.tolerance = max(self.settings.tolerance, TOLERANCE)
 
     def run(self) -> Reason:
         """Split until every end meets its witness, nothing is left to split, or the splits are used up."""
@@ -140,7 +159,7 @@ class _Search:
             loose = [(k, sign) for gap, k, sign in self._gaps() if gap > 1]
             if not loose:
                 return Reason.TIGHT
-            if self.used >= self.splits:
+            if self.used >= max(self.settings.nodes, SPLITS):
                 return Reason.ROUNDS
             setting = ((k, self._setting(k, sign)) for k, sign in loose)
             work = next(((k, cell) for k, cell in setting if not cell.settled), None)
@@ -148,18 +167,20 @@ class _Search:
                 return Reason.STALLED
             k, cell = work
             self._refine(cell)
-            if self.progress and (self.cells or self.waiting):
+            if self.settings.progress and (self.cells or self.waiting):
                 low, high = self._ends(k)
                 name = self.feasible.model.parameters[k].name
-                self.progress(f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells")
+                self.settings.progress(
+                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells"
+                )
 
-    def _boxed(self) -> list[Part] | None:
+    def _boxed(self) -> list[Region] | None:
         """Give every part a finite box, splitting thresholds where that is what it takes; None where it fails."""
         pending, ready = list(self.waiting), []
         while pending:
             part = pending.pop()
-            found = boxed(self.feasible, part, self.solver)
-            if isinstance(found, Part):
+            found = boxed(self.feasible, part, self.settings.solver)
+            if isinstance(found, Region):
                 ready.append(found)
             elif isinstance(found, Emptiness):
                 self.empty = found
@@ -172,8 +193,8 @@ class _Search:
                 pending += halves
         return ready
 
-    def _contracted(self, part: Part) -> Cell | None:
-        found = contract(self.feasible, part, self.solver)
+    def _contracted(self, part: Region) -> Cell | None:
+        found = contract(self.feasible, part, self.settings.solver)
         if isinstance(found, Emptiness):
             self.empty = found
             return None
@@ -204,10 +225,10 @@ class _Search:
                 intervals(
                     cell.feasible.problem,
                     range(count),
-                    order=self.order,
-                    solver=self.solver,
+                    order=self.plan.asked,
+                    solver=self.settings.solver,
                     tolerance=self.tolerance,
-                    rounds=self.rounds,
+                    rounds=self.settings.rounds,
                     record=record,
                 )
             )
@@ -258,42 +279,17 @@ class _Search:
             inner = self._inner(k, 1), -self._inner(k, -1)
             at_box = (low == prior.lower[k], high == prior.upper[k])
             found.append(Interval(parameter.name, low, high, *inner, (bool(at_box[0]), bool(at_box[1])), ("", "")))
-        method, order, complicating = resolve(prior, "auto", self.order)
-        names = tuple(prior.names[k] for k in complicating)
         return Enclosure(
             tuple(found),
             tuple(self.pool),
             self.empty if reason is Reason.EMPTY else None,
-            method,
-            order,
+            self.plan.method.name,
+            self.plan.order,
             reason,
             self.used,
             self.solves,
             time.perf_counter() - self.started,
-            names,
+            tuple(prior.names[k] for k in self.plan.complicating),
             max((cell.largest_block for cell in self.cells), default=0),
             max((cell.n_moments for cell in self.cells), default=0),
         )
-
-
-def piecewise_centre(feasible: FeasibleSet, enclosure: Enclosure, solver: str) -> tuple[CentreStatus, Array | None]:
-    """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths.
-
-    Parameters
-    ----------
-    feasible
-        With open kinks.
-    enclosure
-        Of :func:`piecewise_intervals`.
-    """
-    centre = np.array([i.centre for i in enclosure.intervals])
-    part = Part(centre, centre, {})
-    fixed = feasible.on_box(centre, centre)
-    if witness_near(fixed, part, middle(fixed), 0, 1) is not None:
-        return CentreStatus.FEASIBLE, None
-    method, order, _ = resolve(fixed.problem, "auto", None)
-    nothing = Polynomials.from_terms([{}])
-    empty = method == "lift" and relax(fixed.problem, method, order, solver).bound(nothing).bound == np.inf
-    width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
-    nearest = min(enclosure.witnesses, key=lambda p: float(np.abs((p - centre) / width).max()), default=None)
-    return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest

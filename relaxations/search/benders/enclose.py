@@ -21,6 +21,7 @@ from relaxations.search.benders.search import Asker, Point, inmost, outmost
 from relaxations.search.benders.split import Split
 from relaxations.search.benders.tree import Node, bound_end
 from relaxations.search.interval_state import Ends
+from relaxations.solvers import Solver
 
 STAGES = (0.5, 0.05)  # shares of the width, before what is asked for: a box proven coarsely costs fine proofs little
 USUAL_CUTS = 200
@@ -35,7 +36,7 @@ class _Run:
     problem: PolynomialProblem
     ends: Ends
     complicating: Index
-    solver: str
+    solver: Solver
     nodes: int
     say: Callable[[str], None]
     record: Record | None
@@ -67,7 +68,7 @@ def enclose(
     complicating: Index,
     *,
     also: Sequence[tuple[int, int]] = (),
-    solver: str,
+    solver: Solver,
     start: Array | None,
     nodes: int,
     say: Callable[[str], None],
@@ -234,7 +235,9 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     if crossed and not ends.pool:
         weights = found.weights[: problem.equalities.n_rows]
         total = float(weights.sum())
-        return Emptiness(found.margin, weights / total if total > 0 else np.full(len(weights), 1 / len(weights)))
+        return Emptiness(
+            found.margin, weights / total if total > 0 else np.full(len(weights), 1 / max(len(weights), 1))
+        )
     if not crossed:
         ends.tighten(k, sign, found.bound)
     if found.stop is not None:

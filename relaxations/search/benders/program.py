@@ -10,7 +10,7 @@ from scipy import sparse
 from relaxations.algebra.ball_arithmetic import Array
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.search.benders.split import Split
-from relaxations.solvers import solve
+from relaxations.solvers import Solver, solve
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Answer:
     multipliers: Array
 
 
-def ask(split: Split, p: Array, solver: str = "clarabel") -> Answer | None:
+def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
     """Find the least s such that all ``|z_t| <= 1 + s``, and all inequalities hold up to s.
 
     Parameters

@@ -16,6 +16,7 @@ from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.master import least
 from relaxations.search.benders.program import ask
+from relaxations.solvers import Solver
 
 FAR = 1.0  # a point whose noise would have to be twice as large: what is linearised there says little of here
 NEAR = 0.05  # of the room inside: a cut that leaves no more at a point is near it
@@ -64,7 +65,7 @@ class Asker:
     """
 
     cuts: Cuts
-    solver: str = "clarabel"
+    solver: Solver = "clarabel"
     asked: int = 0
 
     def __call__(self, p: Array) -> Point | None:

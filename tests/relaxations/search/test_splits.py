@@ -18,7 +18,7 @@ from relaxations.points.extraction import minimisers
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound
-from relaxations.search.minimise import Reason, minimise
+from relaxations.search.minimise import MinimumReason, minimise
 from tests.relaxations.at_a_point import unit_problem, worst
 
 N = 4
@@ -231,7 +231,7 @@ def test_the_minimum_of_a_symmetric_problem_is_found(method):
         terms |= {(k,) * 4: 1.0, (k, k): -1.0, tuple(sorted((k, (k + 1) % n))): 0.25}
     problem, objective = unit_problem(n), Polynomials.from_terms([terms])
     found = minimise(problem, objective, method=method)
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     # All of one size t, signs alternating: n (t^4 - 5/4 t^2).
     assert found.upper == pytest.approx(-n * 0.390625, abs=1e-6)
 
