@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +12,7 @@ from relaxations.deadline import STOPS
 from relaxations.search.benders.master import Shrunk, contradiction, least, lower_bound, shrink
 from relaxations.search.benders.search import Asker, Point
 from relaxations.search.benders.split import frame
+from relaxations.search.best_first import best_first
 
 PASSES = 20  # at a node, each with fewer candidates or one cut more
 FEASIBLE = 1e-9  # of the inner variables' radius: a smaller excess may be the solver's error
@@ -149,30 +149,34 @@ def bound_end(
     """
     first = float(lower[target] if sign > 0 else -upper[target])
     root = Node(lower, upper, first)
-    heap = [(first, 0, root)]
-    bound, closed, looked, made, margin = first, np.inf, 0, 0, np.inf
+    bound, looked, margin = first, 0, np.inf
     weights = np.zeros(asker.cuts.multipliers.shape[1])
+
+    def expand(_: float, node: Node) -> Iterator[tuple[float, Node]]:
+        """Raise a node's bound by cuts; cut its box in two where that does not reach the goal."""
+        nonlocal goal, looked, weights, margin
+        looked += 1
+        proof, worst, met = _tighten(asker, node, target, sign, goal)
+        if proof is not None:
+            weights = weights + proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
+            margin = min(margin, proof[1])
+        if met is not None:
+            goal = feasible(met)
+        if node.bound >= goal:
+            yield node.bound, node
+        else:
+            node.parts = _halves(asker, node, worst)
+            yield from ((part.bound, part) for part in node.parts)
+
+    def better(found: float) -> None:
+        nonlocal bound
+        if found > bound:
+            bound = found
+            report(bound)
+
     stop: BaseException | None = None
     try:
-        while heap and heap[0][0] < goal and looked < most:
-            looked += 1
-            node = heapq.heappop(heap)[2]
-            proof, worst, met = _tighten(asker, node, target, sign, goal)
-            if proof is not None:
-                weights += proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
-                margin = min(margin, proof[1])
-            if met is not None:
-                goal = feasible(met)
-            if node.bound >= goal:
-                closed = min(closed, node.bound)
-            else:
-                node.parts = _halves(asker, node, worst)
-                for part in node.parts:
-                    made += 1
-                    heapq.heappush(heap, (part.bound, made, part))
-            if min(closed, heap[0][0] if heap else np.inf) > bound:
-                bound = min(closed, heap[0][0] if heap else np.inf)
-                report(bound)
+        best_first(root, first, expand, enough=lambda: goal, more=lambda: looked < most, report=better)
     except STOPS as early:  # the tree keeps what is proven so far
         stop = early
     return Bounded(bound, looked, root, weights, margin, stop)
