@@ -237,12 +237,13 @@ def method_of(method: str | Method | Cuts) -> Method | Cuts | None:
     >>> method_of("lift"), method_of("auto") is None
     (Lift(order=None), True)
     """
+    if not isinstance(method, str):
+        needed = ("name", "order", "orders", "check", "build")
+        if isinstance(method, type) or not (isinstance(method, Cuts) or all(hasattr(method, own) for own in needed)):
+            raise ProblemError(f"{method!r} is no method: give a short name, or an object with {', '.join(needed)}")
+        return method
     if method == "auto":
         return None
-    if not isinstance(method, str):
-        if isinstance(method, Cuts) or all(hasattr(method, own) for own in ("name", "orders", "check", "build")):
-            return method
-        raise ProblemError(f"{method!r} is no method: it needs name, order, orders, check and build")
     if method == Cuts.name:
         return Cuts()
     found = _BY_NAME.get(method) or _entry_points().get(method)
