@@ -30,23 +30,9 @@ class Emptiness:
     Parameters
     ----------
     margin
-        How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
+        The certified bound of the zero objective, which is positive (with the multipliers' scale).
     weights
         Shape (n_equalities of the problem,). Share of each equality in the proof; sums to one.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
-    >>> problem, objective = problem_of(a, [*unit, a * x == 2, a * y == 0.5])
-    >>> relaxed = relax(problem, "lift", 1)
-    >>> outcome = relaxed.bound(objective)
-    >>> proof = relaxed.emptiness(outcome.certificate)
-    >>> outcome.bound, proof.margin > 0
-    (inf, True)
-    >>> bool(proof.weights[0] > 0.9)  # a x = 2 is the one that cannot hold
-    True
     """
 
     margin: float
@@ -55,17 +41,7 @@ class Emptiness:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A relaxation on one box, ready for any objective; made by :func:`relax`.
-
-    Parameters
-    ----------
-    problem
-        As given.
-    scaled
-        In [-1, 1].
-    relaxation
-        Of the scaled problem.
-    """
+    """A relaxation on one box, ready for any objective; made by :func:`relax`. ``scaled`` is the problem in [-1, 1]."""
 
     problem: PolynomialProblem
     scaling: Scaling
@@ -106,7 +82,7 @@ class Relaxed:
         return replace(best, status="; ".join(tried))
 
     def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> Outcome:
-        """Return what a solution of the objective over ``unit`` proves of the objective, in the scaled variables."""
+        """Return the bound that a solution of the objective over ``unit`` proves, in the scaled variables."""
         if not np.isfinite(solution.dual).all():
             return Outcome(-np.inf, None, solution.status)
         largest = float(np.max(np.abs(solution.dual), initial=0.0))
@@ -221,32 +197,10 @@ def relax(
 
 
 def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
-    """Return the share of each of the problem's equalities in a dual solution.
+    """Return the share of each of the problem's equalities in a dual solution, shape (n_equalities,), with sum one.
 
-    A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
-    :mod:`smid` makes do in the lift; otherwise they share alike.
-
-    Parameters
-    ----------
-    relaxation
-        Of it, scaled.
-
-    Returns
-    -------
-    ndarray, shape (n_equalities of the problem,)
-        Sums to one.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
-    >>> problem, _ = problem_of(a, [*unit, a * x == 0.5, a * y == 0.5])
-    >>> relaxation = relax(problem, "lift", 1).relaxation
-    >>> relaxation.n_equalities  # each equality, and its multiple with a
-    4
-    >>> equality_weights(problem, relaxation, Multipliers(np.array([1.0, -2.0, 0.0, 1.0]), ()))
-    array([0.75, 0.25])
+    The lift lists the multiples of an equality one after the other. Where all equalities have as many, as those of
+    :mod:`smid` do, the shares follow from the multipliers; otherwise all equalities share alike.
     """
     count = problem.equalities.n_rows
     alike = np.full(count, 1.0 / max(count, 1))

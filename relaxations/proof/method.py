@@ -51,24 +51,18 @@ class _OfLift:
     name: ClassVar[str]
 
     def orders(self, problem: PolynomialProblem) -> tuple[int, int]:
-        """Return the least order, and 2 for at most two complicating variables, 1 beyond."""
+        """Return the least order, and 2 for at most two complicating variables, 1 beyond (2 would cost minutes)."""
         complicating = complicating_variables(problem)
         if complicating is None:
             raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
         least = least_order(problem, complicating)
-        return least, max(least, 1 if len(complicating) > 2 else 2)  # order 2 beyond costs minutes
+        return least, max(least, 1 if len(complicating) > 2 else 2)
 
     def check(self, problem: PolynomialProblem, order: int) -> None:
         """Refuse a lift that does not apply or does not fit the memory."""
         lifted_variables(problem, order, self.name)
 
-    def build(
-        self,
-        problem: PolynomialProblem,
-        order: Order,
-        objective: Polynomials | None,  # noqa: ARG002
-        steps: int,  # noqa: ARG002
-    ) -> Relaxation:
+    def build(self, problem: PolynomialProblem, order: Order, *_: object) -> Relaxation:
         """Return the lift; it serves every linear objective."""
         if not isinstance(order, int):
             raise ProblemError(f"the {self.name} has one order: {order} are {len(order)}")
@@ -97,7 +91,7 @@ class _OfLasserre:
 
 
 class Lift(_OfLift):
-    """The parametric lift: matrix moments in few complicating variables.
+    """The parametric lift: moments in few complicating variables.
 
     Examples
     --------
@@ -106,21 +100,15 @@ class Lift(_OfLift):
     >>> x, y = variables("x y")
     >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
     >>> found = intervals(problem, [0], method=Lift(order=2))  # as method="lift", order=2
-    >>> found.method, found.order, round(found.intervals[0].lower, 4)
-    ('lift', 2, 0.25)
+    >>> found.method, round(found.intervals[0].lower, 4)
+    ('lift', 0.25)
     """
 
     name = "lift"
 
 
 class Rlt(_OfLift):
-    """Reformulation-linearisation: the lift as a linear program.
-
-    Examples
-    --------
-    >>> Rlt(order=3).order
-    3
-    """
+    """Reformulation-linearisation: the lift as a linear program."""
 
     name = "rlt"
 
@@ -141,49 +129,25 @@ class Sparse(_OfLasserre):
 
 
 class Dense(_OfLasserre):
-    """Lasserre's hierarchy on all variables together.
-
-    Examples
-    --------
-    >>> Dense().name
-    'dense'
-    """
+    """Lasserre's hierarchy on all variables together."""
 
     name = "dense"
 
 
 class Terms(_OfLasserre):
-    """Lasserre's hierarchy with term sparsity, by blocks.
-
-    Examples
-    --------
-    >>> Terms(order=2)
-    Terms(order=2)
-    """
+    """Lasserre's hierarchy with term sparsity, by blocks."""
 
     name = "terms"
 
 
 class Chordal(_OfLasserre):
-    """Lasserre's hierarchy with term sparsity, by chordal extension.
-
-    Examples
-    --------
-    >>> Chordal(order=2)
-    Chordal(order=2)
-    """
+    """Lasserre's hierarchy with term sparsity, by chordal extension."""
 
     name = "chordal"
 
 
 class Textbook(_OfLasserre):
-    """Lasserre's hierarchy without facial reduction; it breaks down on equalities.
-
-    Examples
-    --------
-    >>> Textbook().name
-    'textbook'
-    """
+    """Lasserre's hierarchy without facial reduction; it breaks down on equalities."""
 
     name = "textbook"
 
@@ -205,6 +169,7 @@ class Cuts:
 LIFTS = (Lift, Rlt)
 LASSERRE = (Sparse, Dense, Terms, Chordal, Textbook)
 _BY_NAME: dict[str, Method] = {kind.name: kind() for kind in (*LIFTS, *LASSERRE)}
+_NEEDED = ("name", "order", "orders", "check", "build")
 
 
 @cache
@@ -224,48 +189,22 @@ def method_names() -> tuple[str, ...]:
     return ("auto", Cuts.name, *_BY_NAME, *(point.name for point in entry_points(group="relaxations.methods")))
 
 
-def method_of(method: str | Method | Cuts) -> Method | Cuts | None:
-    """Return the method that a short name means, None for ``"auto"``; a method object as it is.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown name, or an object that is no method.
-
-    Examples
-    --------
-    >>> method_of("lift"), method_of("auto") is None
-    (Lift(order=None), True)
-    """
+def relaxation_method(method: str | Method | Cuts) -> Method:
+    """Return the relaxation method that a short name means, or the object itself; ProblemError where it is none."""
     if not isinstance(method, str):
-        needed = ("name", "order", "orders", "check", "build")
-        if isinstance(method, type) or not (isinstance(method, Cuts) or all(hasattr(method, own) for own in needed)):
-            raise ProblemError(f"{method!r} is no method: give a short name, or an object with {', '.join(needed)}")
+        if isinstance(method, type | Cuts) or not all(hasattr(method, own) for own in _NEEDED):
+            raise ProblemError(
+                f"{method!r} is no relaxation method: give a short name, or an object with {', '.join(_NEEDED)}"
+            )
         return method
-    if method == "auto":
-        return None
-    if method == Cuts.name:
-        return Cuts()
     found = _BY_NAME.get(method) or _entry_points().get(method)
     if found is None:
-        raise _unknown(method)
+        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*_BY_NAME, *_entry_points()))}")
     return found
 
 
-def relaxation_method(method: str | Method) -> Method:
-    """Return the relaxation method that a short name means, or the object itself.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown name, and for ``"auto"`` and cuts, which are no relaxation.
-    """
-    found = method_of(method)
-    if found is None or isinstance(found, Cuts):
-        raise _unknown(method)
-    return found
-
-
-def _unknown(method: object) -> ProblemError:
-    names = ", ".join((*_BY_NAME, *_entry_points()))
-    return ProblemError(f"unknown method {method!r}: choose auto, {names}")
+def method_of(method: str | Method | Cuts) -> Method | Cuts | None:
+    """Return the method that a short name means, cuts among them, None for ``"auto"``; ProblemError if unknown."""
+    if isinstance(method, Cuts) or method == Cuts.name:
+        return Cuts()
+    return None if method == "auto" else relaxation_method(method)

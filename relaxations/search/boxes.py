@@ -39,17 +39,7 @@ ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as i
 
 @dataclass(frozen=True)
 class DerivedBox:
-    """The outcome of :func:`derive_box`.
-
-    Parameters
-    ----------
-    problem
-        With the finite box where one was proven, unchanged otherwise.
-    derived
-        Variables whose box was proven.
-    unbounded
-        Variables for which none could be proven.
-    """
+    """A problem with the box that was proven (unchanged where none was), and the variables that this concerns."""
 
     problem: PolynomialProblem
     derived: tuple[str, ...]
@@ -63,12 +53,14 @@ def derive_box(
     progress: Progress | None = None,
     record: Record | None = None,
 ) -> DerivedBox:
-    """Prove a finite box for the unbounded variables, or say that there is none to prove.
+    """Prove a finite box for the unbounded variables, or name those for which none could be proven.
 
     Parameters
     ----------
     magnitude
-        Shape (n_variables,). Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
+        Shape (n_variables,). Guess of the size of each unbounded variable; a poor guess gives a wider box.
+    solver
+        The name of a conic solver, or a :class:`relaxations.solvers.BackEnd`.
     progress
         Called with one line of text now and then.
     record
@@ -160,7 +152,7 @@ def _least_scale(
 
 
 def _jointly_affine(family: Polynomials, loose: Index) -> Index:
-    """Return the rows that are affine in the loose variables together: a box of what they say holds for all."""
+    """Return the rows that are affine in the loose variables together."""
     curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
     return np.setdiff1d(np.arange(family.n_rows), curved)
 
@@ -206,7 +198,7 @@ def _riding(problem: PolynomialProblem, loose: Index) -> Index:
 
 
 def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int) -> Polynomials:
-    """Multiply the rows that hold a loose or riding variable by s, and put the new variables in."""
+    """Multiply the rows that hold a loose or riding variable by s, and substitute the new variables."""
     real = family.factors >= 0
     is_loose = np.any(np.isin(family.factors, loose) & real, axis=1)
     is_riding = np.any(np.isin(family.factors, riding) & real, axis=1)

@@ -41,7 +41,7 @@ def branch_and_bound(
     report: Callable[[float, float], None],
     record: Record | None = None,
 ) -> float:
-    """Raise a certified lower bound of an objective.
+    """Return a certified lower bound of an objective; infinite where the set is certified empty.
 
     Parameters
     ----------
@@ -64,11 +64,6 @@ def branch_and_bound(
         Called after each node with the certified bound so far and the goal; what it raises ends the search.
     record
         Called with the tree that proves the bound, where it exceeds the one to begin with.
-
-    Returns
-    -------
-    float
-        Certified; infinite where the set is certified empty.
 
     Examples
     --------
@@ -148,7 +143,7 @@ class _Child:
 
 
 def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
-    """Return the proof of a bound: the parts with a certificate of their own that reaches it, and how they cover."""
+    """Return the proof of a bound: the parts whose own certificate reaches it, and how they cover the box."""
     if node.relaxed and node.outcome and node.outcome.certificate and node.outcome.bound >= bound:
         return Bound.of(node.relaxed, objective, node.outcome)
     parts = tuple(

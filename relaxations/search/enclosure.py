@@ -187,18 +187,7 @@ def uninterrupted(enclosure: Enclosure) -> Enclosure:
 
 
 def contracted(problem: PolynomialProblem, enclosure: Enclosure) -> PolynomialProblem:
-    """Return the problem on the box that an enclosure of some of its variables proves.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> from relaxations.search import intervals
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
-    >>> smaller = contracted(problem, intervals(problem, [0], witnesses=False))
-    >>> smaller.lower.round(4), smaller.upper.round(4)  # of x and y
-    (array([0.25, 0.  ]), array([2., 4.]))
-    """
+    """Return the problem on the box that an enclosure of some of its variables proves."""
     place = {name: k for k, name in enumerate(problem.names)}
     lower, upper = problem.lower.copy(), problem.upper.copy()
     for interval in enclosure.intervals:

@@ -22,20 +22,14 @@ class Ends:
     ----------
     lower, upper
         Shape (n_variables,). Proven.
-    tolerance
-        A gap below this share of the interval's width is tight.
-    absolute
-        So is one below this, in the variable's unit.
+    tolerance, absolute
+        A gap is tight below this share of the interval's width, or below this value in the variable's unit.
     pool
         Each of shape (n_variables,). Verified feasible points.
     status
         The solver's words for each end; sign is 1 for lower ends, -1 for upper ones.
-    solves, rounds
-        Bounds computed, and contractions of the box.
     empty
         The proof, once the set is proven empty.
-    order, relaxed
-        Those of the last relaxation.
 
     Examples
     --------

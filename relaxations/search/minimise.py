@@ -1,9 +1,9 @@
 """The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
 
-The lower end is certified, whatever the solver says (:mod:`relaxations.proof.certificate`). The upper end is the
-objective at a point that is proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders
-are raised while their blocks are small (:mod:`relaxations.search.orders`); what gap is left then is closed by branch
-and bound with the relaxation of the least order, tightened by the products of linear constraints.
+The lower end is certified (:mod:`relaxations.proof.certificate`). The upper end is the objective at a point that is
+proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their blocks are
+small (:mod:`relaxations.search.orders`). Branch and bound closes the remaining gap, with the relaxation of the least
+order, tightened by products of linear constraints.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class MinimumReason(Enum):
 
 @dataclass(frozen=True)
 class Minimum:
-    """What is proven of a minimum, and the problem itself.
+    """The proven ends of a minimum, verified points, and the problem itself.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ class Minimum:
     upper
         The objective at a feasible point that is proven to exist; NaN where none was found.
     points
-        Each of shape (n_variables,).
-        Verified feasible points whose objective lies within the tolerance of the best, the best first.
+        Each of shape (n_variables,). Verified feasible points whose objective lies within the tolerance of the best
+        one, which comes first.
     order
         Highest order of a relaxation that was used.
     nodes
@@ -307,7 +307,7 @@ def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
 
 
 def _branch(search: _Search) -> None:
-    """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
+    """Close the remaining gap by branch and bound, on the box of the points better than the best one."""
     points, objective, plan = search.points, search.points.objective, search.plan
     problem, best = points.problem, points.best
     # Points that are worse than the best one known are left out.
@@ -387,7 +387,7 @@ def _branch(search: _Search) -> None:
 
 
 def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:
-    """Return what the box alone proves: from the middle of the box no monomial moves by more than its coefficient."""
+    """Return the box's own bound: no monomial differs from its middle by more than its coefficient."""
     terms = Scaling.of_box(problem).polynomials(objective)
     constant = terms.term_degrees == 0
     middle = terms.coefficients[constant].segment_sum(terms.rows[constant], 1)

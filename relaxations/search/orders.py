@@ -1,9 +1,9 @@
-"""Which orders a search for a minimum tries: the lowest first, and unasked only those whose blocks are narrow.
+"""The orders that a search for a minimum tries: the lowest first, and unasked only those whose blocks are narrow.
 
-With cliques of variables each may have an order of its own. Where the moment matrix of a clique is flat, its moments
-are those of points, and a higher order there would tell nothing new. So before an order beyond 2 is tried everywhere,
-it is tried in the cliques alone whose moments are not flat: one relaxation more for each order at most, and often the
-last. (Order 1 is tightened by products of constraints, and raised everywhere.)
+With cliques of variables each clique may have an order of its own. Where the moment matrix of a clique is flat, its
+moments are those of points, and a higher order there would improve nothing. So an order beyond 2 is first tried in the
+cliques whose moments are not flat: at most one relaxation more for each order, and often the last. (Order 1 is
+tightened by products of constraints, and raised everywhere.)
 """
 
 from __future__ import annotations
@@ -31,13 +31,7 @@ NODE_WIDEST = 20
 
 
 def check_orders(plan: Plan, problem: PolynomialProblem, objective: Polynomials) -> None:
-    """Refuse blocks that are too wide at the highest order, or at the least one where none is asked for.
-
-    Raises
-    ------
-    ProblemError
-        Where the relaxation would not fit the memory.
-    """
+    """Refuse blocks that are too wide at the highest order, or at the least one where none is asked for."""
     if isinstance(plan.method, LASSERRE):
         _widths(plan, problem, objective, plan.asked or plan.least, 1)
     else:
@@ -92,32 +86,7 @@ def ways(
 
 
 def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: Order) -> set[int]:
-    """Return the cliques of a sparse relaxation whose moments are not flat.
-
-    Parameters
-    ----------
-    relaxed
-        Of method ``"sparse"``.
-    outcome
-        Of the objective.
-    order
-        Of the relaxation.
-
-    Returns
-    -------
-    set of int
-        Their places among :func:`relaxations.moments.lasserre.groups`.
-
-    Examples
-    --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of((x - 0.5)**2 - y**2, [-1 <= x, x <= 1, -1 <= y, y <= 1])
-    >>> relaxed = relax(problem, "sparse", 1, objective=objective)
-    >>> not_flat(relaxed, objective, relaxed.bound(objective), 1)  # x is one half, y minus one or one
-    {1}
-    """
+    """Return the cliques of a sparse relaxation whose moments are not flat, by their numbers."""
     if outcome.moments is None:
         return set()
     step = max(1, -(-relaxed.problem.degree // 2))
@@ -134,16 +103,7 @@ def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: 
 
 
 def node_order(plan: Plan, problem: PolynomialProblem, objective: Polynomials) -> int:
-    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(x * y, [-1 <= x, x <= 1, -1 <= y, y <= 1])
-    >>> node_order(Plan.of(problem, "sparse"), problem, objective)
-    4
-    """
+    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry."""
     if not isinstance(plan.method, LASSERRE):
         return plan.least
     largest = max(map(len, groups(problem, plan.least, plan.method.name, objective)))

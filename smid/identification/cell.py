@@ -1,12 +1,12 @@
-"""A cell: a box of the parameters on which some kinks are decided and the others stand with their hulls.
+"""A cell: a box of the parameters on which some kinks are decided and the others are replaced by their hulls.
 
-A cell is contracted by certified bounds and built anew as long as that pays, for a smaller box decides more kinks. It
-is split at a threshold where a sample changes sides, so that finitely many splits decide all samples; or, where an
-argument holds noise, by taking one sample's kink on each of its two sides (a positive part only: a sign that is zero
-belongs to neither).
+A cell is contracted by certified bounds and built anew while this shrinks it, because a smaller box decides more kinks.
+It is split at a threshold where a sample changes sides, so that finitely many splits decide all samples. Where an
+argument holds noise, one sample's kink is taken on each of its two sides (a positive part only: a sign that is zero
+belongs to neither side).
 
-While a parameter has no finite box, the equalities that read it are left out, which may contract the thresholds or
-prove the cell empty: beyond the largest sample of the input any gain would do, but the output contradicts it.
+While a parameter has no finite box, the equalities that read it are left out. The rest may contract the thresholds or
+prove the cell empty: a threshold beyond the largest input sample would allow any gain, but the output contradicts it.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ NARROW = 1e-3  # a threshold below this share of its first width is no longer sp
 
 @dataclass(frozen=True)
 class Region:
-    """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off.
+    """The place of a cell: a box of the parameters, shape (n_parameters,), and the sides of the kinks split off.
 
-    Its trail keeps the proof.
+    ``trail`` keeps the proof.
     """
 
     lower: Array
@@ -54,22 +54,20 @@ class Region:
 
 @dataclass(frozen=True)
 class Cell:
-    """A contracted part.
+    """A contracted region: no feasible parameter of the region lies outside the cell's box (certified).
 
     Parameters
     ----------
-    part
-        Certified: no feasible parameter of the part lies outside its box.
     feasible
-        Stamped on that part.
+        The set on that box.
     points
         Where the relaxation attains each end (+1: lower, -1: upper), by the set's variables.
     solves
-        Bounds that it took.
+        Number of bounds computed.
     largest_block, n_moments
         Of its last relaxation.
     settled
-        Whether nothing more is to be had from it.
+        Whether it can be improved no further.
     """
 
     part: Region
@@ -86,18 +84,7 @@ class Cell:
 
 
 def contract(feasible: FeasibleSet, part: Region, solver: Solver) -> Cell | Emptiness:
-    """Contract a part with a finite box, or prove it empty.
-
-    Parameters
-    ----------
-    feasible
-        Any set of the same model and data.
-
-    Raises
-    ------
-    ModelError
-        Where the parametric lift does not apply.
-    """
+    """Contract a region with a finite box, or prove it empty; ModelError where the lift does not apply."""
     cell = Cell(part, feasible.on_box(part.lower, part.upper, part.choose), {})
     for _ in range(ROUNDS):
         with part.trail.on(cell.feasible) as record:
@@ -121,7 +108,7 @@ def contract(feasible: FeasibleSet, part: Region, solver: Solver) -> Cell | Empt
 
 
 def boxed(feasible: FeasibleSet, part: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
-    """Give every parameter of a part a finite box, or prove the part empty, or say whose box could not be proven."""
+    """Give every parameter of a region a finite box, or prove the region empty, or name parameters without one."""
     lower, upper = part.lower.copy(), part.upper.copy()
     loose = np.flatnonzero(~np.isfinite(upper - lower))
     if not len(loose):
@@ -179,7 +166,7 @@ class _Bounds:
 def _bounds(
     stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Record | None
 ) -> _Bounds | Emptiness:
-    """Bound the parameters of a problem, or of what is left of it, once from both sides."""
+    """Bound the parameters of a problem once from both sides."""
     plan = lifted(stamped.model.name, problem)
     relaxed = relax(problem, plan.method, plan.least, solver)
     count = len(stamped.model.parameters)
@@ -210,7 +197,7 @@ def _bounds(
 
 
 def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
-    """Leave out some variables with the constraints that read them; return the equalities that are left as well."""
+    """Leave out some variables with the constraints that read them; return the equalities that are kept as well."""
     left = np.setdiff1d(np.arange(problem.n_variables), loose)
     numbers = np.full(problem.n_variables, -1, dtype=np.int64)
     numbers[left] = np.arange(len(left))
@@ -225,7 +212,7 @@ def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProble
 
 
 def _guess(stamped: FeasibleSet) -> Array:
-    """Guess magnitudes with every kink on the side where the middle of the box has it."""
+    """Return a guess of magnitudes, with every kink on its side in the middle of the box."""
     count = len(stamped.model.parameters)
     lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
     parameters, rms = equation_error_fit(stamped.on_box(lower, upper, sides_at(stamped, middle(stamped))))
@@ -240,14 +227,14 @@ def middle(stamped: FeasibleSet) -> Array:
 
 
 def _carried(point: Array, source: FeasibleSet, target: FeasibleSet) -> Array:
-    """Return a point by the variables of another stamping of the same set; what is new to it is in the middle."""
+    """Return a point of one set by the variables of another; new variables are in the middle of their range."""
     values = dict(zip(source.problem.names, point.tolist(), strict=True))
     inside = middle(target)
     return np.array([values.get(name, inside[k]) for k, name in enumerate(target.problem.names)])
 
 
 def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index]:
-    """Return the side of every open kink at a point; the values of the kinks in it are not trusted but computed."""
+    """Return the side of every open kink at a point; the kinks' own values are computed from their arguments."""
     point = np.nan_to_num(point)
     sides: dict[tuple[str, int], Index] = {}
     for opening in feasible.openings:
@@ -261,6 +248,7 @@ def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index
 
 
 def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) -> Index:
+    """Return the sides of one opening, open but for the given times."""
     n = 1 if opening.experiment == CONSTANT else feasible.data.experiments[opening.experiment].n_samples
     table = np.full(n, Side.OPEN, dtype=np.int64)
     table[times] = sides
@@ -268,13 +256,13 @@ def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) 
 
 
 def witness(cell: Cell, k: int, sign: int) -> Array | None:
-    """Look for verified parameters near one end of a cell, every kink on the side where the relaxation has it."""
+    """Return verified parameters near one end of a cell, with every kink on its side in the relaxation."""
     point = cell.points.get((k, sign))
     return None if point is None else witness_near(cell.feasible, cell.part, point, k, sign)
 
 
 def witness_near(feasible: FeasibleSet, part: Region, point: Array, k: int, sign: int) -> Array | None:
-    """Search from a point of a set for verified parameters that push one end outwards."""
+    """Return verified parameters that push one end outwards, by a search from a point; None if not found."""
     chosen = {**part.choose, **sides_at(feasible, point)} if feasible.openings else part.choose
     exact = feasible.on_box(part.lower, part.upper, chosen)
     problem = exact.problem
@@ -284,13 +272,7 @@ def witness_near(feasible: FeasibleSet, part: Region, point: Array, k: int, sign
 
 
 def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
-    """Cut a cell with open kinks in two parts that cover it; empty where no cut helps.
-
-    Parameters
-    ----------
-    first_width
-        Shape (n_parameters,). Widths that tell what is narrow.
-    """
+    """Cut a cell with open kinks in two regions that cover it; empty where no cut helps."""
     part, openings = cell.part, cell.feasible.openings
     count = len(part.lower)
     read = np.unique(np.concatenate([o.arguments.occurring() for o in openings]))
@@ -330,7 +312,7 @@ def _roots(arguments: Polynomials, variable: int) -> Array:
 
 
 def _by_side(cell: Cell) -> tuple[Region, ...]:
-    """Take the positive part whose hull is loosest over its range on each of its sides."""
+    """Take the positive part with the loosest hull on each of its sides."""
     candidates = [o for o in cell.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
     if not candidates:
         return ()

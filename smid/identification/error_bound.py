@@ -1,8 +1,8 @@
-"""Phase 1: an enclosure of the least noise bound under which the model explains the data.
+"""An enclosure of the least noise bound under which the model explains the data: the first phase of identification.
 
-The least bound is the optimum of a polynomial problem itself: minimise D subject to the model's equations and
-``|noise| <= D``. A verified point gives its upper end; with ``D`` no larger than that, the lift contracts towards the
-optimum and certifies the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
+The least bound is the optimum of a polynomial problem: minimise D subject to the model's equations and
+``|noise| <= D``. A verified point gives its upper end. With ``D`` no larger than that, the relaxations contract towards
+the optimum and certify the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
 identify with a larger one.
 """
 
@@ -36,22 +36,18 @@ from smid.models import Model, ModelError
 
 @dataclass(frozen=True, repr=False)
 class ErrorBound(Result):
-    """An enclosure of the least noise bound.
+    """An enclosure of the least noise bound of a channel.
 
     Parameters
     ----------
-    channel
-        Channel whose noise is meant.
     lower
         Certified: with any smaller bound the feasible set is empty.
     upper
-        Witnessed: with this bound it is not. Infinite where the computation was stopped before there was a witness.
+        Verified: with this bound it is not. Infinite where the computation was stopped before a point was verified.
     parameters
-        Parameters of the witness: a minimax fit. Empty without one.
+        Parameters of the verified point: a minimax fit. Empty without one.
     fixed
         Bounds of the other noisy channels.
-    reason
-        Why the computation stopped.
     """
 
     channel: str

@@ -1,8 +1,8 @@
 """A finite, certified box for every parameter that the model leaves unbounded.
 
-The general derivation is :mod:`relaxations.search.boxes`. It sees nothing where a parameter occurs only in a product
-that can vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would
-do. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+The general derivation is :mod:`relaxations.search.boxes`. It fails where a parameter occurs only in a product with a
+factor that can vanish, as in ``(1 + alpha) gamma`` of a Hammerstein model with unit DC gain: at alpha = -1 every gamma
+fits. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
 """
 
 from __future__ import annotations
@@ -34,10 +34,8 @@ class Boxed:
 
     Parameters
     ----------
-    derived
-        Parameters whose box was proven from the data.
-    unbounded
-        Parameters for which no box could be proven.
+    derived, unbounded
+        Parameters whose box was proven from the data, and those for which none could be proven.
     stated
         What a proof of the box states (:mod:`relaxations.proof.proof_steps`): without the box; with the products that
         were bounded first, where there are any.
@@ -55,7 +53,7 @@ def with_finite_box(
     progress: Callable[[str], None] | None = None,
     record: Record | None = None,
 ) -> Boxed:
-    """Prove a finite box for the unbounded variables of a feasible set, or say for which there is none."""
+    """Return a feasible set with a proven finite box for its unbounded variables, or name those without one."""
     problem = feasible.problem
     names = problem.unbounded
     if not names:
@@ -93,7 +91,7 @@ def with_finite_box(
 
 
 def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
-    """Return for each parameter that occurs only times a factor q of other parameters that factor.
+    """Return the factor q of every parameter that occurs only times a factor q of other parameters.
 
     Examples
     --------
@@ -119,7 +117,7 @@ def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.E
 
 
 def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> FeasibleSet:
-    """Return the feasible set in delta = q gamma; priors on gamma are left out, which only enlarges it."""
+    """Return the feasible set in delta = q gamma; leaving out the priors on gamma only enlarges it."""
     model = feasible.model
     gone = {model.parameter(name).symbol for name in factors}
     model = replace(model, constraints=tuple(c for c in model.constraints if not c.free_symbols & gone), values={})
@@ -217,5 +215,6 @@ def _reach(
 
 
 def _guess(feasible: FeasibleSet) -> np.ndarray:
+    """Return a guess of the size of every variable."""
     parameters, rms = equation_error_fit(feasible)
     return magnitudes(feasible, parameters, rms)

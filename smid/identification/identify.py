@@ -15,16 +15,15 @@ from relaxations.deadline import STOPS, limited
 from relaxations.proof.bounding import Emptiness
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
-from relaxations.search.enclosure import Enclosure, Interval, Reason
+from relaxations.search.enclosure import Interval
 from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import Encloser, Progress, Settings
+from smid.identification.encloser import Enclosed, Encloser, Progress, Settings
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
-from smid.identification.finite_box import Boxed
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.models import Model, ModelError
@@ -161,34 +160,43 @@ def identify(
             write_certificate(certificate, problem, steps, kinks, origin)
     if enclosure is not None and enclosure.empty is not None:
         raise _proven_empty(feasible, enclosure.empty, settings)
-    if enclosure is None or found.boxed.unbounded:
-        return _box_only(found.boxed, found.reason)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.
     status, nearest = CentreStatus.UNDECIDED, None
-    with suppress(*STOPS):
-        status, nearest = encloser.centre(enclosure)
-    return _estimate(feasible, enclosure, found.boxed.derived, status, nearest)
+    if enclosure is not None and not found.boxed.unbounded:
+        with suppress(*STOPS):
+            status, nearest = encloser.centre(enclosure)
+    return _estimate(found, status, nearest)
 
 
-def _estimate(
-    feasible: FeasibleSet, enclosure: Enclosure, derived: tuple[str, ...], status: CentreStatus, nearest: Array | None
-) -> Estimate:
-    """Return the result with its central model."""
-    model = feasible.model
-    found = tuple(ParameterInterval.of(i, p) for i, p in zip(enclosure.intervals, model.parameters, strict=True))
+def _estimate(found: Enclosed, status: CentreStatus, nearest: Array | None) -> Estimate:
+    """Return the result with its central model; without proven bounds it holds the box alone."""
+    boxed = found.boxed
+    feasible, model = boxed.feasible, boxed.feasible.model
+    enclosure = None if boxed.unbounded else found.enclosure
+    bounds = (
+        [
+            Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", ""))
+            for p, low, high in zip(model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
+        ]
+        if enclosure is None
+        else enclosure.intervals
+    )
+    intervals = tuple(ParameterInterval.of(i, p) for i, p in zip(bounds, model.parameters, strict=True))
     names = [p.name for p in model.parameters]
     values = None if nearest is None else dict(zip(names, nearest.tolist(), strict=True))
-    central = values if values is not None else {i.name: i.centre for i in found}
+    if enclosure is not None:
+        model = model.with_values({i.name: i.centre for i in intervals} if values is None else values)
     return Estimate(
-        model.with_values(central),
+        model,
         feasible.data,
         feasible.bounds,
-        found,
+        intervals,
         status,
         values,
-        derived,
-        (),
-        enclosure.reason,
+        boxed.derived,
+        # A hidden signal has a variable for each sample, called signal[sample].
+        tuple(dict.fromkeys(name.split("[")[0] for name in boxed.unbounded)),
+        found.reason,
         enclosure,
     )
 
@@ -198,29 +206,6 @@ def _make_way(certificate: str | Path) -> None:
     if not Path(certificate).resolve().parent.is_dir():
         raise ModelError(f"certificate={str(certificate)!r} lies in no folder that exists: make the folder first")
     Path(certificate).unlink(missing_ok=True)
-
-
-def _box_only(boxed: Boxed, reason: Reason) -> Estimate:
-    """Return the box, all that is known where the computation ended before its bounds."""
-    feasible = boxed.feasible
-    found = tuple(
-        ParameterInterval.of(Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", "")), p)
-        for p, low, high in zip(feasible.model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
-    )
-    # A hidden signal has a variable for each sample, called signal[sample].
-    unbounded = tuple(dict.fromkeys(name.split("[")[0] for name in boxed.unbounded))
-    return Estimate(
-        feasible.model,
-        feasible.data,
-        feasible.bounds,
-        found,
-        CentreStatus.UNDECIDED,
-        None,
-        boxed.derived,
-        unbounded,
-        reason,
-        None,
-    )
 
 
 def _proven_empty(feasible: FeasibleSet, empty: Emptiness, settings: Settings) -> EmptyFeasibleSetError:

@@ -1,9 +1,10 @@
 """Intervals of models with Max, Min, Abs and sign: a list of cells whose union holds every feasible parameter.
 
-The hull of the cells (:mod:`smid.identification.cell`) is the answer so far. Take the end with the widest gap to its
-witness, and split the cell that sets it; its parts are contracted, and dropped where they are certified empty. A cell
-without open kinks is an ordinary polynomial problem, which :func:`relaxations.search.hierarchy.intervals` finishes.
-Whenever one stops, the hull is proven.
+The hull of the cells (:mod:`smid.identification.cell`) gives the intervals. Take the end with the widest gap to its
+witness, and split the cell that sets the end. Contract the parts, and drop those that are certified empty. A cell
+without open kinks is an ordinary polynomial problem for :func:`relaxations.search.hierarchy.intervals`. The hull is
+proven at any time. (The loop of :mod:`relaxations.search.best_first` does not fit: it raises one bound, and here every
+cell counts for all ends at once.)
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ class Piecewise:
 
 @dataclass
 class _Search:
-    """The state of one search: the parts not looked at, the cells, the witnesses (parameters only)."""
+    """The state of one search: the regions that wait, the cells, the witnesses (parameters only)."""
 
     feasible: FeasibleSet
     settings: Settings
@@ -142,7 +143,7 @@ class _Search:
         self.tolerance = max(self.settings.tolerance, TOLERANCE)
 
     def run(self) -> Reason:
-        """Split until every end meets its witness, nothing is left to split, or the splits are used up."""
+        """Split until every end meets its witness, nothing can be split, or the splits are used up."""
         ready = self._boxed()
         if ready is None:
             return Reason.UNBOUNDED
@@ -175,7 +176,7 @@ class _Search:
                 )
 
     def _boxed(self) -> list[Region] | None:
-        """Give every part a finite box, splitting thresholds where that is what it takes; None where it fails."""
+        """Give every region a finite box, splitting thresholds where needed; None where that fails."""
         pending, ready = list(self.waiting), []
         while pending:
             part = pending.pop()
@@ -194,6 +195,7 @@ class _Search:
         return ready
 
     def _contracted(self, part: Region) -> Cell | None:
+        """Return the cell of a region; None where it is proven empty."""
         found = contract(self.feasible, part, self.settings.solver)
         if isinstance(found, Emptiness):
             self.empty = found
@@ -211,7 +213,7 @@ class _Search:
                     self.pool += [] if point is None else [point]
 
     def _refine(self, cell: Cell) -> None:
-        """Split a cell, or finish one that has no open kinks."""
+        """Split a cell, or compute its intervals where it has no open kinks."""
         place = next(i for i, c in enumerate(self.cells) if c is cell)
         self.used += 1
         if cell.feasible.openings:
@@ -257,7 +259,7 @@ class _Search:
         return sorted(gaps, reverse=True)
 
     def _ends(self, k: int) -> tuple[float, float]:
-        """Return the hull of all that is left, in one parameter."""
+        """Return the hull of all regions and cells, in one parameter."""
         parts = [c.part for c in self.cells] + self.waiting
         return min(float(p.lower[k]) for p in parts), max(float(p.upper[k]) for p in parts)
 
@@ -266,11 +268,12 @@ class _Search:
         return min((sign * float(p[k]) for p in self.pool), default=np.nan)
 
     def _allowed(self, k: int) -> float:
+        """Return the gap that counts as tight."""
         low, high = self._ends(k)
         return max(self.tolerance * (high - low), FLOOR * max(abs(low), abs(high)))
 
     def enclosure(self, reason: Reason) -> Enclosure:
-        """Return the hull of the cells as it stands."""
+        """Return the hull of the cells so far."""
         model, prior = self.feasible.model, self.feasible.problem
         found = []
         left = bool(self.cells or self.waiting)

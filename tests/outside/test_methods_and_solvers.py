@@ -134,7 +134,7 @@ def test_a_method_refuses_what_it_cannot_bound():
 
 @pytest.mark.parametrize("wrong", [3, McCormick, None, object()])
 def test_what_is_no_method_is_refused(hyperbola, wrong):
-    with pytest.raises(ProblemError, match="is no method: give a short name"):
+    with pytest.raises(ProblemError, match="is no relaxation method: give a short name"):
         intervals(hyperbola[0], [0], method=wrong)
 
 

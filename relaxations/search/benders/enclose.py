@@ -1,4 +1,4 @@
-"""Both ends of some variables, by cuts: search for good points first, then prove, coarsely before finely."""
+"""Tighten both ends of variables by cuts: search for feasible points, then prove the ends, coarsely before finely."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BACK = ((1.1, 1e-8), (1.5, 1e-6), (4.0, 1e-4), (16.0, 1e-2))
 
 @dataclass
 class _Run:
-    """One run: the problem, what is proven, and the multipliers of the cuts that matter."""
+    """One run: the problem, the proven ends, and the multipliers of the cuts that are used."""
 
     problem: PolynomialProblem
     ends: Ends
@@ -56,7 +56,7 @@ class _Run:
         return Asker(Cuts.of(split, np.unique(np.concatenate(known), axis=0)), self.solver)
 
     def centre(self, asker: Asker) -> Point | None:
-        """Return the point inside with its room; None where there is none."""
+        """Return the verified inner point with its room; None where there is none."""
         found = None if self.inside is None else asker(self.inside[asker.cuts.split.outer])
         return found if found is not None and found.excess < 0 else None
 
@@ -74,33 +74,21 @@ def enclose(
     say: Callable[[str], None],
     record: Record | None = None,
 ) -> Emptiness | None:
-    """Tighten some ends.
+    """Tighten some ends in place; return the proof where no point is feasible.
 
     Parameters
     ----------
-    problem
-        With a finite box.
     ends
-        Taken further in place: whatever interrupts, what is in it is proven.
+        Certified at any time, also after an interruption.
     wanted
         Ends that are to meet their witnesses: lower ones with sign 1, upper ones with -1.
     also
         Ends worth proving coarsely, for the box that they give the others.
     start
-        Shape (n_variables,).
-        A guess of a feasible point, of which only the complicating entries are used. Without it (and without known
-        points) one is met by branch and bound, unless that proves that there is none.
+        Shape (n_variables,). A guess of a feasible point, of which only the complicating entries are used. Without it
+        (and without known points) branch and bound looks for a point.
     nodes
         Of branch and bound, for each end and stage.
-    say
-        Called with a line of text now and then.
-    record
-        Called with each step of the proof.
-
-    Returns
-    -------
-    Emptiness or None
-        The proof where no point is feasible.
 
     Examples
     --------
@@ -133,20 +121,7 @@ def enclose(
 
 
 def check_cuts(problem: PolynomialProblem, complicating: Index) -> None:
-    """Refuse a problem whose cuts would not fit the machine's memory.
-
-    Raises
-    ------
-    ProblemError
-        Where they need more than four fifths of it.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> check_cuts(problem, np.array([0]))
-    """
+    """Refuse a problem whose cuts would not fit the machine's memory (ProblemError)."""
     split = Split.of(problem, complicating)
     entries = USUAL_CUTS * (1 + len(split.inner)) * len(split.monomials)
     check_bytes(16 * entries, f"cuts over {problem.n_variables} variables ask for ", FEWER)
@@ -246,7 +221,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
 
 
 def _steps(node: Node, run: _Run, cuts: Cuts, target: int, sign: int, bound: float) -> tuple[Step, ...]:
-    """Return the proof of a bound on a node's box: its claims, and the parts that they do not settle."""
+    """Return the proof of a bound on a node's box: its claims, then the parts that it was cut into."""
     outer, problem = cuts.split.outer, run.problem
     nothing = Polynomials.from_terms([{}])
 
@@ -269,7 +244,7 @@ def _steps(node: Node, run: _Run, cuts: Cuts, target: int, sign: int, bound: flo
 
 
 def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[int, int]) -> Array | None:
-    """Verify a feasible point near one that may exceed by a little: towards the inside, no farther than it takes."""
+    """Verify a feasible point near one that may exceed by a little, moved towards the inside as little as possible."""
     split = asker.cuts.split
     for times, margin in BACK:
         missing = times * max(point.excess, 0.0) + margin
@@ -286,7 +261,7 @@ def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[in
 
 
 def _outer_rows(split: Split) -> Array:
-    """Return unit multipliers of the constraints that hold no inner variable, of equalities both ways."""
+    """Return unit multipliers of the constraints without inner variables, of equalities with both signs."""
     parts, before = [], 0
     total = split.equalities.count + split.inequalities.count
     for rows, both in ((split.equalities, True), (split.inequalities, False)):

@@ -1,4 +1,4 @@
-"""The linear program at fixed outer variables: how far they are from feasible, and the multipliers that say so."""
+"""The linear program at fixed outer variables: their distance from feasible, and the multipliers of a cut."""
 
 from __future__ import annotations
 
@@ -15,15 +15,14 @@ from relaxations.solvers import Solver, solve
 
 @dataclass(frozen=True)
 class Answer:
-    """What the linear program at a point says.
+    """The solution of the linear program at a point.
 
     Parameters
     ----------
     inner
         Shape (n_inner,). Scaled.
     multipliers
-        Shape (n_equalities + n_inequalities,).
-        Of the cut that misses the point most; those of inequalities are nonnegative.
+        Shape (n_equalities + n_inequalities,). Of the cut that the point violates most.
     """
 
     excess: float
@@ -32,17 +31,9 @@ class Answer:
 
 
 def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
-    """Find the least s such that all ``|z_t| <= 1 + s``, and all inequalities hold up to s.
+    """Return the least excess s such that all ``|z_t| <= 1 + s`` and all inequalities hold up to s.
 
-    Parameters
-    ----------
-    p
-        Shape (n_outer,). Feasible where s is not positive.
-
-    Returns
-    -------
-    Answer or None
-        None where the solver has none.
+    The point is feasible where s is not positive. None where the solver has no answer.
 
     Examples
     --------

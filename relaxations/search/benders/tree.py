@@ -21,21 +21,9 @@ WORTH = 0.8  # a box that shrank to this share in some direction is worth anothe
 
 @dataclass(frozen=True)
 class Claim:
-    """A step of the proof, that nonnegative weights of cuts make on the box that the steps before it left.
+    """A step of the proof: nonnegative weights of cuts, on the box that the steps before it allow.
 
-    Parameters
-    ----------
-    variable
-        Of the outer ones; None where the box is empty.
-    bound
-        Of ``sign * p[variable]``, or of zero.
-    weights
-        Shape (n_cuts,). Of the cuts known by then.
-
-    Examples
-    --------
-    >>> Claim(None, 1, 0.5, np.array([1.0])).bound > 0  # 0 >= 1/2: no point is feasible
-    True
+    It bounds ``sign * p[variable]``; without a variable it bounds zero, which proves the box empty.
     """
 
     variable: int | None
@@ -46,25 +34,7 @@ class Claim:
 
 @dataclass
 class Node:
-    """A box of the outer variables, what is proven on it, and the parts that it was cut into.
-
-    Parameters
-    ----------
-    lower, upper
-        Shape (n_outer,).
-    bound
-        Of the end that is looked for.
-    cut
-        The variable along which this part was cut off,
-    range
-        and its range then.
-
-    Examples
-    --------
-    >>> left, right = Node(np.zeros(1), np.ones(1), 0.0, cut=0), Node(np.ones(1), np.full(1, 2.0), 1.0, cut=0)
-    >>> min(part.bound for part in Node(np.zeros(1), np.full(1, 2.0), 0.0, parts=[left, right]).parts)
-    0.0
-    """
+    """A box of the outer variables, its bound and the claims that prove it, and the parts that it was cut into."""
 
     lower: Array
     upper: Array
@@ -85,14 +55,12 @@ class Bounded:
         Of ``sign * p[target]``, certified; infinite where the box holds no feasible point.
     nodes
         That were looked at.
-    root
-        Of the tree.
     weights
         Shape (n_equalities + n_inequalities,). The multipliers' share in the parts that are proven empty.
     margin
         The least by which one of these parts misses the cuts.
     stop
-        What ended the search early; the rest is proven all the same.
+        What ended the search early.
     """
 
     bound: float
@@ -114,38 +82,16 @@ def bound_end(
     feasible: Callable[[Point], float],
     report: Callable[[float], None],
 ) -> Bounded:
-    """Bound ``sign * p[target]`` from below over the feasible points of a box.
+    """Bound ``sign * p[target]`` from below over the feasible points of a box, with at most so many nodes.
 
     Parameters
     ----------
-    asker
-        With the cuts known so far; learns more on the way.
-    target
-        Of the outer variables.
-    lower, upper
-        Shape (n_outer,).
     goal
         Stop once the bound reaches this.
-    most
-        Nodes at most.
     feasible
         Called with a point that seems feasible; returns the goal from then on.
     report
         Called with each certified bound that is better than the last.
-
-    Examples
-    --------
-    >>> from relaxations.search.benders.cuts import Cuts
-    >>> from relaxations.search.benders.split import Split
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> split = Split.of(problem, np.array([0]))
-    >>> asker = Asker(Cuts.of(split, np.zeros((0, 1))))
-    >>> box = problem.lower[:1], problem.upper[:1]
-    >>> found = bound_end(asker, 0, 1, *box, 0.4999, 50, lambda point: 0.4999, lambda bound: None)
-    >>> 0.4999 <= found.bound <= 0.5
-    True
     """
     first = float(lower[target] if sign > 0 else -upper[target])
     root = Node(lower, upper, first)
@@ -187,8 +133,8 @@ def _tighten(
 ) -> tuple[tuple[Array, float] | None, int, Point | None]:
     """Raise a node's bound as far as cuts go.
 
-    Return the proof where it is empty and no point is known elsewhere, the cut to branch for, and a point that seems
-    feasible.
+    Return the proof where the node is empty and no point is known elsewhere, the cut to branch for, and a point that
+    seems feasible.
     """
     cost = np.zeros(len(node.lower))
     worst = -1
@@ -236,7 +182,7 @@ def _tighten(
 
 
 def _take(node: Node, left: Shrunk, centre: Array, radius: Array, b: Array, a: Array) -> None:
-    """Take a node's box to what rows left of it, claim by claim."""
+    """Take a node's box to the part that rows allow, claim by claim."""
     outward = 4 * EPSILON * (np.abs(centre) + radius)
     node.lower, node.upper = node.lower.copy(), node.upper.copy()
 
