@@ -27,12 +27,8 @@ CLOSE = 1e-6
 class Emptiness:
     """A proof that no point satisfies all constraints.
 
-    Parameters
-    ----------
-    margin
-        The certified bound of the zero objective, which is positive (with the multipliers' scale).
-    weights
-        Shape (n_equalities of the problem,). Share of each equality in the proof; sums to one.
+    ``margin`` is the certified bound of the zero objective, which is positive (with the multipliers' scale).
+    ``weights``, shape (n_equalities,), are the shares of the problem's equalities in the proof; their sum is one.
     """
 
     margin: float
@@ -51,14 +47,9 @@ class Relaxed:
     solver: Solver
 
     def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
-        """Return the certified lower bound of an objective in the problem's own variables.
+        """Return the certified lower bound of an objective, one row in the problem's own variables.
 
-        Parameters
-        ----------
-        objective
-            One row.
-        close
-            No other solver or setting is tried for a loss below this share of the scaled coefficients.
+        No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients.
         """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
@@ -100,7 +91,7 @@ class Relaxed:
     def variances(self, outcome: Outcome) -> Array:
         """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.
 
-        Where all are zero the moments are those of one point.
+        All are zero where the moments are those of one point.
         """
         squares = np.full(self.relaxation.n_variables, np.nan)
         if outcome.moments is None:
@@ -129,15 +120,6 @@ class Outcome:
         Shape (n_variables,). The moments of first order, in the problem's own variables: a guess of a minimiser.
     moments
         Shape (n_moments,). The solver's, of the scaled variables; the constant first.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, objective = problem_of(x**2 - x, [x >= 0, x <= 2])
-    >>> outcome = relax(problem, "dense", 1).bound(objective)
-    >>> outcome.bound <= -0.25, round(outcome.bound, 6), outcome.point.round(3)
-    (True, -0.25, array([0.5]))
     """
 
     bound: float

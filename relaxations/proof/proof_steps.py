@@ -63,16 +63,8 @@ class Bound:
 class Cut:
     """A bound on the outer variables that follows from cuts (:mod:`relaxations.search.benders`).
 
-    Parameters
-    ----------
-    objective
-        As that of :class:`Bound`, of the outer variables.
-    outer
-        The outer variables; the constraints are affine in all others.
-    weights
-        Shape (n_cuts,). Of the cuts, nonnegative.
-    multipliers
-        Shape (n_cuts, n_equalities + n_inequalities).
+    The constraints are affine in all variables but the outer ones. ``weights``, shape (n_cuts,), are nonnegative;
+    ``multipliers`` have shape (n_cuts, n_equalities + n_inequalities).
     """
 
     problem: PolynomialProblem
@@ -85,19 +77,10 @@ class Cut:
 
 @dataclass(frozen=True)
 class Part:
-    """One part of a box that was cut.
+    """One part of a box: the variable that was cut, its range, and steps that prove the bound or an empty part.
 
-    Parameters
-    ----------
-    variable
-        The one that was cut.
-    lower, upper
-        Its range in this part.
-    steps
-        They prove the bound of the branches, or that the part is empty; none where the box alone proves it.
-    side
-        Where the variable is a kink (:class:`Kinks`): the side of zero on which the part takes its argument, in place
-        of a range.
+    There are no steps where the box alone proves it. Where the variable is a kink (:class:`Kinks`), ``side`` is the
+    side of zero on which the part takes its argument, in place of a range.
     """
 
     variable: int
@@ -109,16 +92,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Branches:
-    """A bound that holds on every part of a box.
+    """A bound that holds on every part of a box; the objective is the constant zero where every part is empty.
 
-    Parameters
-    ----------
-    objective
-        One row; the constant zero where every part is empty.
-    parts
-        They cover the box: ranges of one variable, or the cases of the product.
-    product
-        The variables of a vanishing monomial (:mod:`relaxations.reductions.vanishing`), whose cases the parts are.
+    The parts are ranges of one variable, or the cases of a vanishing monomial
+    (:mod:`relaxations.reductions.vanishing`), whose variables are ``product``.
     """
 
     problem: PolynomialProblem
@@ -143,10 +120,8 @@ class Reach:
 
     Parameters
     ----------
-    problem
-        Without the box.
     cone
-        Its rows times s, with s as the last variable.
+        The rows of the problem times s, with s as the last variable.
     loose, riding
         The variables that get a box, and those that were multiplied by s.
     scale
@@ -169,16 +144,9 @@ class Reach:
 
 @dataclass(frozen=True)
 class Kinks:
-    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign.
+    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign where ``signs`` says so.
 
-    Parameters
-    ----------
-    variables
-        Shape (n_kinks,). An argument reads only kinks before its own.
-    signs
-        Shape (n_kinks,). Whether the variable is a sign.
-    arguments
-        One row each.
+    There is one row of ``arguments`` for each variable; it reads only kinks before its own.
     """
 
     variables: Index
@@ -190,14 +158,8 @@ class Kinks:
 class Row:
     """An inequality between an open kink and its argument, as :mod:`relaxations.check` names and proves it.
 
-    Parameters
-    ----------
-    kind
-        One of {"above", "chord", "low", "high", "side"}.
-    kink
-        Its variable.
-    ends
-        Of the argument: both for a chord, one for the hull of a sign.
+    ``kind`` is one of {"above", "chord", "low", "high", "side"}. ``ends`` are those of the argument: both for a chord,
+    one for the hull of a sign.
     """
 
     kind: str
@@ -217,7 +179,7 @@ class Sides:
     known
         Kink, by its variable, and side.
     defined
-        Equality, and a variable that it gives, with a number as its coefficient: the box of the others bounds it.
+        Equality, and a variable that it gives: the box of the others bounds it.
     """
 
     problem: PolynomialProblem

@@ -33,22 +33,9 @@ def best_first(
     expand
         Yields bound and node of parts that cover a node, itself among them where its bound was raised.
     enough
-        The bound at which a part is closed; it may fall while a node is expanded.
-    more
-        Whether another node may be expanded.
+        Returns the bound at which a part is closed; it may fall while a node is expanded.
     report
         Called with the bound after each node; what it raises ends the search.
-
-    Examples
-    --------
-    A bound of x^2 - x on [0, 2], where each half [a, b] of a part has the bound a^2 - b:
-
-    >>> def halves(bound, part):
-    ...     middle = sum(part) / 2
-    ...     yield from ((a * a - b, (a, b)) for a, b in ((part[0], middle), (middle, part[1])))
-    >>> bound = best_first((0.0, 2.0), -2.0, halves, enough=lambda: -0.26, more=lambda: True, report=lambda bound: None)
-    >>> -0.26 <= bound <= -0.25
-    True
     """
     # The count keeps nodes of equal bound in order, so that nodes are never compared.
     heap, count, closed = [(start, 0, root)], 0, np.inf

@@ -18,9 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
@@ -59,10 +58,6 @@ def derive_box(
     ----------
     magnitude
         Shape (n_variables,). Guess of the size of each unbounded variable; a poor guess gives a wider box.
-    solver
-        The name of a conic solver, or a :class:`relaxations.solvers.BackEnd`.
-    progress
-        Called with one line of text now and then.
     record
         Called with the proof of the box (:mod:`relaxations.proof.proof_steps`), where there is one.
 
@@ -84,6 +79,7 @@ def derive_box(
     loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
     if not len(loose):
         return DerivedBox(problem, (), ())
+    # Multiply the rows by s; those that are not affine in the loose variables together are left out.
     names = tuple(problem.names[k] for k in loose)
     kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
     affine = replace(
@@ -91,6 +87,7 @@ def derive_box(
     )
     riding = _riding(affine, loose)
     cone, scale = _homogenise(affine, loose, riding, magnitude)
+    # Bound s from below on every face of the cube.
     s = problem.n_variables
     largest = 1.0
     faces: list[tuple[int, int, tuple[Step, ...]]] = []
@@ -107,6 +104,7 @@ def derive_box(
             if least <= 0:
                 return DerivedBox(problem, (), names)
             largest = max(largest, 1.0 / np.nextafter(least, 0))
+    # The largest tau over all faces bounds every loose variable.
     if record:
         record(Reach(problem, cone, loose, riding, scale[loose], kept[0], kept[1], tuple(faces)))
     reach = np.nextafter(largest * scale[loose] * (1 + 1e-12), np.inf)
@@ -120,6 +118,7 @@ def _least_scale(
     face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Record | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
+    # Try cuts on a long record, then the least order, then contractions up to the highest order.
     plan = Plan.of(face)
     if plan.cuts:
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
@@ -206,29 +205,14 @@ def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int
     touched[family.rows[is_loose | is_riding]] = True
     times_s = touched[family.rows] & ~is_loose & ~is_riding
     factors = pad(family.factors, family.factors.shape[1] + 1)
-    factors = np.sort(np.where(_first_column(factors) & times_s[:, None], s, factors), axis=1)
+    factors = np.sort(np.where((np.arange(factors.shape[1]) == 0) & times_s[:, None], s, factors), axis=1)
     factor_scale = np.where(real & is_loose[:, None], scale[family.factors], 1.0).prod(axis=1)
     return Polynomials(family.n_rows, family.rows, factors, family.coefficients.scaled(factor_scale)).collect()
 
 
-def _first_column(factors: Index) -> NDArray[np.bool_]:
-    first = np.zeros(factors.shape, dtype=bool)
-    first[:, 0] = True
-    return first
-
-
 def _cone_of_box(problem: PolynomialProblem, riding: Index, s: int) -> Polynomials:
     """Return ``s upper - z' >= 0`` and ``z' - s lower >= 0`` for riding variables."""
-    count = len(riding)
-    own = np.arange(2 * count)
-    return Polynomials(
-        2 * count,
-        np.concatenate([own, own]),
-        np.concatenate([riding, riding, np.full(2 * count, s)]).reshape(-1, 1),
-        concatenate(
-            [
-                Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(count)])),
-                Balls.exact(np.concatenate([problem.upper[riding], -problem.lower[riding]])),
-            ]
-        ),
-    )
+    rows: list[dict[tuple[int, ...], float]] = []
+    for sign, end in ((-1.0, problem.upper), (1.0, -problem.lower)):
+        rows += [{(k,): sign, (s,): float(end[k])} for k in riding.tolist()]
+    return Polynomials.from_terms(rows)

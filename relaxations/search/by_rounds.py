@@ -18,7 +18,7 @@ from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import CLOSE, Emptiness, Outcome, Relaxed, relax
 from relaxations.proof.proof_steps import Bound
 from relaxations.search.enclosure import Reason
-from relaxations.search.interval_state import Ends
+from relaxations.search.interval_state import Ends, shrinkage
 from relaxations.search.tightener import Task
 
 WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
@@ -39,12 +39,11 @@ def by_rounds(task: Task, ends: Ends) -> Reason | None:
             return Reason.EMPTY
         if task.witnesses and ends.tight(targets):
             return Reason.TIGHT
-        # Decide by the largest share of its width that a watched variable lost: stay, raise the order, or stop.
-        old, new = upper[watched] - lower[watched], ends.upper[watched] - ends.lower[watched]
-        shrinkage = float(np.max(1 - new[old > 0] / old[old > 0], initial=0.0))
-        if ends.order < plan.order and shrinkage < WORTH_STAYING:
+        # Stay at this order while a watched variable shrinks, then raise the order, then stop.
+        shrunk = shrinkage((upper - lower)[watched], (ends.upper - ends.lower)[watched])
+        if ends.order < plan.order and shrunk < WORTH_STAYING:
             ends.order += 1
-        elif shrinkage < STALLED:
+        elif shrunk < STALLED:
             return Reason.STALLED
     return None
 

@@ -75,7 +75,7 @@ def intervals(
     rounds
         At most so many contractions.
     witnesses
-        Search for inner ends. Without them an interval is outer only.
+        Search for inner ends.
     known
         Verified feasible points to begin with.
     absolute
@@ -88,8 +88,6 @@ def intervals(
         Time allowed, wall clock; then the ends proven so far are returned.
     executor
         Solves the bounds of a round side by side. Threads do, for a solver does not hold Python's lock.
-    progress
-        Called with one line of text now and then.
     record
         Called with each step of the proof (:mod:`relaxations.proof.proof_steps`).
 

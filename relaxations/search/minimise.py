@@ -50,15 +50,7 @@ VERIFYING = 0.3  # seconds that this gets at least
 
 
 class MinimumReason(Enum):
-    """Why the search for a minimum stopped.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> minimise(*problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])).reason.value
-    'no point satisfies all constraints (proven)'
-    """
+    """Why the search for a minimum stopped."""
 
     TIGHT = "the bound meets the value at a verified point within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
@@ -226,10 +218,6 @@ def minimise(
     seconds
         Time allowed, wall clock; then what is proven so far is returned. A tenth of it is kept for the verification of
         points.
-    solver
-        The name of a conic solver, or a :class:`relaxations.solvers.BackEnd`.
-    progress
-        Called with one line of text now and then.
     certificate
         File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
         written where the box alone proves as much. Products of linear constraints are not used then.

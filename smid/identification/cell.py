@@ -20,9 +20,10 @@ from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Emptiness, relax
+from relaxations.proof.bounding import Emptiness, Relaxed, relax
 from relaxations.proof.proof_steps import Bound, Record
 from relaxations.search.boxes import derive_box
+from relaxations.search.interval_state import Ends, shrinkage
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 from smid.feasible.assemble import CONSTANT, Opening, Sides
@@ -36,6 +37,7 @@ from smid.models import ModelError
 
 ROUNDS = 4  # contractions of one cell
 WORTH = 0.1  # a contraction that takes less off every width is the last one
+Points = Mapping[tuple[int, int], Array]
 NARROW = 1e-3  # a threshold below this share of its first width is no longer split
 
 
@@ -56,23 +58,13 @@ class Region:
 class Cell:
     """A contracted region: no feasible parameter of the region lies outside the cell's box (certified).
 
-    Parameters
-    ----------
-    feasible
-        The set on that box.
-    points
-        Where the relaxation attains each end (+1: lower, -1: upper), by the set's variables.
-    solves
-        Number of bounds computed.
-    largest_block, n_moments
-        Of its last relaxation.
-    settled
-        Whether it can be improved no further.
+    ``feasible`` is the set on that box. ``points`` are the set's points where the relaxation attains each end (+1:
+    lower, -1: upper). A settled cell can be improved no further.
     """
 
-    part: Region
+    region: Region
     feasible: FeasibleSet
-    points: Mapping[tuple[int, int], Array]
+    points: Points
     solves: int = 0
     largest_block: int = 0
     n_moments: int = 0
@@ -80,43 +72,43 @@ class Cell:
 
     def end(self, k: int, sign: int) -> float:
         """Return ``sign`` times an outer end, to be minimised."""
-        return float(self.part.lower[k] if sign > 0 else -self.part.upper[k])
+        return float(self.region.lower[k] if sign > 0 else -self.region.upper[k])
 
 
-def contract(feasible: FeasibleSet, part: Region, solver: Solver) -> Cell | Emptiness:
+def contract(feasible: FeasibleSet, region: Region, solver: Solver) -> Cell | Emptiness:
     """Contract a region with a finite box, or prove it empty; ModelError where the lift does not apply."""
-    cell = Cell(part, feasible.on_box(part.lower, part.upper, part.choose), {})
+    cell = Cell(region, feasible.on_box(region.lower, region.upper, region.choose), {})
     for _ in range(ROUNDS):
-        with part.trail.on(cell.feasible) as record:
+        with region.trail.on(cell.feasible) as record:
             found = _bounds(cell.feasible, cell.feasible.problem, solver, record)
         if isinstance(found, Emptiness):
             return found
-        width = cell.part.upper - cell.part.lower
-        smaller = feasible.on_box(found.lower, found.upper, part.choose)
+        ends, points, relaxed = found
+        width = cell.region.upper - cell.region.lower
+        smaller = feasible.on_box(ends.lower, ends.upper, region.choose)
         cell = Cell(
-            replace(part, lower=found.lower, upper=found.upper),
+            replace(region, lower=ends.lower, upper=ends.upper),
             smaller,
-            {end: _carried(point, cell.feasible, smaller) for end, point in found.points.items()},
-            cell.solves + found.solves,
-            found.largest_block,
-            found.n_moments,
+            {end: _carried(point, cell.feasible, smaller) for end, point in points.items()},
+            cell.solves + ends.solves,
+            relaxed.relaxation.largest_block,
+            relaxed.relaxation.n_moments,
         )
-        shrunk = 1 - (found.upper - found.lower)[width > 0] / width[width > 0]
-        if not len(shrunk) or shrunk.max() < WORTH:
+        if shrinkage(width, ends.upper - ends.lower) < WORTH:
             break
     return cell
 
 
-def boxed(feasible: FeasibleSet, part: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
+def boxed(feasible: FeasibleSet, region: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
     """Give every parameter of a region a finite box, or prove the region empty, or name parameters without one."""
-    lower, upper = part.lower.copy(), part.upper.copy()
+    lower, upper = region.lower.copy(), region.upper.copy()
     loose = np.flatnonzero(~np.isfinite(upper - lower))
     if not len(loose):
-        return part
+        return region
     for _ in range(ROUNDS):
-        stamped = feasible.on_box(lower, upper, part.choose)
+        stamped = feasible.on_box(lower, upper, region.choose)
         problem, equalities = _without(stamped.problem, loose)
-        with part.trail.on(stamped) as record:
+        with region.trail.on(stamped) as record:
             found = _bounds(stamped, problem, solver, record)
         if isinstance(found, Emptiness):
             weights = np.zeros(stamped.problem.equalities.n_rows)
@@ -124,22 +116,21 @@ def boxed(feasible: FeasibleSet, part: Region, solver: Solver) -> Region | Empti
             return Emptiness(found.margin, weights)
         fixed = np.isfinite(upper - lower)
         before = (upper - lower)[fixed]
-        lower[fixed], upper[fixed] = found.lower[fixed], found.upper[fixed]
-        shrunk = 1 - (upper - lower)[fixed][before > 0] / before[before > 0]
-        if not len(shrunk) or shrunk.max() < WORTH:
+        lower[fixed], upper[fixed] = found[0].lower[fixed], found[0].upper[fixed]
+        if shrinkage(before, (upper - lower)[fixed]) < WORTH:
             break
-    stamped = feasible.on_box(lower, upper, part.choose)
+    stamped = feasible.on_box(lower, upper, region.choose)
     if vanishing_factors(stamped.model, stamped.problem.unbounded):
         box = with_finite_box(stamped, solver)
         problem, unbounded = box.feasible.problem, box.unbounded
     else:
-        with part.trail.on(stamped) as record:
+        with region.trail.on(stamped) as record:
             derived = derive_box(stamped.problem, _guess(stamped), solver, record=record)
         problem, unbounded = derived.problem, derived.unbounded
     if unbounded:
         return unbounded
     count = len(lower)
-    return replace(part, lower=problem.lower[:count], upper=problem.upper[:count])
+    return replace(region, lower=problem.lower[:count], upper=problem.upper[:count])
 
 
 def lifted(name: str, problem: PolynomialProblem) -> Plan:
@@ -153,47 +144,33 @@ def lifted(name: str, problem: PolynomialProblem) -> Plan:
     return plan
 
 
-@dataclass(frozen=True)
-class _Bounds:
-    lower: Array
-    upper: Array
-    points: Mapping[tuple[int, int], Array]
-    solves: int
-    largest_block: int
-    n_moments: int
-
-
 def _bounds(
     stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Record | None
-) -> _Bounds | Emptiness:
-    """Bound the parameters of a problem once from both sides."""
+) -> tuple[Ends, Points, Relaxed] | Emptiness:
+    """Bound the parameters of a problem once; return the ends, the points that attain them, and the relaxation."""
     plan = lifted(stamped.model.name, problem)
     relaxed = relax(problem, plan.method, plan.least, solver)
     count = len(stamped.model.parameters)
-    lower, upper = stamped.problem.lower[:count].copy(), stamped.problem.upper[:count].copy()
+    lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
+    ends = Ends(lower.copy(), upper.copy(), 0.0, 0.0, [])
     place = {name: k for k, name in enumerate(problem.names)}
     points: dict[tuple[int, int], Array] = {}
-    solves = 0
     for k, name in enumerate(stamped.problem.names[:count]):
+        if name not in place or lower[k] == upper[k]:
+            continue
         for sign in (1, -1):
-            if name not in place or stamped.problem.lower[k] == stamped.problem.upper[k]:
-                continue
             objective = problem.variable(place[name], sign)
             outcome = relaxed.bound(objective)
-            solves += 1
+            ends.solves += 1
             if outcome.certificate is None:
                 continue
-            if record and outcome.bound > (lower[k] if sign > 0 else -upper[k]):
+            if ends.tighten(k, sign, outcome.bound) > 0 and record:
                 record(Bound.of(relaxed, objective, outcome))
-            if sign > 0:
-                lower[k] = max(lower[k], outcome.bound)
-            else:
-                upper[k] = min(upper[k], -outcome.bound)
-            if outcome.bound == np.inf or lower[k] > upper[k]:
+            if outcome.bound == np.inf or ends.lower[k] > ends.upper[k]:
                 return relaxed.emptiness(outcome.certificate)
             if outcome.point is not None:
                 points[k, sign] = outcome.point
-    return _Bounds(lower, upper, points, solves, relaxed.relaxation.largest_block, relaxed.relaxation.n_moments)
+    return ends, points, relaxed
 
 
 def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
@@ -258,42 +235,42 @@ def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) 
 def witness(cell: Cell, k: int, sign: int) -> Array | None:
     """Return verified parameters near one end of a cell, with every kink on its side in the relaxation."""
     point = cell.points.get((k, sign))
-    return None if point is None else witness_near(cell.feasible, cell.part, point, k, sign)
+    return None if point is None else witness_near(cell.feasible, cell.region, point, k, sign)
 
 
-def witness_near(feasible: FeasibleSet, part: Region, point: Array, k: int, sign: int) -> Array | None:
+def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, sign: int) -> Array | None:
     """Return verified parameters that push one end outwards, by a search from a point; None if not found."""
-    chosen = {**part.choose, **sides_at(feasible, point)} if feasible.openings else part.choose
-    exact = feasible.on_box(part.lower, part.upper, chosen)
+    chosen = {**region.choose, **sides_at(feasible, point)} if feasible.openings else region.choose
+    exact = feasible.on_box(region.lower, region.upper, chosen)
     problem = exact.problem
     start = _carried(point, feasible, exact)
     found = find_witness(problem, problem, problem.variable(k, sign), Plan.of(problem).complicating, start)
-    return None if found is None else found.point[: len(part.lower)]
+    return None if found is None else found.point[: len(region.lower)]
 
 
 def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
     """Cut a cell with open kinks in two regions that cover it; empty where no cut helps."""
-    part, openings = cell.part, cell.feasible.openings
-    count = len(part.lower)
+    region, openings = cell.region, cell.feasible.openings
+    count = len(region.lower)
     read = np.unique(np.concatenate([o.arguments.occurring() for o in openings]))
-    width = part.upper - part.lower
+    width = region.upper - region.lower
     share = np.where(first_width > 0, width / np.where(first_width > 0, first_width, 1.0), 0.0)
     share[np.setdiff1d(np.arange(count), read)] = 0.0
     cut = int(np.argmax(share))
     if share[cut] > NARROW:
-        low, high = part.lower.copy(), part.upper.copy()
-        low[cut] = high[cut] = _breakpoint(openings, cut, part)
+        low, high = region.lower.copy(), region.upper.copy()
+        low[cut] = high[cut] = _breakpoint(openings, cut, region)
         name, where = cell.feasible.problem.names[cut], float(low[cut])
         return (
-            Region(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
-            Region(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
+            Region(region.lower, high, region.choose, region.trail.part(name, float(region.lower[cut]), where)),
+            Region(low, region.upper, region.choose, region.trail.part(name, where, float(region.upper[cut]))),
         )
     return _by_side(cell)
 
 
-def _breakpoint(openings: tuple[Opening, ...], cut: int, part: Region) -> float:
+def _breakpoint(openings: tuple[Opening, ...], cut: int, region: Region) -> float:
     """Return where to cut a threshold: at a sample's change of sides if one lies in the middle half."""
-    low, high = part.lower[cut], part.upper[cut]
+    low, high = region.lower[cut], region.upper[cut]
     centre = float(0.5 * low + 0.5 * high)
     roots = np.concatenate([_roots(o.arguments, cut) for o in openings])
     inside = roots[np.abs(roots - centre) < 0.25 * (high - low)]
@@ -326,8 +303,8 @@ def _by_side(cell: Cell) -> tuple[Region, ...]:
     parts = []
     for side in (Side.NEGATIVE, Side.POSITIVE):
         nothing = np.zeros(0, dtype=np.int64)
-        table = cell.part.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
+        table = cell.region.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
         table[at] = side
-        trail = cell.part.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
-        parts.append(Region(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
+        trail = cell.region.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
+        parts.append(Region(cell.region.lower, cell.region.upper, {**cell.region.choose, key: table}, trail))
     return tuple(parts)

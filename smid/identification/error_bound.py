@@ -119,8 +119,6 @@ def error_bound(
         Where they leave a gap, branch with at most so many relaxations.
     seconds
         Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -148,7 +146,7 @@ def error_bound(
         )
     channel = open_channels[0]
     feasible = FeasibleSet(model, data, fixed or {}, channel)
-    # Cuts are for the ends of variables that complicate, and the noise bound does not.
+    # Cuts bound variables that complicate; the noise bound does not complicate.
     by_cuts = method == Cuts.name or isinstance(method, Cuts)
     plan = Plan.of(feasible.problem, "auto" if by_cuts else method, order)
     plan = replace(plan.without_cuts, order=plan.asked or plan.least)
@@ -168,6 +166,7 @@ def error_bound(
             time.perf_counter() - started,
         )
 
+    # Verified points give the upper end, and cap the noise bound; then prove a finite box.
     try:
         for witness in _minimax(feasible, plan):
             if witness.value < reach:
@@ -182,6 +181,7 @@ def error_bound(
         return result(0.0, Reason[stopped_by(stop)])
     if boxed.unbounded:
         return result(0.0, Reason.STALLED)
+    # Raise the certified lower end.
     enclosure = intervals(
         boxed.feasible.problem,
         [last],

@@ -9,7 +9,6 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
@@ -20,6 +19,7 @@ from smid.models.linear_block import linear_block
 
 if TYPE_CHECKING:
     from control import TransferFunction
+    from matplotlib.figure import Figure
 
 SCHEMA = "smid.estimate/1"
 _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")

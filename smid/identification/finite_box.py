@@ -66,17 +66,20 @@ def with_finite_box(
         box = derive_box(problem, _guess(feasible), solver, progress, record)
         return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, problem)
 
+    # Prove a box for the products delta = q gamma first.
     products = _in_products(feasible, factors)
     stated = _stated(feasible, products, factors)
     box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
         return Boxed(feasible, (), names, problem)
+    # Bound q away from zero, and divide.
     reach = _reach(products, box.problem, factors, solver, record)
     if reach is None:
         return Boxed(feasible, (), names, problem)
     if record:
         for row, name in enumerate(factors, start=stated.equalities.n_rows - len(factors)):
             record(Quotient(stated, row, stated.names.index(name)))
+    # Intersect with the box that is known.
     lower, upper = problem.lower.copy(), problem.upper.copy()
     place = {name: k for k, name in enumerate(problem.names)}
     for name, limit in reach.items():
@@ -191,6 +194,7 @@ def _reach(
             distances.append(best)
         return distances
 
+    # Try the least order on the given box, then the highest one on a contracted box.
     problem = boxed
     distances = away(problem, plan.least)
     if min(distances) <= 0:

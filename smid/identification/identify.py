@@ -119,8 +119,6 @@ def identify(
         certificate is not counted.
     executor
         Solves bounds side by side (:func:`relaxations.search.hierarchy.intervals`); cuts and piecewise models run here.
-    progress
-        Called with a line of text now and then.
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does

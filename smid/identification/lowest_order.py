@@ -23,13 +23,8 @@ if TYPE_CHECKING:
 class OrderStep:
     """The verdict on one candidate: proven empty, feasible (a point is verified), or undecided.
 
-    Parameters
-    ----------
-    reason
-        The proof of emptiness in words, or how the intervals were computed.
-    least_bound
-        Where the set is empty, the certified lower end of the least noise bound that the candidate needs; None where
-        it was not computed.
+    ``reason`` is the proof of emptiness in words, or how the intervals were computed. ``least_bound`` is the certified
+    lower end of the least noise bound that the candidate needs; None where it was not computed.
     """
 
     model: Model
@@ -52,16 +47,9 @@ class OrderStep:
 
 @dataclass(frozen=True, repr=False)
 class LowestOrder(Tabular):
-    """The candidates tried, and the estimate of the first one that is not proven infeasible.
+    """The candidates tried, and the estimate of the first one that is not proven infeasible (None where all are).
 
-    Parameters
-    ----------
-    estimate
-        None where every candidate is proven infeasible.
-    channel, unit
-        The output whose noise is meant.
-    noise_bound
-        The bound that was allowed.
+    ``noise_bound`` is the bound that was allowed for the noise of the output ``channel``.
     """
 
     steps: tuple[OrderStep, ...]

@@ -43,26 +43,8 @@ class Piecewise:
     """Encloses a set with open kinks: Max, Min, Abs or sign that priors and data alone do not decide.
 
     ``order`` and ``rounds`` of the settings serve the cells without open kinks. ``nodes`` allows that many splits where
-    it is more than 80. ``tolerance`` is at least 0.2 %.
-
-    Raises
-    ------
-    ModelError
-        For a method other than the lift, kinks that it does not apply to, or a proof that cannot be written.
-
-    Examples
-    --------
-    >>> import sympy
-    >>> from smid.data import Dataset
-    >>> from smid.models import OutputError, Parameter
-    >>> u, y = [1.0, 0, 1, 1, 0, 0.7, 1, 0], [0.0, 0.5, 0.25, 0.62, 0.81, 0.4, 0.4, 0.7]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> model = OutputError(bounds={"a1": (-0.9, 0), "b0": (0, 2)})
-    >>> d = Parameter("d", 0, 0.9)
-    >>> model = model.insert_before("u", lambda u: sympy.Max(0, u - d.symbol), parameters=[d])
-    >>> found = Piecewise(FeasibleSet(model, data, 0.03), Settings(), kept=False).enclose()
-    >>> 0 < found.enclosure.intervals[2].lower < 0.5 < found.enclosure.intervals[2].upper < 0.7
-    True
+    it is more than 80. ``tolerance`` is at least 0.2 %. A ModelError refuses a method other than the lift, kinks that
+    it does not apply to, and a proof that cannot be written.
     """
 
     feasible: FeasibleSet
@@ -179,24 +161,24 @@ class _Search:
         """Give every region a finite box, splitting thresholds where needed; None where that fails."""
         pending, ready = list(self.waiting), []
         while pending:
-            part = pending.pop()
-            found = boxed(self.feasible, part, self.settings.solver)
+            region = pending.pop()
+            found = boxed(self.feasible, region, self.settings.solver)
             if isinstance(found, Region):
                 ready.append(found)
             elif isinstance(found, Emptiness):
                 self.empty = found
             else:
-                stamped = self.feasible.on_box(part.lower, part.upper, part.choose)
-                halves = split(Cell(part, stamped, {}), self.first_width) if stamped.openings else ()
+                stamped = self.feasible.on_box(region.lower, region.upper, region.choose)
+                halves = split(Cell(region, stamped, {}), self.first_width) if stamped.openings else ()
                 self.used += 1
                 if not halves or self.used > BOXING_SPLITS:
                     return None
                 pending += halves
         return ready
 
-    def _contracted(self, part: Region) -> Cell | None:
+    def _contracted(self, region: Region) -> Cell | None:
         """Return the cell of a region; None where it is proven empty."""
-        found = contract(self.feasible, part, self.settings.solver)
+        found = contract(self.feasible, region, self.settings.solver)
         if isinstance(found, Emptiness):
             self.empty = found
             return None
@@ -205,7 +187,7 @@ class _Search:
 
     def _find_witnesses(self, cell: Cell) -> None:
         """Look for witnesses at the ends of a cell that no witness comes near yet."""
-        for k in range(len(cell.part.lower)):
+        for k in range(len(cell.region.lower)):
             for sign in (1, -1):
                 inner = self._inner(k, sign)
                 if np.isnan(inner) or cell.end(k, sign) < inner - self._allowed(k):
@@ -221,8 +203,8 @@ class _Search:
             self.waiting += parts
             self.cells[place : place + 1] = [] if parts else [replace(cell, settled=True)]
             return
-        count = len(cell.part.lower)
-        with cell.part.trail.on(cell.feasible) as record:
+        count = len(cell.region.lower)
+        with cell.region.trail.on(cell.feasible) as record:
             enclosure = uninterrupted(
                 intervals(
                     cell.feasible.problem,
@@ -242,7 +224,7 @@ class _Search:
             return
         lower = np.array([i.lower for i in enclosure.intervals])
         upper = np.array([i.upper for i in enclosure.intervals])
-        self.cells[place] = replace(cell, part=replace(cell.part, lower=lower, upper=upper), settled=True)
+        self.cells[place] = replace(cell, region=replace(cell.region, lower=lower, upper=upper), settled=True)
 
     def _setting(self, k: int, sign: int) -> Cell:
         """Return the cell that sets an end."""
@@ -260,7 +242,7 @@ class _Search:
 
     def _ends(self, k: int) -> tuple[float, float]:
         """Return the hull of all regions and cells, in one parameter."""
-        parts = [c.part for c in self.cells] + self.waiting
+        parts = [c.region for c in self.cells] + self.waiting
         return min(float(p.lower[k]) for p in parts), max(float(p.upper[k]) for p in parts)
 
     def _inner(self, k: int, sign: int) -> float:

@@ -23,14 +23,9 @@ from smid.feasible.regimes import Side
 
 @dataclass
 class Trail:
-    """The proof of one region; ``kept`` says whether steps are recorded.
+    """The proof of one region: the steps proven for the whole of it (where ``kept``), and its parts.
 
-    Parameters
-    ----------
-    steps
-        Proven for the whole region.
-    parts
-        The variable that was split, its range, the side of a kink (0 for a range), and the proof of the part.
+    A part is the variable that was split, its range, the side of a kink (0 for a range), and the proof of the part.
     """
 
     kept: bool = False

@@ -26,15 +26,6 @@ class Cuts:
         Shape (n_monomials, n_cuts, 1 + n_inner). C, a plane for each monomial.
     sizes, errors
         Shape (n_cuts, n_monomials). Sums over t of the magnitudes of the terms, and of their rounding errors.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> cuts = Cuts.of(Split.of(problem, np.array([0])), np.array([[1.0]]))  # a (1 + z) - 1: 2 a >= 1
-    >>> cuts.tangents(np.array([0.25]))  # a value, and its gradient
-    (array([-0.5]), array([[2.]]))
     """
 
     split: Split

@@ -76,40 +76,31 @@ def enclose(
 ) -> Emptiness | None:
     """Tighten some ends in place; return the proof where no point is feasible.
 
+    The ends are certified at any time, also after an interruption.
+
     Parameters
     ----------
-    ends
-        Certified at any time, also after an interruption.
-    wanted
-        Ends that are to meet their witnesses: lower ones with sign 1, upper ones with -1.
-    also
-        Ends worth proving coarsely, for the box that they give the others.
+    wanted, also
+        Ends that are to meet their witnesses, and ends worth proving coarsely, for the box that they give the others:
+        lower ones with sign 1, upper ones with -1.
     start
         Shape (n_variables,). A guess of a feasible point, of which only the complicating entries are used. Without it
         (and without known points) branch and bound looks for a point.
     nodes
         Of branch and bound, for each end and stage.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> ends = Ends(problem.lower.copy(), problem.upper.copy(), 1e-4, 0.0, [])
-    >>> both = [(0, 1), (0, -1), (1, 1), (1, -1)]
-    >>> enclose(problem, ends, both, np.array([0]), solver="clarabel", start=None, nodes=100, say=lambda line: None)
-    >>> ends.lower.round(3), ends.upper.round(3), ends.tight([0, 1])
-    (array([0.5, 0.5]), array([2., 2.]), True)
     """
+    # Begin at a verified point with room, where one is found.
     n_rows = problem.equalities.n_rows + problem.inequalities.n_rows
     run = _Run(problem, ends, complicating, solver, nodes, say, record, np.zeros((0, n_rows)))
     begin = ends.pool[-1] if ends.pool else start
     if begin is not None and len(complicating):
         _begin(run, begin)
     every = [end for end in (*also, *wanted) if ends.lower[end[0]] < ends.upper[end[0]]]
+    # Search for points far out; share the cuts that are active there.
     if run.inside is not None:
         active = [_search(run, *end, 0.2 * ends.tolerance if end in wanted else 0.1) for end in every]
         run.shared = np.concatenate(active)  # what else was met on the way is of use to the search alone
+    # Prove every end, coarsely before finely.
     for share in (*STAGES, 0.0):
         for end in every:
             empty = _prove(run, *end, share) if share or end in wanted else None
@@ -187,6 +178,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
             _witness(run, asker, point, inside, (k, sign))
         return goal()
 
+    # Branch until the goal is reached, and keep the cuts that were learnt for this end.
     known = len(asker.cuts)
     found = bound_end(
         asker,
@@ -206,6 +198,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     if run.record:
         for step in _steps(found.root, run, asker.cuts, target, sign, found.bound):
             run.record(step)
+    # A bound beyond the other end proves the set empty.
     crossed = found.bound > (ends.upper[k] if sign > 0 else -ends.lower[k])
     if crossed and not ends.pool:
         weights = found.weights[: problem.equalities.n_rows]

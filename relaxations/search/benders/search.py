@@ -59,6 +59,7 @@ def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | No
     best, radius = answer, 0.25 * (upper - lower)
     cost = np.append(np.zeros(n), 1.0)
     for _ in range(STEPS):
+        # Minimise the largest linearised excess within the trust radius.
         value, slope = asker.cuts.tangents(best.p)
         found = least(
             cost,
@@ -69,9 +70,11 @@ def inmost(asker: Asker, start: Array, lower: Array, upper: Array) -> Point | No
         )
         if found is None:
             break
+        # Stop where the linear program promises little.
         promised = best.excess - found.point[-1]
         if promised <= 0.2 * max(-best.excess, 0.0) or (radius < 1e-9 * (upper - lower)).all():
             break
+        # Take the point where it is better, and adapt the radius.
         answer = asker(best.p + found.point[:-1])
         if answer is None or answer.excess >= best.excess:
             radius = 0.5 * radius
@@ -94,6 +97,7 @@ def outmost(
     active = np.zeros(0, dtype=np.int64)
     room = -inside.excess
     for _ in range(STEPS):
+        # Minimise over the linearised cuts, at the last point or else at the feasible one.
         found = None
         for base in (point.p, inside.p):
             value, slope = asker.cuts.tangents(base)
@@ -103,10 +107,12 @@ def outmost(
                 break
         if found is None:
             break
+        # Stop where the point is feasible enough and hardly moves.
         active = np.flatnonzero(found.weights > 1e-9 * np.max(found.weights, initial=1e-300))
         trial = base + found.point
         if point.excess <= share * room and abs(cost @ (trial - point.p)) <= share * abs(cost @ (trial - inside.p)):
             break
+        # Ask for a new cut, and adapt the radius.
         answer = asker(trial)
         if answer is None:
             break

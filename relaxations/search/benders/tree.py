@@ -47,14 +47,10 @@ class Node:
 
 @dataclass(frozen=True)
 class Bounded:
-    """What branch and bound proves of an end.
+    """What branch and bound proves of an end: a certified bound, infinite where the box holds no feasible point.
 
     Parameters
     ----------
-    bound
-        Of ``sign * p[target]``, certified; infinite where the box holds no feasible point.
-    nodes
-        That were looked at.
     weights
         Shape (n_equalities + n_inequalities,). The multipliers' share in the parts that are proven empty.
     margin
@@ -84,14 +80,8 @@ def bound_end(
 ) -> Bounded:
     """Bound ``sign * p[target]`` from below over the feasible points of a box, with at most so many nodes.
 
-    Parameters
-    ----------
-    goal
-        Stop once the bound reaches this.
-    feasible
-        Called with a point that seems feasible; returns the goal from then on.
-    report
-        Called with each certified bound that is better than the last.
+    It stops once the bound reaches the goal. ``feasible`` is called with a point that seems feasible, and returns the
+    goal from then on; ``report`` is called with each certified bound that is better than the last.
     """
     first = float(lower[target] if sign > 0 else -upper[target])
     root = Node(lower, upper, first)
@@ -142,6 +132,7 @@ def _tighten(
         node.bound = max(node.bound, float(node.lower[target] if sign > 0 else -node.upper[target]))
         if node.bound >= goal:
             break
+        # Shrink the box by single cuts first; repeat the pass where that took much.
         centre, radius = frame(node.lower, node.upper)
         b, a = asker.cuts.on_box(node.lower, node.upper)
         left = shrink(b, a)
@@ -151,6 +142,7 @@ def _tighten(
                 node.bound = np.inf
                 return contradiction(b, a) if goal == np.inf else None, worst, None
             continue
+        # Bound the end by the linear program over all cuts.
         cost[target] = sign * radius[target]
         found = least(cost, b, a, -np.ones(len(cost)), np.ones(len(cost)))
         if found is None:
@@ -172,6 +164,7 @@ def _tighten(
         hoped = least(sign * np.eye(len(p))[target], values, slopes, node.lower - p, node.upper - p)
         if worst >= 0 or hoped is None or sign * (p + hoped.point)[target] >= goal:
             return None, int(np.argmin(values)) if len(values) else -1, None
+        # Learn a new cut at the minimiser, for the next pass.
         answer = asker(p)
         worst = len(asker.cuts) - 1
         if answer is None:
