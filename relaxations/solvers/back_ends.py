@@ -39,15 +39,6 @@ class BackEnd:
         A function ``run(name, program, objective)`` (and a setting as a fourth argument, where ``settings`` names
         some) that returns a :class:`relaxations.solvers.Stop`, the solver's word, the moments without the constant, and
         the dual vector. For a solver from outside this package.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from relaxations.solvers import Stop, solve
-    >>> def give_up(name, program, objective):
-    ...     return Stop.FAILED, "tired", np.full(len(objective), np.nan), np.full(program.n_rows, np.nan)
-    >>> BackEnd("lazy", run=give_up).installed
-    True
     """
 
     name: str
