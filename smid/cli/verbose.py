@@ -1,4 +1,4 @@
-"""``--verbose``: what is solved and why it stopped, through the standard library's ``logging``, on standard error."""
+"""``--verbose``: log to standard error what is solved and why it stopped."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def _listen(context: click.Context, _parameter: click.Parameter, asked: bool) ->
     LOGGER.addHandler(handler)
     LOGGER.setLevel(logging.INFO)
 
-    def deafen() -> None:
+    def remove() -> None:
         LOGGER.removeHandler(handler)
         LOGGER.setLevel(before)
 
-    context.call_on_close(deafen)
+    context.call_on_close(remove)
 
 
 verbose_option = click.option(
@@ -35,12 +35,12 @@ verbose_option = click.option(
     is_eager=True,
     expose_value=False,
     callback=_listen,
-    help="Log what is solved, and why it stopped.",
+    help="Log to standard error what is solved and why it stopped.",
 )
 
 
 def log_estimate(estimate: Estimate) -> None:
-    """Log how the intervals came about."""
+    """Log how the intervals were computed."""
     how = estimate.enclosure
     if how is not None:
         LOGGER.info(
@@ -62,9 +62,9 @@ def log_estimate(estimate: Estimate) -> None:
 
 
 def log_error_bound(bound: ErrorBound) -> None:
-    """Log how the enclosure of the least noise bound came about."""
+    """Log how the least noise bound was enclosed."""
     LOGGER.info(
-        "least bound of %s in [%.9g, %.9g] after %.2f s; it stopped: %s",
+        "least noise bound of %s in [%.9g, %.9g] after %.2f s; it stopped: %s",
         bound.channel,
         bound.lower,
         bound.upper,
@@ -74,10 +74,10 @@ def log_error_bound(bound: ErrorBound) -> None:
 
 
 def log_diagnosis(diagnosis: Diagnosis) -> None:
-    """Log what was tried and left out."""
+    """Log the effects that were not tested, and those that were withdrawn."""
     for name, why in diagnosis.skipped.items():
-        LOGGER.info("%s was not tried: %s", name, why)
+        LOGGER.info("%s was not tested: %s", name, why)
     if diagnosis.dropped:
-        LOGGER.info("dropped again: %s", ", ".join(diagnosis.dropped))
+        LOGGER.info("withdrawn: %s", ", ".join(diagnosis.dropped))
     why = "interrupted" if diagnosis.interrupted else f"verdict {diagnosis.verdict.value}"
     LOGGER.info("diagnosis: %d causes in %.2f s; it stopped: %s", len(diagnosis.causes), diagnosis.seconds, why)

@@ -1,11 +1,11 @@
-"""Kinks: Max, Min, Abs and sign as new signals beside lines that are polynomial again.
+"""Kinks: Max, Min, Abs and sign as new signals, beside lines that are polynomial.
 
-Every piecewise function is written with two: the positive part ``p(x) = max(0, x)`` and the sign,
+Every piecewise function is written with the positive part ``p(x) = max(0, x)`` and the sign:
 
     max(a, b) = b + p(a - b),    min(a, b) = -max(-a, -b),    |x| = 2 p(x) - x,    p(-x) = p(x) - x.
 
-Each distinct argument becomes one :class:`Kink`, a signal that the lines read in its place; arguments that differ by a
-shift of time or by their sign share one. Kinks may be nested: an argument reads kinks that stand before its own.
+Each distinct argument becomes one :class:`Kink`, a signal that the lines read instead. Arguments that differ by a shift
+of time or by their sign share one kink. The argument of a kink may read earlier kinks.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _FUNCTIONS = (sympy.Max, sympy.Min, sympy.Abs, sympy.sign)
 
 
 class Kind(Enum):
-    """The two functions that all others are made of."""
+    """The two functions that all others are written with."""
 
     POSITIVE_PART = "max(0, x)"
     SIGN = "sign(x)"
@@ -37,7 +37,7 @@ class Kink:
     Parameters
     ----------
     name
-        Of the signal that stands for its value.
+        Name of the signal for its value.
     argument
         At time t.
     """
@@ -59,7 +59,7 @@ class Unfolded:
     Parameters
     ----------
     lines
-        Kinks that depend on time stand in them as signals, constant ones as plain symbols.
+        They read kinks that depend on time as signals, and constant kinks as symbols.
     kinks
         Each reads only kinks before it.
     """
@@ -71,11 +71,6 @@ class Unfolded:
 @lru_cache(maxsize=64)
 def unfold(model: Model) -> Unfolded:
     """Replace every Max, Min, Abs and sign in a model's lines by a kink.
-
-    Returns
-    -------
-    Unfolded
-        Without kinks, and the lines as they are, where the model is smooth.
 
     Examples
     --------

@@ -79,22 +79,22 @@ def test_an_interrupted_study_says_how_to_go_on(smid, monkeypatch):
     monkeypatch.setattr(sys.modules["smid.cli.study"], "order_study", stopped)
     result = smid(f"study run.csv {COMMON} --noise-bounds 0.2 --folder kept")
     assert result.exit_code == 130
-    assert "go on with --resume kept" in result.stderr
+    assert "continue with --resume kept" in result.stderr
     assert "1 not run" in result.output
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("--orders 1,x", "'x' is no positive whole number"),
-        ("--methods best", "'best' is no method"),
-        ("--noise-bounds 0.5x", "below the least bound"),
+        ("--orders 1,x", "'x' is not a positive integer"),
+        ("--methods best", "'best' is not a method"),
+        ("--noise-bounds 0.5x", "below the least noise bound"),
         ("--noise-bounds 0.2 --samples 50", "has 6 samples, 50 are asked for"),
         ("--workers 2 --dask tcp://127.0.0.1:1", "give one of them"),
         ("--folder a --resume b", "give one of them"),
         ("--noise-bounds 0.2 --resume none", "holds no study to resume"),
         ("--noise-bounds 0.2 --dask nowhere", "no Dask scheduler answers at nowhere"),
-        ("run.csv", "two records are called 'run'"),
+        ("run.csv", "two records have the name 'run'"),
     ],
 )
 def test_a_mistake_is_one_line(smid, line, words):
