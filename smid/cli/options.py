@@ -42,9 +42,10 @@ def takes(**groups: type) -> Callable[[Command], Command]:
             made = {name: _made(of, values) for name, of in groups.items()}
             return command(*args, **values, **made)
 
+        decorated: Command = call
         for add in reversed([add for of in groups.values() for add in _decorators(of)]):
-            call = add(call)
-        return call
+            decorated = add(decorated)
+        return decorated
 
     return decorate
 
@@ -119,8 +120,8 @@ class Columns:
 class Record:
     """A record in a CSV file, and the samples to take from it."""
 
-    path: str = argument(type=FILE, metavar="DATA")
     columns: Columns = field(metadata={"group": Columns})
+    path: str = argument(type=FILE, metavar="DATA")
     start: int | None = option(type=int, metavar="K", help="First sample to use, counted from 0.")
     stop: int | None = option(type=int, metavar="K", help="First sample after the last one to use.")
 

@@ -73,8 +73,8 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
 class Records:
     """The records of a study."""
 
-    paths: tuple[str, ...] = argument(nargs=-1, required=True, type=FILE, metavar="DATA...")
     columns: Columns = field(metadata={"group": Columns})
+    paths: tuple[str, ...] = argument(nargs=-1, required=True, type=FILE, metavar="DATA...")
 
     def load(self) -> dict[str, Dataset]:
         """Return the records by the stem of their file."""

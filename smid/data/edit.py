@@ -1,4 +1,4 @@
-"""Parts and transformations of a data set; `Dataset` offers each as a method."""
+"""Selections and transformations of a data set; `Dataset` offers each as a method."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -19,14 +19,7 @@ if TYPE_CHECKING:
 
 
 def slice_samples(experiment: Experiment, samples: range, sampling_time: float) -> Experiment:
-    """Keep a range of samples of an experiment; its start time follows.
-
-    Examples
-    --------
-    >>> run = slice_samples(Experiment("run", {"u": [0.0, 1.0, 2.0, 3.0]}), range(1, 3), 0.5)
-    >>> run.values["u"], run.start_time
-    (array([1., 2.]), 0.5)
-    """
+    """Return a range of samples of an experiment, with its start time."""
     values = {
         name: array[samples.start : max(samples.start, samples.stop)] for name, array in experiment.values.items()
     }
@@ -37,7 +30,9 @@ def rename(dataset: "Dataset", names: Mapping[str, str]) -> "Dataset":
     """See `Dataset.rename`."""
     for name in names:
         if name not in dataset.names:
-            raise DataError(f"channel {name!r} is to be renamed but is not there; {name_hint(name, dataset.names)}")
+            raise DataError(
+                f"channel {name!r} cannot be renamed: there is no such channel; {name_hint(name, dataset.names)}"
+            )
     full = {name: names.get(name, name) for name in dataset.names}
     scaled = dataset.normalisation
     return replace(
@@ -111,7 +106,7 @@ def split(dataset: "Dataset", fraction: float) -> "tuple[Dataset, Dataset]":
 def decimate(dataset: "Dataset", factor: int, antialias: bool, held: str | Sequence[str]) -> "Dataset":
     """See `Dataset.decimate`."""
     if not isinstance(factor, (int, np.integer)) or factor < 1:
-        raise DataError(f"the decimation factor is {factor!r}; give a whole number from 1 on")
+        raise DataError(f"the decimation factor is {factor!r}; give an integer from 1 on")
     held = (held,) if isinstance(held, str) else held
     for name in held:
         dataset.channel(name)
@@ -141,8 +136,8 @@ def _mean(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
 
 
 def _filtered(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    # scipy continues the signal with zeros, which drags the ends of a signal with an offset towards zero. Odd
-    # reflection about the end samples continues its level and its slope instead.
+    # scipy pads with zeros, which pulls the ends of a signal with an offset towards zero. Odd reflection about the end
+    # samples keeps level and slope.
     if array.size == 1:
         return array
     half_length = 10 * factor

@@ -1,4 +1,4 @@
-"""What is known about the measured sets that `load_record` reads: files, columns, units, sampling times."""
+"""The measured sets that `load_record` reads: files, columns, units, sampling times."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,13 +12,10 @@ class RecordPart:
 
     Parameters
     ----------
-    name
-        Name of the experiment.
     columns
-        Columns of the file, in the order of the channels of the set; "0", "1", ... where the file has no
-        header.
+        Columns of the file, in the order of the channels; "0", "1", ... if the file has no header.
     start, stop
-        Range of rows that belongs to the experiment; all rows when not given.
+        Range of rows of the experiment; None for all rows.
     start_time
         Time of the first sample, in seconds.
     """
@@ -32,16 +29,14 @@ class RecordPart:
 
 @dataclass(frozen=True)
 class RecordFile:
-    """A file of a set, the md5 of its bytes, and the experiments in it.
+    """A file of a set, by its path in the folder of the set, and its experiments.
 
     Parameters
     ----------
-    path
-        Name of the file within the folder of the set.
     md5
-        MD5 of the file, in hexadecimal.
+        In hexadecimal.
     parts
-        The experiments; empty for the JSON file of many runs, which lists them itself.
+        Empty for a JSON file, which lists its runs itself.
     """
 
     path: str
@@ -56,15 +51,11 @@ class RecordSpec:
     Parameters
     ----------
     title
-        What was measured, by whom.
+        What was measured, and by whom.
     channels
         Inputs first, then outputs, then the others.
-    n_inputs, n_outputs
-        How many of the channels are inputs and outputs.
     sampling_time
         In seconds.
-    files
-        The files of the set.
     n_init
         Warm-up samples that the benchmark leaves out of its metrics.
     """

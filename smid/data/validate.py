@@ -1,4 +1,4 @@
-"""The checks every data set passes before any work is done on it."""
+"""The checks that every data set passes before any work."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -13,22 +13,17 @@ if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
 
-_LARGEST = 1e100  # its cube, summed over a record, is a float
+_LARGEST = 1e100  # the cube of it, summed over a record, does not overflow
 
 
 def validate(dataset: "Dataset") -> None:
     """Refuse a data set that is not consistent.
 
-    Parameters
-    ----------
-    dataset
-        The data set under construction.
-
     Raises
     ------
     DataError
-        For a sampling time that is not positive; names that are missing, unknown or occur twice; samples that
-        are not finite (with channel, experiment, sample index and time); a warm-up that leaves no sample.
+        For a sampling time that is not positive; names that are missing, unknown or occur twice; samples that are not
+        finite; a warm-up that leaves no sample.
     """
     if not (np.isfinite(dataset.sampling_time) and dataset.sampling_time > 0):
         raise DataError(f"sampling_time = {dataset.sampling_time} is not positive; give it in seconds")
@@ -41,7 +36,7 @@ def validate(dataset: "Dataset") -> None:
             raise DataError(f"no {role} is named; name at least one channel as {role}")
         for name in names:
             if name not in dataset.names:
-                raise DataError(f"the {role} {name!r} is no channel; {name_hint(name, dataset.names)}")
+                raise DataError(f"the {role} {name!r} is not a channel; {name_hint(name, dataset.names)}")
     _refuse_duplicates("input or output", (*dataset.inputs, *dataset.outputs))
     for run in dataset.experiments:
         for name in dataset.names:
@@ -81,4 +76,4 @@ def validate(dataset: "Dataset") -> None:
 def _refuse_duplicates(what: str, names: Iterable[str]) -> None:
     for name, count in Counter(names).items():
         if count > 1:
-            raise DataError(f"{what} {name!r} occurs {count} times; give each a name of its own")
+            raise DataError(f"{what} {name!r} occurs {count} times; give each its own name")
