@@ -136,7 +136,11 @@ def _identified(outputs: Outputs, steps: Dataset) -> Identified | None:
 def _write(found: Identified, diagnosis: Diagnosis | None, pages: tuple[Path, Path]) -> Path:
     """Write the reports of the identification and of the diagnosis, and return the one to read first."""
     identification, first = pages
-    settings = {"noise bound": WHY_THIS_BOUND, "solver": "clarabel", "command": "smid demo"}
+    settings = {
+        "noise bound": WHY_THIS_BOUND.removeprefix("Noise bound: "),
+        "solver": "clarabel",
+        "command": "smid demo",
+    }
     written = write_report(
         found.estimate,
         identification,

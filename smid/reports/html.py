@@ -1,4 +1,4 @@
-"""A page as one HTML file: no script, nothing from elsewhere, for light and dark screens, phones and paper."""
+"""A page as one HTML file, without scripts and without a network, for light and dark screens, phones and paper."""
 
 from __future__ import annotations
 

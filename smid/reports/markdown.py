@@ -12,12 +12,12 @@ __all__ = ["as_markdown"]
 
 
 def as_markdown(page: Page, keep: Callable[[Picture], str]) -> str:
-    """Return the page in Markdown, with the tables and the formulas that GitHub shows.
+    """Return the page in Markdown, with tables and formulas as GitHub shows them.
 
     Parameters
     ----------
     keep
-        Keeps a picture somewhere, and returns its address.
+        Saves a picture and returns its address.
 
     Examples
     --------
@@ -71,5 +71,5 @@ def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], align: str)
 
 
 def _plain(text: str) -> str:
-    """Put the text in one line, in which nothing reads as markup; an underscore within a word does not."""
+    """Return the text in one line, with every character escaped that Markdown would read as markup."""
     return re.sub(r"[\\`*<&|$]|(?<!\w)_|_(?!\w)", r"\\\g<0>", " ".join(text.split()))

@@ -1,7 +1,7 @@
-"""The figure of a study: bounds against order, width against noise bound and number of samples, time against samples.
+"""The figure of a study: bounds against order, width against noise bound and samples, time against samples.
 
-A panel shows one factor. Of the others it takes the most telling value: the least noise bound, the most samples. Orders
-are told by colour, methods by the style of the line; later ones are thinner, for good relaxations often coincide.
+A panel shows one factor. Of the other factors it takes the least noise bound and the most samples. Colours show orders,
+line styles show methods. Later lines are thinner, because good relaxations often coincide.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Pair = tuple[Cell, Outcome]
 
 @dataclass(frozen=True)
 class _Series:
-    """The cells of one order and method, and how they are drawn."""
+    """The cells of one order and method, with their line style."""
 
     order: int
     method: str
@@ -46,13 +46,10 @@ class _Series:
 
 
 def study_figure(study: Study, record: str) -> Figure:
-    """Draw what varies in a study, for one record.
+    """Draw the factors that vary in a study, for one record.
 
-    Returns
-    -------
-    Figure
-        A row of panels for each parameter: certified ends (thin) and witnessed ones (thick) against the order, the
-        certified width against the noise bound and against the number of samples; below, the time against samples.
+    Each parameter has a row of panels: certified bounds (thin) and witnessed bounds (thick) against the order, and the
+    certified width against the noise bound and against the number of samples. The bottom panel shows the time.
     """
     cells = [cell for cell in study.cells if cell.record == record]
     sizes, bounds = sorted({c.samples for c in cells}), sorted({c.noise_bound for c in cells}, key=_level)
@@ -187,12 +184,12 @@ def _name(one: _Series, orders: list[int], methods: list[str]) -> str:
 
 
 def _level(noise_bound: tuple[tuple[str, float], ...]) -> float:
-    """Return the first channel's bound, which is what the axis shows."""
+    """Return the first channel's bound, for the axis."""
     return noise_bound[0][1]
 
 
 def _fixed(*factors: tuple[list[Any], str]) -> str:
-    """Say which value of another factor a panel shows, where that factor varies."""
+    """Return the values of the other factors that vary, for the title of a panel."""
     named = [value for values, value in factors if len(values) > 1]
     return f"\nat {', '.join(named)}" if named else ""
 

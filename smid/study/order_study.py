@@ -1,4 +1,4 @@
-"""Identify over orders, methods, noise bounds, sample sizes and records: what tightens the intervals, at what cost."""
+"""Identify over orders, methods, noise bounds, sample sizes and records, and compare width and cost."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def order_study(
 ) -> Study:
     """Identify every combination of record, sample size, noise bound, method and relaxation order.
 
-    A cell that does not apply, an order below the least one, say, is a result with its message. Ctrl-C stops the study
-    and returns what is done.
+    A cell that does not apply, such as an order below the least one, is a result with a message. Ctrl-C stops the study
+    and returns the cells that are done.
 
     Parameters
     ----------
@@ -68,25 +68,25 @@ def order_study(
     solver, tolerance, rounds, nodes
         See :func:`smid.identify`.
     workers
-        Processes on this machine, of one thread each. More finish sooner; times are measured best with one. In a
-        script the call then belongs under ``if __name__ == "__main__":``.
+        Number of processes on this machine, of one thread each. Measure times with one. In a script, put the call under
+        ``if __name__ == "__main__":``.
     executor
-        Where to run instead: ``distributed.Client(address).get_executor()`` for a Dask cluster.
+        In place of workers: ``distributed.Client(address).get_executor()`` for a Dask cluster, for example.
     folder
-        Where to keep each outcome as it comes, in an SQLite file.
+        Folder for an SQLite file that saves each outcome.
     resume
-        Go on with the study in ``folder``. Data, model, settings and versions must be the same, the combinations may
-        differ: what is there is taken, what failed is tried again.
+        Continue the study in ``folder``. Data, model, settings and versions must be the same; the combinations may
+        differ. Failed cells are run again.
     progress
         Called with a line of text now and then.
 
     Raises
     ------
     ModelError, DataError, ProblemError
-        Bad input, before any solve.
+        For bad input, before any solve.
     StudyError
-        Where the folder holds something else than what is to be resumed, the disk is full (what is done is kept), or
-        the workers do not start.
+        If the folder holds another study, the disk is full (the outcomes so far are saved), or the workers do not
+        start.
 
     Examples
     --------
@@ -94,15 +94,13 @@ def order_study(
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     >>> study = order_study(OutputError(na=1, stable=True), data, [0.1, 0.2], orders=[1])
-    >>> [outcome.status.value for outcome in study.outcomes]
-    ['certified', 'certified']
     >>> narrow, wide = (outcome.intervals[0].width for outcome in study.outcomes)
     >>> narrow < wide
     True
     """
     check_solver(solver)
     if workers < 1:
-        raise ModelError(f"{workers} workers cannot run anything: give at least 1")
+        raise ModelError(f"{workers} workers cannot run a study: give at least 1")
     if resume and folder is None:
         raise ModelError("resume needs the folder that the study is in: give folder=...")
     settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
@@ -134,7 +132,7 @@ def order_study(
             if progress is not None:
                 missing = [cell for cell in cells if cell not in done and cell not in fresh]
                 left = time_left(missing, fresh, time.monotonic() - begun)
-                progress(f"{len(done) + len(fresh)} of {len(cells)} cells{left}")
+                progress(f"{len(done) + len(fresh)} of {len(cells)} runs{left}")
 
         try:
             tick()
@@ -160,7 +158,7 @@ def _grid(
     methods: Iterable[str],
     sample_sizes: Iterable[int] | None,
 ) -> tuple[Cell, ...]:
-    """Return all combinations, records first, orders last; ModelError or DataError for one that cannot be."""
+    """Return all combinations, records first, orders last; ModelError or DataError for one that is impossible."""
     if isinstance(noise_bound, Mapping) or not isinstance(noise_bound, Iterable):
         bounds: list[NoiseBound] = [noise_bound]
     else:
@@ -176,13 +174,15 @@ def _grid(
     for name, numbers in (("order", orders), ("sample size", sizes or [])):
         for number in numbers:
             if number < 1 or number != int(number):
-                raise ModelError(f"{name} {number} is no positive whole number: give 1, 2, ...")
+                raise ModelError(f"{name} {number} is not a positive integer: give 1, 2, ...")
     cells: list[Cell] = []
     for name, record in records.items():
         longest = max(run.n_samples for run in record.experiments)
         for size in sizes or []:
             if size > longest:
-                raise DataError(f"record {name!r} has {longest} samples, {size} are asked for: take smaller sizes")
+                raise DataError(
+                    f"record {name!r} has {longest} samples, fewer than {size}: give smaller sizes"
+                )
         named = [tuple(check_noise_bound(models[name], bound, None).items()) for bound in bounds]
         cells += [
             Cell(name, int(size), bound, method, int(order))
@@ -192,7 +192,7 @@ def _grid(
 
 
 def _known(jobs: Sequence[Job], kept: Mapping[str, Outcome]) -> dict[Cell, Outcome]:
-    """Return what is kept of these jobs; what failed may go well on another day."""
+    """Return the saved outcomes of these jobs, without failures, which are run again."""
     found = {job.cell: kept[job.key] for job in jobs if job.key in kept}
     return {cell: outcome for cell, outcome in found.items() if outcome.status is not Status.FAILED}
 

@@ -1,8 +1,8 @@
-"""Run cells on an executor, and run again those whose worker died.
+"""Run cells on an executor, and run those again whose worker died.
 
-When a process of a pool dies, all cells under way are lost, and it is not known whose doing it was. These suspects are
-run again one at a time, after all others, in workers of their own. So a cell that kills its worker is found out after
-:data:`MOST_LOSSES` losses, the last of them alone, and no innocent one is blamed.
+When a process of a pool dies, all running cells are lost, and the cell that killed it is unknown. These suspects are
+run again one at a time, after all others, in new workers. So a cell that kills its worker fails after
+:data:`MOST_LOSSES` losses, the last of them alone, and no other cell fails with it.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class Pool:
     Parameters
     ----------
     open
-        Gives an executor as a context; called again after the last one has broken.
+        Returns an executor as a context; called again after an executor has broken.
     width
-        At most so many cells are handed over at a time; None: all.
+        Largest number of cells that are submitted at a time; None for all.
     """
 
     open: Callable[[], AbstractContextManager[Executor]]
@@ -42,19 +42,19 @@ class Pool:
 
 
 def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None], tick: Callable[[], None]) -> None:
-    """Run every job once, in the order given where the executor keeps it.
+    """Run every job once, in the given order if the executor keeps it.
 
     Parameters
     ----------
     take
-        Called in this thread with each outcome as it comes in.
+        Called in this thread with each outcome.
     tick
         Called about every second.
 
     Raises
     ------
     StudyError
-        Where the workers do not start, or their versions differ.
+        If the workers do not start, or their versions differ.
     """
     waiting = deque(jobs)
     suspects: list[tuple[Job, Exception]] = []
@@ -70,7 +70,7 @@ def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None
 
 
 def _is_final(error: Exception) -> bool:
-    """Tell whether the executor has itself run the cell again: Dask tries several workers before it gives up."""
+    """Tell whether the executor itself has run the cell again: Dask tries several workers."""
     return type(error).__name__ == "KilledWorker"
 
 

@@ -1,4 +1,4 @@
-"""Run one cell: whatever comes of it, other than a dead worker, is a result."""
+"""Run one cell: everything except a dead worker is a result."""
 
 from __future__ import annotations
 
@@ -21,29 +21,14 @@ __all__ = ["run_cell"]
 
 
 def run_cell(job: Job) -> Outcome:
-    """Identify the model on the samples of a cell.
-
-    Returns
-    -------
-    Outcome
-        Also where the cell does not apply or fails: one cell must not end a study.
+    """Identify the model on the samples of a cell; a cell that does not apply or fails is an outcome too.
 
     Raises
     ------
     StudyError
-        Where this process has other versions than the one that keeps the results.
+        If this process has other versions than the one that saves the results.
     KeyboardInterrupt
-        Where the computation was interrupted: a part of a cell is not kept.
-
-    Examples
-    --------
-    >>> from smid import Dataset, OutputError
-    >>> from smid.study.cell import Cell, Settings
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> cell = Cell("run", 8, (("y", 0.1),), "auto", 1)
-    >>> run_cell(Job.of(cell, OutputError(na=1, stable=True), data, Settings())).status.value
-    'certified'
+        If the computation was interrupted: an incomplete cell is not saved.
     """
     _check_versions(job)
     forget_peak()

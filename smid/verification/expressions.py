@@ -1,6 +1,6 @@
 """Evaluate the text of a model's expressions with exact polynomials.
 
-A value is a fraction of two polynomials in the variables of a certificate. Piecewise functions are left to the caller:
+A value is a fraction of two polynomials in the variables of a certificate. The caller evaluates piecewise functions, as
 ``max(a, b) = b + p(a - b)``, ``min(a, b) = -max(-a, -b)`` and ``|a| = 2 p(a) - a``, with p the positive part.
 """
 
@@ -26,12 +26,12 @@ class NotPolynomialError(ValueError):
 
 
 class OutsideError(Exception):
-    """An equation reads a sample, a noise or a kink that the proof does not have. The proof need not state it."""
+    """An equation reads a sample, a noise or a kink that the proof does not have; the proof need not state it."""
 
 
 @dataclass(frozen=True)
 class Value:
-    """A fraction of polynomials, and the latest time of any signal that it reads."""
+    """A fraction of polynomials, and the latest time of the signals that it reads."""
 
     above: Terms
     below: Terms
@@ -58,7 +58,7 @@ class Value:
         return self * Value(other.below, other.above, other.newest)
 
     def polynomial(self) -> Terms:
-        """Return the polynomial that the fraction is."""
+        """Return the fraction as a polynomial."""
         quotient = divided(self.above, self.below)
         if quotient is None:
             raise NotPolynomialError("a quotient in the model is not a polynomial")
@@ -84,7 +84,7 @@ def _sum(left: Terms, right: Terms) -> Terms:
 
 
 def divided(above: Terms, below: Terms) -> Terms | None:
-    """Return the exact quotient of two polynomials, or None where there is none."""
+    """Return the exact quotient of two polynomials; None if there is none."""
     above, below = ({m: c for m, c in part.items() if c} for part in (above, below))
     if not below:
         return None
@@ -129,9 +129,9 @@ def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Sign
     Parameters
     ----------
     names
-        Parameters, and the argument of a sensor curve.
+        Values of parameters, and of the argument of a sensor curve.
     kinks
-        The positive part, ``"positive part"``, or the sign, ``"sign"``, of a value.
+        ``"positive part"`` or ``"sign"`` of a value.
     """
 
     def value(node: Any) -> Value:
