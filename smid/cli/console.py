@@ -24,10 +24,7 @@ LOGGER = logging.getLogger("smid")
 class Commands(click.Group):
     """A group that imports a command only when it runs, so that the help page appears at once.
 
-    Parameters
-    ----------
-    targets
-        Name of a command -> ("module:function", its line on the help page). An empty line is read from the command.
+    ``targets`` maps a name to "module:function" and its line on the help page; an empty line is read from the command.
     """
 
     def __init__(self, *args: Any, targets: Mapping[str, tuple[str, str]], **settings: Any) -> None:
@@ -91,11 +88,6 @@ class Progress:
     """One line on the terminal that each call overwrites; silent if standard error is not a terminal.
 
     Each line also goes to the logger ``smid``. With ``--verbose`` the log replaces the progress line.
-
-    Examples
-    --------
-    >>> with Progress() as progress:
-    ...     progress("first round")
     """
 
     def __init__(self) -> None:

@@ -10,8 +10,6 @@ from smid.models import ModelError
 from smid.reports import write_text
 from smid.reports.documents import IDENTIFY, Document, as_text
 
-__all__ = ["DOCTOR", "read_estimate", "write_document"]
-
 DOCTOR = "smid.doctor/1"
 
 

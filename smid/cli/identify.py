@@ -185,11 +185,7 @@ def _validations(estimate: Estimate, records: Sequence[Dataset]) -> list[Validat
 
 
 def _publish(
-    outputs: Outputs,
-    estimate: Estimate,
-    least: ErrorBound | None,
-    runs: Sequence[Validation],
-    settings: dict[str, str],
+    outputs: Outputs, estimate: Estimate, least: ErrorBound | None, runs: Sequence[Validation], settings: dict[str, str]
 ) -> None:
     """Print the estimate and write the files that the user asked for."""
     outputs.say(estimate)

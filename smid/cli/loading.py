@@ -32,19 +32,8 @@ def load_data(
 ) -> Dataset:
     """Return samples of a CSV file; their source names the samples and holds the first comment of the file.
 
-    Parameters
-    ----------
-    columns
-        By the name in the file, or by the plain name that an equation can hold.
-    channels
-        Further columns to keep; None keeps every column of numbers.
-    start, stop
-        As in a Python slice.
-
-    Raises
-    ------
-    DataError
-        As :meth:`smid.Dataset.from_csv`, or if no sample is left.
+    A column is given by its name in the file, or by the plain name that an equation can hold. None for ``channels``
+    keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
     names = read_csv(Path(path)).cells
     by_plain_name = {_plain(name): name for name in names}

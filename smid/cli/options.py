@@ -71,13 +71,7 @@ def _made(of: type, values: dict[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class NoiseBound:
-    """A noise bound as the user types it: a number in the output's unit, or a multiple of the least noise bound.
-
-    Parameters
-    ----------
-    relative
-        Whether ``value`` multiplies the upper end of :func:`smid.error_bound`.
-    """
+    """A noise bound as the user types it: a number in the output's unit, or a multiple of the least noise bound."""
 
     value: float
     relative: bool
@@ -160,10 +154,7 @@ json_option = click.option(
     "--json", "json_", metavar="F", help="Write the result as JSON (docs/json.md); - is standard output."
 )
 report_option = click.option(
-    "--report",
-    type=FILE,
-    metavar="F",
-    help="Write a report: .html, .pdf (printed by Chromium), .md or .json.",
+    "--report", type=FILE, metavar="F", help="Write a report: .html, .pdf (printed by Chromium), .md or .json."
 )
 certificate_option = click.option(
     "--certificate",

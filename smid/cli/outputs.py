@@ -20,19 +20,9 @@ from smid.reports.documents import Document
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files that the user asked for.
+    """The files that the user asked for; ``-`` for JSON is standard output, which then holds nothing else.
 
-    Parameters
-    ----------
-    json
-        Path; ``-`` is standard output, which then holds nothing else.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    click.BadParameter
-        If the suffix of the report is not a report format.
+    OSError if a file cannot be written, click.BadParameter if the suffix of the report is not a report format.
     """
 
     json: str | None
@@ -87,13 +77,7 @@ _OPTIONS = {"json": json_option, "report": report_option, "certificate": certifi
 
 
 def writes(*names: str) -> Callable[[Command], Command]:
-    """Return a decorator that adds options for files, and gives the command one ``outputs`` object.
-
-    Parameters
-    ----------
-    *names
-        One of {"json", "report", "certificate"}.
-    """
+    """Return a decorator that adds options ("json", "report", "certificate"), and gives the command one ``outputs``."""
 
     def decorate(command: Command) -> Command:
         @wraps(command)

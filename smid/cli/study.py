@@ -14,17 +14,7 @@ import click
 from relaxations.search.hierarchy import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
-from smid.cli.options import (
-    FILE,
-    SOLVER,
-    Columns,
-    NoiseBound,
-    Problem,
-    argument,
-    option,
-    read_noise_bound,
-    takes,
-)
+from smid.cli.options import FILE, SOLVER, Columns, NoiseBound, Problem, argument, option, read_noise_bound, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.studies import publish
 from smid.data import DataError, Dataset
@@ -191,10 +181,7 @@ def study(context: click.Context, files: Records, problem: Problem, grid: Grid, 
 
 
 def _absolute(
-    grid: Grid,
-    problems: dict[str, tuple[Model, dict[str, float]]],
-    records: dict[str, Dataset],
-    progress: Progress,
+    grid: Grid, problems: dict[str, tuple[Model, dict[str, float]]], records: dict[str, Dataset], progress: Progress
 ) -> list[float]:
     """Return the bounds in the output's unit; a factor multiplies the largest of the records' least noise bounds."""
     least = 0.0

@@ -43,34 +43,22 @@ def log_estimate(estimate: Estimate) -> None:
     """Log how the intervals were computed."""
     how = estimate.enclosure
     if how is not None:
-        LOGGER.info(
-            "intervals: %s of order %d, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
-            how.method,
-            how.order,
-            ", ".join(how.complicating) or "none",
-            how.n_moments,
-            how.largest_block,
-            how.solves,
-            how.rounds,
-            how.seconds,
-        )
+        lifted = ", ".join(how.complicating) or "none"
+        size = f"{how.n_moments} moments, largest block {how.largest_block}"
+        work = f"{how.solves} solves in {how.rounds} rounds, {how.seconds:.2f} s"
+        LOGGER.info(f"intervals: {how.method} of order {how.order}, complicating: {lifted}; {size}; {work}")
         for interval in how.intervals:
             words = " and ".join(word or "not solved" for word in interval.status)
             ends = f"[{interval.lower:.9g}, {interval.upper:.9g}]"
-            LOGGER.info("%s in %s, gap %.2g; the solver said %s", interval.name, ends, interval.gap, words)
-    LOGGER.info("intervals: they stopped: %s", estimate.reason.value)
+            LOGGER.info(f"{interval.name} in {ends}, gap {interval.gap:.2g}; the solver said {words}")
+    LOGGER.info(f"intervals: they stopped: {estimate.reason.value}")
 
 
 def log_error_bound(bound: ErrorBound) -> None:
     """Log how the least noise bound was enclosed."""
-    LOGGER.info(
-        "least noise bound of %s in [%.9g, %.9g] after %.2f s; it stopped: %s",
-        bound.channel,
-        bound.lower,
-        bound.upper,
-        bound.seconds,
-        bound.reason.value,
-    )
+    ends = f"[{bound.lower:.9g}, {bound.upper:.9g}]"
+    stopped = f"after {bound.seconds:.2f} s; it stopped: {bound.reason.value}"
+    LOGGER.info(f"least noise bound of {bound.channel} in {ends} {stopped}")
 
 
 def log_diagnosis(diagnosis: Diagnosis) -> None:

@@ -18,13 +18,7 @@ _PRINTED_NUMBER = re.compile(r"^[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?$")
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Return name and unit of a header such as `pressure [bar]` or `pressure (bar)`.
-
-    Examples
-    --------
-    >>> split_unit("pressure [bar]"), split_unit("pressure")
-    (('pressure', 'bar'), ('pressure', ''))
-    """
+    """Return name and unit of a header such as `pressure [bar]` or `pressure (bar)`."""
     match = _NAME_AND_UNIT.match(header.strip())
     return (match["name"], match["unit"].strip()) if match else (header.strip(), "")
 
@@ -40,23 +34,8 @@ def as_names(names: Names) -> tuple[str, ...]:
 class Table:
     """Columns of one file: text from a CSV file, arrays from the other formats.
 
-    Parameters
-    ----------
-    name
-        Name of the experiment.
-    origin
-        Name of the file, for messages.
-    cells
-        The columns by name; arrays may differ in length.
-    units
-        Units in the headers.
-    lines
-        Line number of each row; empty if the file has no lines.
-
-    Examples
-    --------
-    >>> Table("run", "run.csv", {"u": ("1", "2.5")}).numbers("u")
-    array([1. , 2.5])
+    ``origin`` is the file name for messages; ``lines`` are the line numbers of the rows, empty if the file has no
+    lines.
     """
 
     name: str

@@ -8,8 +8,6 @@ from smid.display.table import Table
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
-__all__ = ["channel_table", "notes"]
-
 
 def channel_table(dataset: "Dataset") -> Table:
     """Return unit, role, range and mean of each channel over all experiments."""

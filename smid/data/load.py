@@ -14,15 +14,8 @@ from smid.data.experiment import Experiment
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
-    "": 1.0,
-    "s": 1.0,
-    "sec": 1.0,
-    "seconds": 1.0,
-    "ms": 1e-3,
-    "us": 1e-6,
-    "µs": 1e-6,
-    "min": 60.0,
-    "h": 3600.0,
+    **dict.fromkeys(("", "s", "sec", "seconds"), 1.0),
+    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
 }
 
 

@@ -42,12 +42,8 @@ class Normalisation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings; `Normalisation(**record.to_dict())` is the same record."""
-        return {
-            "method": self.method,
-            "offset": dict(self.offset),
-            "scale": dict(self.scale),
-            "units": dict(self.units),
-        }
+        maps = {"offset": dict(self.offset), "scale": dict(self.scale), "units": dict(self.units)}
+        return {"method": self.method, **maps}
 
 
 def measure_normalisation(

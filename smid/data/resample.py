@@ -65,14 +65,7 @@ class Resampling:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings; `Resampling(**record.to_dict())` is the same record."""
-        return {
-            "method": self.method,
-            "mean_interval": self.mean_interval,
-            "jitter_max": self.jitter_max,
-            "jitter_rms": self.jitter_rms,
-            "n_original": self.n_original,
-            "curvature_error": dict(self.curvature_error),
-        }
+        return {**vars(self), "curvature_error": dict(self.curvature_error)}
 
 
 def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bool:
@@ -87,12 +80,7 @@ def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bo
 def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> float | None:
     """Return the shortest decimal number that fits uniform stamps, in seconds; None if they are not uniform.
 
-    Parameters
-    ----------
-    stamps
-        Shape (N,). Strictly increasing, in seconds.
-    resolution
-        Unit of the last printed digit of the stamps, in seconds.
+    ``resolution`` is the unit of the last printed digit of the stamps, in seconds.
 
     Examples
     --------
@@ -152,18 +140,8 @@ def resample(
 ) -> tuple[dict[str, NDArray[np.float64]], Resampling]:
     """Return channels on a uniform grid from the first stamp on, and the record of it.
 
-    The samples stay as they are if the stamps already lie on the grid.
-
-    Parameters
-    ----------
-    stamps
-        Shape (N,). Strictly increasing, in seconds.
-    values
-        Shape (N,). Samples of each channel at the stamps.
-    sampling_time
-        Interval of the grid, in seconds.
-    resolution
-        Unit of the last printed digit of the stamps, in seconds.
+    The samples stay as they are if the stamps already lie on the grid. All times are in seconds; ``resolution`` is the
+    unit of the last printed digit of the stamps.
 
     Examples
     --------

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-__all__ = ["Heading", "Part", "Result", "Tabular", "optional", "plain"]
 
 LARGEST_PICTURE = 150_000
 """Largest number of SVG characters that a notebook shows by itself; `plot` draws larger figures."""
@@ -38,14 +37,7 @@ Part = str | Shown
 
 @dataclass(frozen=True)
 class Heading:
-    """A title above what follows.
-
-    Examples
-    --------
-    >>> print(Heading("Errors"))
-    Errors
-    ------
-    """
+    """A title above what follows."""
 
     title: str
 

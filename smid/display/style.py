@@ -25,15 +25,8 @@ WIDTH, NARROW = 5.6, 4.8
 
 # On a page these become CSS variables, so that one picture serves light and dark backgrounds.
 _VARIABLES = {
-    INK: "ink",
-    GRID: "grid",
-    SHADE: "shade",
-    PAPER: "paper",
-    BLUE: "blue",
-    ORANGE: "orange",
-    GREEN: "green",
-    RED: "red",
-    SKY: "sky",
+    **{INK: "ink", GRID: "grid", SHADE: "shade", PAPER: "paper"},
+    **{BLUE: "blue", ORANGE: "orange", GREEN: "green", RED: "red", SKY: "sky"},
 }
 
 _MANY_POINTS, _MANY_CORNERS = 1000, 4000
@@ -81,12 +74,7 @@ def style() -> Iterator[None]:
 def inline_svg(figure: Figure, label: str, salt: str) -> str:
     """Return a figure as an ``<svg>`` element for a page that defines ``--ink``, ``--blue`` and so on in CSS.
 
-    Parameters
-    ----------
-    label
-        Description for screen readers.
-    salt
-        Different for each figure of a page, so that the names inside differ.
+    ``label`` describes the figure for screen readers. ``salt`` differs for each figure of a page, so that names differ.
     """
     _draw_clouds_as_pixels(figure)
     buffer = io.StringIO()

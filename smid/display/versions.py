@@ -5,8 +5,6 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
-__all__ = ["PACKAGES", "versions"]
-
 PACKAGES = ("smid", "numpy", "scipy", "sympy", "cvxpy", "clarabel")
 """The packages that results depend on."""
 

@@ -47,18 +47,9 @@ class Structure:
 
 @dataclass(frozen=True)
 class Opening:
-    """The open instances of one kink in one experiment.
+    """The open instances of one kink in one experiment; ``arguments`` has one row for each.
 
-    Parameters
-    ----------
-    experiment
-        ``CONSTANT`` for a kink that is the same at all times.
-    times, variables
-        Shape (n,).
-    arguments
-        One row for each instance.
-    within
-        Ranges of the arguments.
+    ``experiment`` is ``CONSTANT`` for a kink that is the same at all times; ``within`` encloses the arguments.
     """
 
     hinge: Hinge
@@ -71,20 +62,10 @@ class Opening:
 
 @dataclass(frozen=True)
 class Placed:
-    """One kink over the samples of one experiment.
+    """One kink over the times of one experiment, with a :class:`~smid.feasible.regimes.Side` at each time.
 
-    Parameters
-    ----------
-    times
-        Shape (n,).
-    suffix
-        End of the names of its variables, behind the time; None for a kink that is the same at all times.
-    sides
-        Shape (n,). The :class:`~smid.feasible.regimes.Side` at each time.
-    chosen
-        Shape (n,). Where the caller, and not the box, decided the side.
-    within
-        Ranges of the arguments.
+    ``chosen`` marks the times at which the caller, and not the box, decided the side. ``suffix`` ends the names of its
+    variables, behind the time; it is None for a kink that is the same at all times.
     """
 
     hinge: Hinge

@@ -32,15 +32,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Kink:
-    """One positive part or sign.
-
-    Parameters
-    ----------
-    name
-        Name of the signal for its value.
-    argument
-        At time t.
-    """
+    """One positive part or sign: the name of the signal for its value, and its argument at time t."""
 
     name: str
     kind: Kind
@@ -54,14 +46,9 @@ class Kink:
 
 @dataclass(frozen=True)
 class Unfolded:
-    """A model's lines without piecewise functions, and the kinks that they read instead.
+    """A model's lines without piecewise functions, and the kinks that they read, each after those that it reads itself.
 
-    Parameters
-    ----------
-    lines
-        They read kinks that depend on time as signals, and constant kinks as symbols.
-    kinks
-        Each reads only kinks before it.
+    The lines read kinks that depend on time as signals, and constant kinks as symbols.
     """
 
     lines: tuple[Line, ...]

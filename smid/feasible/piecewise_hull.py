@@ -27,16 +27,9 @@ def box(kind: Kind, within: Ranges) -> tuple[Array, Array]:
 
 
 def hull(kind: Kind, arguments: Polynomials, variables: Index, within: Ranges) -> Polynomials:
-    """Return the inequalities ``>= 0`` of open kinks.
+    """Return the inequalities ``>= 0`` of open kinks: one row of ``arguments`` and one of ``variables`` for each.
 
-    Parameters
-    ----------
-    arguments
-        One row for each kink.
-    variables
-        Shape (n,). The variable for the value of each kink.
-    within
-        L and U. U is finite; an infinite L drops the chord.
+    The upper bound U of ``within`` is finite; an infinite L drops the chord.
     """
     lower, upper = Balls.exact(within.low), Balls.exact(within.high)
     one = Balls.exact(np.ones(len(variables)))

@@ -66,10 +66,7 @@ def readings(template: Template, hinges: Mapping[str, Hinge]) -> frozenset[Refer
 def resolved(template: Template, hinges: Mapping[str, Hinge], sides: Mapping[Reference, int]) -> Template:
     """Return a template with the known sides of its kinks put in.
 
-    Parameters
-    ----------
-    sides
-        Of every kink that the template reads, directly or not.
+    ``sides`` holds every kink that the template reads, directly or not.
     """
     collected: dict[tuple[tuple[str, ...], tuple[Reference, ...]], dict[tuple[tuple[str, int, int], ...], Fraction]]
     collected = {}
@@ -128,12 +125,7 @@ def ranges(family: Polynomials, lower: Array, upper: Array) -> Ranges:
     """Enclose each polynomial of a family over a box, in interval arithmetic rounded outwards.
 
     An end next to zero is computed again with fractions, so that rounding does not blur a threshold at the value of a
-    sample.
-
-    Parameters
-    ----------
-    lower, upper
-        Shape (n_variables,). The box; it may be infinite.
+    sample. The box may be infinite.
 
     Examples
     --------

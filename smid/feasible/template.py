@@ -28,14 +28,9 @@ MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 @dataclass(frozen=True)
 class Term:
-    """One monomial of a template.
+    """One monomial of a template, in parameters and latents with repetition.
 
-    Parameters
-    ----------
-    parameters, latents
-        With repetition.
-    data
-        The coefficient: a sum of rational multiples of products of samples.
+    ``data`` is its coefficient: a sum of rational multiples of products of samples.
     """
 
     parameters: tuple[str, ...]
@@ -84,12 +79,7 @@ class Term:
 class Template:
     """The equality of one signal's line.
 
-    Parameters
-    ----------
-    max_lag
-        Largest lag that it reads.
-    defines
-        Whether it gives the latent ``signal`` explicitly, in terms of parameters, noises and data only.
+    ``defines`` tells whether it gives the latent ``signal`` explicitly, in terms of parameters, noises and data only.
     """
 
     signal: str
@@ -217,12 +207,7 @@ def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None)
 
 
 def _template(
-    model: Model,
-    target: str,
-    expression: sympy.Expr,
-    curved: frozenset[str],
-    depths: Mapping[str, int],
-    defines: bool,
+    model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], depths: Mapping[str, int], defines: bool
 ) -> Template:
     """Return one expression as a template; ``curved`` signals stay latent although they are measured.
 

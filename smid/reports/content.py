@@ -15,30 +15,9 @@ from smid.display.versions import versions
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "Block",
-    "Equations",
-    "Facts",
-    "Heading",
-    "Items",
-    "Page",
-    "Picture",
-    "Remark",
-    "Rich",
-    "Section",
-    "coloured",
-    "joined",
-]
-
 
 class Rich(str):
-    """Text with markup for HTML pages, such as a formula or a colour; plain text in other formats.
-
-    Examples
-    --------
-    >>> Rich("alpha", "<math><mi>α</mi></math>").upper()
-    'ALPHA'
-    """
+    """Text with markup for HTML pages, such as a formula or a colour; plain text in other formats."""
 
     __slots__ = ("_html",)
     _html: str
@@ -100,14 +79,9 @@ class Facts:
 
 @dataclass(frozen=True)
 class Equations:
-    """Formulas, one below the other.
+    """Formulas, one below the other, in LaTeX aligned at ``&``, with MathML if they are :class:`Rich`.
 
-    Parameters
-    ----------
-    label
-        Description for screen readers.
-    rows
-        LaTeX aligned at ``&``, with MathML if they are :class:`Rich`.
+    ``label`` is the description for screen readers.
     """
 
     label: str
@@ -116,13 +90,7 @@ class Equations:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of a page.
-
-    Parameters
-    ----------
-    label
-        Description for screen readers; empty if the caption is enough.
-    """
+    """A figure of a page; ``label`` is its description for screen readers, empty if the caption is enough."""
 
     figure: Figure
     caption: str
@@ -156,8 +124,6 @@ class Page:
         The user's options; shown at the end.
     links
         Text -> address, relative to the page.
-    written
-        Date and time.
     """
 
     title: str

@@ -14,8 +14,6 @@ from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Re
 from smid.reports.documents import diagnose_document
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
 
-__all__ = ["diagnosis_page"]
-
 _TOLD_ODDS = 1e6
 _NO_FAULT = (
     "No fault found: no rounding, stuck sensor, glitch, irregular sampling, feedback from output to input, or lack of "
@@ -294,9 +292,7 @@ def _skipped(diagnosis: Diagnosis) -> Iterator[Section]:
         (spoken(name), f"not tested: it {why}" if why.startswith("does not") else f"not tested: it needs {why}")
         for name, why in diagnosis.skipped.items()
     ]
-    rows += [
-        (spoken(name), "withdrawn: not needed with the later effects") for name in diagnosis.dropped
-    ]
+    rows += [(spoken(name), "withdrawn: not needed with the later effects") for name in diagnosis.dropped]
     if rows:
         yield Section("Effects not tested, and effects withdrawn", (Facts(tuple(rows)),))
 

@@ -17,17 +17,6 @@ from smid.models import Model
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
 
-__all__ = [
-    "IDENTIFY",
-    "Document",
-    "as_text",
-    "diagnose_document",
-    "empty_document",
-    "error_bound_document",
-    "identify_document",
-    "study_document",
-    "validate_document",
-]
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE = "smid.diagnose/1"

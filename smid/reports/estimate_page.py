@@ -20,8 +20,6 @@ from smid.reports.documents import Document, identify_document
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
 
-__all__ = ["data_report", "estimate_page"]
-
 _CERTIFICATE = (
     'For each bound, a convex program gives multipliers. They write "parameter minus bound" as a sum of squares plus '
     "multiples of the constraints. The solver is not trusted: ball arithmetic evaluates the identity again and "
@@ -276,7 +274,7 @@ def _simulation(run: Validation, number: int) -> Picture:
     record = score.experiment if len(run.data.experiments) > 1 else run.data.source or score.experiment
     return Picture(
         simulation_figure(run, number),
-        f"{record}: {score.channel} measured (points) and free run from the first samples (line){bound}. Bottom: error.",
+        f"{record}: {score.channel} measured (points), free run from the first samples (line){bound}. Bottom: error.",
         f"Measured {score.channel} and free run over time, with the error below: {score.experiment}",
     )
 

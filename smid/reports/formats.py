@@ -12,8 +12,6 @@ from smid.reports.markdown import as_markdown
 from smid.reports.pdf import print_pdf
 from smid.reports.writing import check_writable, write_text
 
-__all__ = ["check_report", "write_page"]
-
 SUFFIXES = (".html", ".pdf", ".md", ".json")
 
 

@@ -11,8 +11,6 @@ from smid.display.style import inline_svg
 from smid.display.table import Table
 from smid.reports.content import Equations, Facts, Heading, Items, Page, Picture, Remark
 
-__all__ = ["as_html"]
-
 _BLOCKS = (Equations, Facts, Heading, Items, Picture, Remark, Table)
 
 

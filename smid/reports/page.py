@@ -13,8 +13,6 @@ from smid.reports.content import Block, Equations, Facts, Picture, Rich, Section
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["capitalised", "data_section", "equations", "is_simulated", "parameter", "priors"]
-
 
 def is_simulated(sources: Iterable[str]) -> bool:
     """Tell whether one of the sources says that its data come from a simulation."""

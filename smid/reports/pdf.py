@@ -11,8 +11,6 @@ from pathlib import Path
 
 from smid.reports.writing import write_bytes
 
-__all__ = ["PdfWarning", "find_browser", "print_pdf"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 TIMEOUT = 60.0  # seconds
 # The page has no scripts and asks nothing from a network; these options keep the browser itself from asking.

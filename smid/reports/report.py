@@ -44,12 +44,7 @@ def report(
 
 
 @overload
-def report(
-    result: Study,
-    path: str | PathLike[str],
-    *,
-    settings: Mapping[str, str] | None = None,
-) -> Path: ...
+def report(result: Study, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None) -> Path: ...
 
 
 def report(

@@ -10,8 +10,6 @@ from smid.reports.documents import study_document
 from smid.reports.page import capitalised
 from smid.study import Status, Study
 
-__all__ = ["study_page"]
-
 _HOW = (
     "Each row is one identification. Its interval is certified: all parameters that explain these samples within this "
     "noise bound lie inside, for every order and method.",

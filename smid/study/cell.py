@@ -12,8 +12,6 @@ from smid.data import Dataset
 from smid.models import Model
 from smid.study.versions import computing_versions
 
-__all__ = ["Cell", "Job", "Settings"]
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -66,27 +64,14 @@ class Cell:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return {
-            "record": self.record,
-            "samples": self.samples,
-            "noise_bound": dict(self.noise_bound),
-            "method": self.method,
-            "order": self.order,
-        }
+        return {**vars(self), "noise_bound": dict(self.noise_bound)}
 
 
 @dataclass(frozen=True)
 class Job:
     """A cell with all that its computation needs, for a worker process.
 
-    Parameters
-    ----------
-    model
-        Bound to the data.
-    data
-        The samples of this cell.
-    versions
-        Of the process that saves the results; a worker with other versions must not compute.
+    ``versions`` are those of the process that saves the results; a worker with other versions must not compute.
     """
 
     cell: Cell

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 
 from smid.study.errors import StudyError
 
-__all__ = ["dask_executor"]
-
 _PATIENCE = 10.0  # seconds
 
 

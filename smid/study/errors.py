@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["StudyError"]
-
 
 class StudyError(OSError):
     """A study cannot begin or continue where it runs; the message names the cause and the cure.

@@ -23,7 +23,6 @@ from smid.study.outcome import Outcome
 if TYPE_CHECKING:
     from smid.study.study import Study
 
-__all__ = ["study_figure"]
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 _STYLES, _MARKERS = ("-", "--", ":", "-."), ("o", "s", "^", "D")

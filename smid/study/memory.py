@@ -9,8 +9,6 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["forget_peak", "peak_memory"]
-
 _OWN = Path("/proc/self")
 
 

@@ -25,8 +25,6 @@ from smid.study.time_left import time_left
 from smid.study.versions import computing_versions
 from smid.study.workers import local_workers
 
-__all__ = ["order_study"]
-
 NoiseBound = float | Mapping[str, float]
 
 
@@ -141,12 +139,7 @@ def order_study(
             interrupted = True
     found = {**done, **fresh}
     return Study(
-        next(iter(bound.values())),
-        records,
-        settings,
-        cells,
-        tuple(found.get(cell) for cell in cells),
-        interrupted,
+        next(iter(bound.values())), records, settings, cells, tuple(found.get(cell) for cell in cells), interrupted
     )
 
 
@@ -180,9 +173,7 @@ def _grid(
         longest = max(run.n_samples for run in record.experiments)
         for size in sizes or []:
             if size > longest:
-                raise DataError(
-                    f"record {name!r} has {longest} samples, fewer than {size}: give smaller sizes"
-                )
+                raise DataError(f"record {name!r} has {longest} samples, fewer than {size}: give smaller sizes")
         named = [tuple(check_noise_bound(models[name], bound, None).items()) for bound in bounds]
         cells += [
             Cell(name, int(size), bound, method, int(order))

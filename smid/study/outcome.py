@@ -12,8 +12,6 @@ from relaxations.search.hierarchy import Proof
 from smid.display.result import plain
 from smid.identification.estimate import ParameterInterval
 
-__all__ = ["Outcome", "Status"]
-
 
 class Status(Enum):
     """How a cell ended.
@@ -84,18 +82,8 @@ class Outcome:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; missing numbers become None."""
-        return {
-            "status": self.status.name.lower(),
-            "message": self.message,
-            "parameters": [i.to_dict() for i in self.intervals],
-            "relaxation": self.method,
-            "complicating": list(self.complicating),
-            "solves": self.solves,
-            "moments": self.moments,
-            "largest_block": self.largest_block,
-            "seconds": plain(self.seconds),
-            "peak_memory": plain(self.peak_memory),
-        }
+        names = {"intervals": "parameters", "method": "relaxation"}
+        return {names.get(name, name): value for name, value in plain(vars(self)).items()}
 
     @staticmethod
     def from_dict(content: dict[str, Any]) -> Outcome:

@@ -19,23 +19,13 @@ from smid.study.errors import StudyError
 from smid.study.outcome import Outcome, Status
 from smid.study.run_cell import run_cell
 
-__all__ = ["MOST_LOSSES", "Pool", "run_all"]
-
 MOST_LOSSES = 3
 _TICK = 1.0  # seconds
 
 
 @dataclass(frozen=True)
 class Pool:
-    """Where cells are run.
-
-    Parameters
-    ----------
-    open
-        Returns an executor as a context; called again after an executor has broken.
-    width
-        Largest number of cells that are submitted at a time; None for all.
-    """
+    """Where cells are run: a function that returns a fresh executor, and the number of cells to submit at a time."""
 
     open: Callable[[], AbstractContextManager[Executor]]
     width: int | None
@@ -44,17 +34,8 @@ class Pool:
 def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None], tick: Callable[[], None]) -> None:
     """Run every job once, in the given order if the executor keeps it.
 
-    Parameters
-    ----------
-    take
-        Called in this thread with each outcome.
-    tick
-        Called about every second.
-
-    Raises
-    ------
-    StudyError
-        If the workers do not start, or their versions differ.
+    Calls ``take`` in this thread with each outcome, and ``tick`` about every second. StudyError if the workers do not
+    start, or their versions differ.
     """
     waiting = deque(jobs)
     suspects: list[tuple[Job, Exception]] = []
@@ -75,11 +56,7 @@ def _is_final(error: Exception) -> bool:
 
 
 def _pass(
-    waiting: deque[Job],
-    pool: Pool,
-    width: int | None,
-    take: Callable[[Job, Outcome], None],
-    tick: Callable[[], None],
+    waiting: deque[Job], pool: Pool, width: int | None, take: Callable[[Job, Outcome], None], tick: Callable[[], None]
 ) -> list[tuple[Job, Exception]]:
     """Run jobs until none waits or the executor breaks; return those that were lost."""
     lost: list[tuple[Job, Exception]] = []

@@ -17,18 +17,12 @@ from smid.study.memory import forget_peak, peak_memory
 from smid.study.outcome import Outcome, Status
 from smid.study.versions import computing_versions
 
-__all__ = ["run_cell"]
-
 
 def run_cell(job: Job) -> Outcome:
     """Identify the model on the samples of a cell; a cell that does not apply or fails is an outcome too.
 
-    Raises
-    ------
-    StudyError
-        If this process has other versions than the one that saves the results.
-    KeyboardInterrupt
-        If the computation was interrupted: an incomplete cell is not saved.
+    StudyError if this process has other versions than the one that saves the results. KeyboardInterrupt if the
+    computation was interrupted, because an incomplete cell is not saved.
     """
     _check_versions(job)
     forget_peak()
@@ -73,12 +67,5 @@ def _outcome(estimate: Estimate) -> Outcome:
         return Outcome(Status.CERTIFIED, estimate.summary, estimate.intervals)
     message = f"{e.reason.value[0].upper()}{e.reason.value[1:]}."
     return Outcome(
-        Status.CERTIFIED,
-        message,
-        estimate.intervals,
-        e.method,
-        e.complicating,
-        e.solves,
-        e.n_moments,
-        e.largest_block,
+        Status.CERTIFIED, message, estimate.intervals, e.method, e.complicating, e.solves, e.n_moments, e.largest_block
     )

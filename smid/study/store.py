@@ -22,8 +22,6 @@ from smid.study.cell import Job
 from smid.study.errors import StudyError
 from smid.study.outcome import Outcome
 
-__all__ = ["FILE", "Store", "open_store"]
-
 FILE = "study.sqlite"
 FORMAT = 1
 _TABLES = """
@@ -38,13 +36,7 @@ Subject = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Store:
-    """The open file of a study.
-
-    Parameters
-    ----------
-    place
-        The folder, for messages; "memory" if nothing is saved.
-    """
+    """The open file of a study; ``place`` is its folder, for messages."""
 
     connection: sqlite3.Connection
     place: str
@@ -55,13 +47,7 @@ class Store:
         return {key: Outcome.from_dict(json.loads(text)) for key, text in rows}
 
     def add(self, job: Job, outcome: Outcome) -> None:
-        """Save an outcome; it replaces an earlier one of the same cell.
-
-        Raises
-        ------
-        StudyError
-            If the disk is full or cannot be written; earlier outcomes stay.
-        """
+        """Save an outcome; it replaces an earlier one of the same cell. StudyError if the disk cannot be written."""
         row = (job.key, json.dumps(job.cell.to_dict()), json.dumps(outcome.to_dict(), allow_nan=False))
         try:
             with self.connection:
@@ -104,18 +90,8 @@ class Store:
 def open_store(folder: Path | None, subject: Subject, resume: bool) -> Iterator[Store]:
     """Open the file of a study, or create one.
 
-    Parameters
-    ----------
-    folder
-        None keeps the outcomes in memory only.
-    resume
-        Whether the folder must hold the study already, or must not.
-
-    Raises
-    ------
-    StudyError
-        If there is no study to resume, or one that was not to be resumed; for a study of other data, model, settings or
-        versions, or in another format; if another process runs it, or nothing can be written there.
+    ``resume`` says whether the folder must hold the study already, or must not. StudyError if it does not fit: another
+    study, another format, or another process that runs the study; also if nothing can be written there.
     """
     place = "memory" if folder is None else str(folder)
     if folder is not None:

@@ -20,7 +20,6 @@ from smid.study.outcome import Outcome, Status
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Study"]
 
 _FACTORS = (
     ("record", "l", lambda cell: cell.record),

@@ -10,25 +10,11 @@ import numpy as np
 from smid.study.cell import Cell
 from smid.study.outcome import Outcome
 
-__all__ = ["time_left"]
-
 
 def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float) -> str:
     """Return an estimate such as ", about 3 min left"; empty while nothing is known.
 
-    Parameters
-    ----------
-    done
-        Cells of this run, without those of an earlier run.
-    elapsed
-        Seconds since the first of them began.
-
-    Examples
-    --------
-    >>> from smid.study.outcome import Status
-    >>> first, second = (Cell("run", n, (("y", 0.1),), "auto", 2) for n in (50, 100))
-    >>> time_left([second], {first: Outcome(Status.CERTIFIED, "", seconds=90.0)}, elapsed=90.0)
-    ', about 1.5 min left'
+    ``done`` are the cells of this run, and ``elapsed`` the seconds since the first of them began.
     """
     seconds = {cell: outcome.seconds for cell, outcome in done.items() if np.isfinite(outcome.seconds)}
     if not seconds or not left:

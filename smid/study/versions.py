@@ -10,8 +10,6 @@ from pathlib import Path
 import relaxations
 from smid.display.versions import PACKAGES
 
-__all__ = ["computing_versions"]
-
 # Release numbers stay the same while the code changes, so the sources that compute intervals are hashed with their
 # paths. Reports and commands are not hashed.
 HASHED = ("data", "models", "networks", "fitting", "feasible", "identification", "verification")

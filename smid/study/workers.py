@@ -15,8 +15,6 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Thread
 
-__all__ = ["THREADS", "local_workers"]
-
 # Without a limit each worker uses all cores: a fit of 0.4 s then took 15 s.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 

@@ -126,12 +126,8 @@ def parsed(text: str) -> ast.expr:
 def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Signals, kinks: Kinks) -> Value:
     """Return the value of an expression at a time.
 
-    Parameters
-    ----------
-    names
-        Values of parameters, and of the argument of a sensor curve.
-    kinks
-        ``"positive part"`` or ``"sign"`` of a value.
+    ``names`` returns parameters and the argument of a sensor curve; ``kinks`` the ``"positive part"`` or ``"sign"`` of
+    a value.
     """
 
     def value(node: Any) -> Value:

@@ -33,17 +33,7 @@ def check_implied(
 ) -> int:
     """Return the number of equations in the certificate; all follow from the model and the samples.
 
-    Parameters
-    ----------
-    model
-        From :func:`smid.verification.origin.model_statement`.
-    bounds
-        Noise bounds, as hexadecimal floats.
-
-    Raises
-    ------
-    NotProvenError
-        With the variable, equation or constraint that does not follow.
+    NotProvenError names the variable, equation or constraint that does not follow.
     """
     equations = Equations(model, samples, document.stated, document.box)
     auxiliary = _check_boxes(document, equations, bounds)

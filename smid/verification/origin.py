@@ -18,15 +18,7 @@ DIGITS = 6  # hexadecimal digits kept of each sample's own digest, to find the f
 
 
 def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[str, Any]:
-    """Return the origin of a proof about a model, data and noise bounds, ready for JSON.
-
-    Parameters
-    ----------
-    model
-        Bound to the data's channels.
-    bounds
-        In the channel's unit.
-    """
+    """Return the origin of a proof about a model (bound to the data), data and noise bounds, ready for JSON."""
     return {
         "software": f"smid {_version()}",
         "model": model_statement(model),

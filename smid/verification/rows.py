@@ -34,17 +34,7 @@ class Row:
 
 @dataclass
 class Equations:
-    """The lines of a model, evaluated on a record.
-
-    Parameters
-    ----------
-    model
-        From :func:`smid.verification.origin.model_statement`.
-    stated
-        Variables and kinks of the certificate.
-    box
-        Of the certificate.
-    """
+    """The lines of a model, evaluated on a record; ``stated`` and ``box`` are those of the certificate."""
 
     model: Mapping[str, Any]
     samples: Mapping[str, Mapping[str, list[Fraction]]]

@@ -65,10 +65,7 @@ class Verification(Result):
 
 
 def verify(
-    proof: str | Path,
-    data: Dataset,
-    model: Model | None = None,
-    noise_bound: float | Mapping[str, float] | None = None,
+    proof: str | Path, data: Dataset, model: Model | None = None, noise_bound: float | Mapping[str, float] | None = None
 ) -> Verification:
     """Check a proof, and that it is about this model and these data.
 

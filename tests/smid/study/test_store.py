@@ -76,7 +76,7 @@ def test_a_study_is_neither_overwritten_nor_made_up(begun, tmp_path):
 
 def test_a_file_that_is_no_database_is_refused(tmp_path):
     (tmp_path / FILE).write_text("these are no tables" * 100)
-    with pytest.raises(StudyError, match="is no database"), open_store(tmp_path, SUBJECT, resume=True):
+    with pytest.raises(StudyError, match="is not a database"), open_store(tmp_path, SUBJECT, resume=True):
         pass
 
 

@@ -1,0 +1,58 @@
+"""``import smid`` and the command line load heavy libraries only when they are needed."""
+
+import subprocess
+import sys
+
+import click
+import pytest
+
+from smid.cli.app import main
+
+HEAVY = ("cvxpy", "jinja2", "matplotlib")
+
+
+def loaded(code):
+    """Run code in a fresh interpreter, and return the names of the modules that it loaded."""
+    script = f"import sys\n{code}\nprint('LOADED', *sys.modules)"
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(run.stdout.rpartition("LOADED")[2].split())
+
+
+def command_line(line):
+    """Return code that runs a command line of smid."""
+    words = line.split()
+    return f"from smid.cli import main\ntry:\n    main({words!r})\nexcept SystemExit:\n    pass"
+
+
+def test_import_loads_no_library():
+    assert loaded("import smid") & {*HEAVY, "numpy", "scipy", "sympy"} == set()
+
+
+def test_public_names_load_neither_figures_nor_pages():
+    names = "[getattr(smid, name) for name in smid.__all__ if name != 'report']"
+    assert loaded(f"import smid\n{names}") & set(HEAVY) == set()
+
+
+def test_the_help_page_loads_neither_numpy_nor_sympy():
+    assert loaded(command_line("--help")) & {*HEAVY, "numpy", "scipy", "sympy"} == set()
+
+
+@pytest.mark.parametrize("command", ["identify", "study", "validate", "verify", "error-bound", "diagnose"])
+def test_the_help_of_a_command_loads_no_figures(command):
+    assert loaded(command_line(f"{command} --help")) & set(HEAVY) == set()
+
+
+def groups(command, path=()):
+    """Return all commands with a line on a help page: the group, the name and the command."""
+    context = click.Context(command)
+    for name in command.list_commands(context):
+        own = command.get_command(context, name)
+        yield pytest.param(command, name, own, id=" ".join((*path, name)))
+        if isinstance(own, click.Group):
+            yield from groups(own, (*path, name))
+
+
+@pytest.mark.parametrize(("group", "name", "command"), [*groups(main)])
+def test_the_line_of_a_command_is_the_first_sentence_of_its_help(group, name, command):
+    line = group.targets[name][1] or command.get_short_help_str(200)
+    assert line == command.help.partition("\n\n")[0].replace("\n", " ").strip()
