@@ -151,14 +151,16 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
         raise DataError("no experiment has two samples of the input; give a longer record")
     if max_order < 1:
         raise DataError(f"max_order = {max_order} leaves no order to test; give at least 1")
+    # A record allows orders up to half its length.
     longest = max(u.size for u in records)
     tried = min(max_order, longest // 2)
     long_enough = [u for u in records if u.size >= tried]
-
+    # A constant input excites nothing.
     joined = np.concatenate(records)
     mean = float(joined.mean())
     if _is_constant(records):
         return Excitation(mean, 0.0, 1.0, np.zeros(tried), 0, tried, tolerance)
+    # Autocovariance, and the stationarity of mean and variance over the halves.
     covariance = np.array(
         [sum(float((u[k:] - mean) @ (u[: u.size - k] - mean)) for u in long_enough) / joined.size for k in range(tried)]
     )

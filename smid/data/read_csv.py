@@ -80,6 +80,7 @@ def read_csv(path: Path, delimiter: str | None = None) -> Table:
     """
     origin = path.name
     separator, rows = _rows(read_text(path), delimiter, origin)
+    # A first row with a cell that is not a number is the header.
     has_header = not _all_numbers(rows[0][1])
     header = rows[0][1] if has_header else [str(k) for k in range(len(rows[0][1]))]
     body = rows[1:] if has_header else rows
@@ -96,6 +97,7 @@ def read_csv(path: Path, delimiter: str | None = None) -> Table:
     padded = [(row + [""] * width)[:width] for _, row in body]
     if separator != ",":
         padded = [[cell.replace(",", ".") for cell in row] for row in padded]
+    # Name the columns; a separator at the end of the lines gives an empty column without title.
     cells: dict[str, tuple[str, ...]] = {}
     units: dict[str, str] = {}
     for title, column in zip(header, zip(*padded, strict=True), strict=True):

@@ -11,6 +11,7 @@ from smid.data.errors import DataError
 
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
+    from smid.data.experiment import Experiment
 
 
 _LARGEST = 1e100  # the cube of it, summed over a record, does not overflow
@@ -39,37 +40,42 @@ def validate(dataset: "Dataset") -> None:
                 raise DataError(f"the {role} {name!r} is not a channel; {name_hint(name, dataset.names)}")
     _refuse_duplicates("input or output", (*dataset.inputs, *dataset.outputs))
     for run in dataset.experiments:
-        for name in dataset.names:
-            if name not in run.values:
-                raise DataError(f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}")
-        for name, array in run.values.items():
-            if name not in dataset.names:
-                raise DataError(
-                    f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
-                    "add it to the channels or leave it out"
-                )
-            bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size:
-                k = int(bad[0])
-                instant = run.start_time + k * dataset.sampling_time
-                raise DataError(
-                    f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
-                    f"(t = {instant:g} s); correct it, or crop the record around it"
-                )
-            if array.size and np.abs(array).max() > _LARGEST:
-                raise DataError(
-                    f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
-                    f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
-                )
-        if not 0 <= dataset.n_init < run.n_samples:
-            raise DataError(
-                f"n_init = {dataset.n_init} leaves no sample of experiment {run.name!r} "
-                f"({run.n_samples} samples); choose a warm-up from 0 to below the number of samples"
-            )
+        _validate_run(dataset, run)
     if len(dataset.resampling) not in (0, len(dataset.experiments)):
         raise DataError(
             f"{len(dataset.resampling)} resampling records for {len(dataset.experiments)} experiments; "
             "give one for each or none"
+        )
+
+
+def _validate_run(dataset: "Dataset", run: "Experiment") -> None:
+    """Refuse an experiment whose channels, samples or warm-up do not fit the data set."""
+    for name in dataset.names:
+        if name not in run.values:
+            raise DataError(f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}")
+    for name, array in run.values.items():
+        if name not in dataset.names:
+            raise DataError(
+                f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
+                "add it to the channels or leave it out"
+            )
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            k = int(bad[0])
+            instant = run.start_time + k * dataset.sampling_time
+            raise DataError(
+                f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
+                f"(t = {instant:g} s); correct it, or crop the record around it"
+            )
+        if array.size and np.abs(array).max() > _LARGEST:
+            raise DataError(
+                f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
+                f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
+            )
+    if not 0 <= dataset.n_init < run.n_samples:
+        raise DataError(
+            f"n_init = {dataset.n_init} leaves no sample of experiment {run.name!r} "
+            f"({run.n_samples} samples); choose a warm-up from 0 to below the number of samples"
         )
 
 

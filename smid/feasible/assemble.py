@@ -384,10 +384,7 @@ def _unbounded(structure: Structure, hinge: Hinge) -> ModelError:
     read = {name for term in hinge.argument.terms for name in term.parameters}
     loose = [p.name for p in structure.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
     what = f"give bounds to {', '.join(loose)}" if loose else "measure, or bound, every signal that it reads"
-    return ModelError(
-        f"{shown(hinge.kink.argument)} stands inside Max, Min or Abs and may be arbitrarily large, so that nothing can "
-        f"be proven: {what}"
-    )
+    return ModelError(f"{shown(hinge.kink.argument)} is inside Max, Min or Abs and may be arbitrarily large: {what}")
 
 
 def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:

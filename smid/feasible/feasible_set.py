@@ -231,8 +231,8 @@ def check_data(model: Model, data: Dataset) -> None:
                 "(its lag, its parameters and one more): take a longer record or a smaller model"
             )
     for channel in model.input_channels:
-        # Order 1 and no more: a ramp excites little else, and is just what a static curve is measured with. Whether
-        # the data suffice for the parameters is what the intervals say.
+        # Only order 1: a ramp, which measures a static curve, excites little more. The intervals show whether the
+        # data suffice for the parameters.
         records = [experiment.values[channel] for experiment in data.experiments]
         if excitation(*records, max_order=1).order < 1:
             raise DataError(

@@ -73,6 +73,7 @@ def unfold(model: Model) -> Unfolded:
     found: dict[tuple[Kind, sympy.Expr], Kink] = {}
     names = _free_names(model)
 
+    # Return the kink of an argument; arguments that differ by a shift or their sign share one.
     def value(kind: Kind, x: sympy.Expr) -> sympy.Expr:
         x = sympy.expand(x)
         if x.is_number:
@@ -89,6 +90,7 @@ def unfold(model: Model) -> Unfolded:
     def larger(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr:
         return a + value(Kind.POSITIVE_PART, b - a)
 
+    # Replace the innermost functions first.
     def rewritten(expression: sympy.Expr) -> sympy.Expr:
         if isinstance(expression, sympy.Indexed) or not expression.has(*_FUNCTIONS):
             return expression

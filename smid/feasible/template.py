@@ -224,6 +224,7 @@ def _template(
         table[made] = (name, lag)
         return made
 
+    # Replace each signal by what was measured, by a latent or by data.
     for name, lag in sorted(references(expression)):
         atom = signal(name)[t - lag]
         measurement = measured.get(name)
@@ -236,7 +237,8 @@ def _template(
             replacements[atom] = symbol(data, name, lag)
     flat = expression.xreplace(replacements)
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
-        flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.identification.finite_box)
+        flat = sympy.cancel(flat)  # a parameter may replace a quotient that cancels (smid.identification.finite_box)
+    # The unknowns are the parameters that occur, and the latents.
     names = [*(p.name for p in model.parameters), *depths]
     symbols = {sympy.Symbol(name, real=True): name for name in names}
     parameters = {s: name for s, name in symbols.items() if s in flat.free_symbols}
@@ -254,6 +256,7 @@ def _terms(
     latent: Mapping[sympy.Symbol, Reference],
     data: Mapping[sympy.Symbol, Reference],
 ) -> tuple[Term, ...]:
+    # Expand into one polynomial with rational coefficients, or name the cause.
     known = sorted(data, key=str)
     try:
         poly = sympy.Poly(flat, *unknowns, *known, domain="QQ")
@@ -265,14 +268,15 @@ def _terms(
         if constant is not None:
             near = float(constant)
             raise ModelError(
-                f"the line of {name!r} holds {constant}, which is no fraction: intervals are proven for exact numbers; "
+                f"the line of {name!r} holds {constant}, which is not a fraction: proofs need exact numbers; "
                 f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
                 f"{np.nextafter(near, np.inf)!s})"
             ) from None
         raise ModelError(
-            f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
+            f"the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; "
             "write it with polynomials, Max, Min, Abs and sign, or simulate only"
         ) from None
+    # Group the monomials by their unknowns; the rest of each is a product of samples.
     split = len(unknowns)
     grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}
     for exponents, value in poly.terms():

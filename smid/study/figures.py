@@ -51,27 +51,12 @@ def study_figure(study: Study, record: str) -> Figure:
     certified width against the noise bound and against the number of samples. The bottom panel shows the time.
     """
     cells = [cell for cell in study.cells if cell.record == record]
-    sizes, bounds = sorted({c.samples for c in cells}), sorted({c.noise_bound for c in cells}, key=_level)
-    most, least = sizes[-1], bounds[0]
+    bounds = sorted({c.noise_bound for c in cells}, key=_level)
     orders, methods = sorted({c.order for c in cells}), list(dict.fromkeys(c.method for c in cells))
     series = list(_series(study, record, orders, methods))
-    panels: list[tuple[str, Callable[[Axes, int], None]]] = []
-    if len(orders) > 1 or len(sizes) == len(bounds) == 1:
-        at = _fixed((bounds, _text(study, least)), (sizes, f"N = {most}"))
-        draw = _ends(series, lambda c: (c.noise_bound, c.samples) == (least, most), orders)
-        panels.append((f"bounds{at}", draw))
-    if len(bounds) > 1:
-        at = _fixed((sizes, f"N = {most}"))
-        draw = _widths(
-            series, lambda c: c.samples == most, lambda c: _level(c.noise_bound), f"noise bound{_unit(study, least)}"
-        )
-        panels.append((f"width{at}", draw))
-    if len(sizes) > 1:
-        at = _fixed((bounds, _text(study, least)))
-        draw = _widths(series, lambda c: c.noise_bound == least, lambda c: c.samples, "samples N")
-        panels.append((f"width{at}", draw))
+    panels = list(_panels(study, series, sorted({c.samples for c in cells}), bounds, orders))
     parameters = study.model.parameters
-    timed = len(sizes) > 1
+    timed = len({c.samples for c in cells}) > 1
     with style():
         figure = Figure(figsize=(WIDTH, 0.5 + 1.6 * (len(parameters) + timed)), layout="constrained")
         grid = figure.add_gridspec(len(parameters) + timed, len(panels))
@@ -85,12 +70,34 @@ def study_figure(study: Study, record: str) -> Figure:
                     axes.set_title(title, loc="left")
                 if row < len(parameters) - 1:
                     axes.set_xlabel("")
+        # The time has a panel of its own at the bottom.
         if timed:
             axes = _axes(figure, grid[-1, :])
-            _times(axes, series, lambda c: c.noise_bound == least)
-            axes.set_title(f"time{_fixed((bounds, _text(study, least)))}".replace("\n", " "), loc="left")
+            _times(axes, series, lambda c: c.noise_bound == bounds[0])
+            axes.set_title(f"time{_fixed((bounds, _text(study, bounds[0])))}".replace("\n", " "), loc="left")
         _legend(figure, series, orders, methods)
     return figure
+
+
+def _panels(
+    study: Study,
+    series: list[_Series],
+    sizes: list[int],
+    bounds: list[tuple[tuple[str, float], ...]],
+    orders: list[int],
+) -> Iterator[tuple[str, Callable[[Axes, int], None]]]:
+    """Return title and drawing function of a panel for each factor that varies."""
+    most, least = sizes[-1], bounds[0]
+    if len(orders) > 1 or len(sizes) == len(bounds) == 1:
+        at = _fixed((bounds, _text(study, least)), (sizes, f"N = {most}"))
+        yield f"bounds{at}", _ends(series, lambda c: (c.noise_bound, c.samples) == (least, most), orders)
+    if len(bounds) > 1:
+        label = f"noise bound{_unit(study, least)}"
+        draw = _widths(series, lambda c: c.samples == most, lambda c: _level(c.noise_bound), label)
+        yield f"width{_fixed((sizes, f'N = {most}'))}", draw
+    if len(sizes) > 1:
+        draw = _widths(series, lambda c: c.noise_bound == least, lambda c: c.samples, "samples N")
+        yield f"width{_fixed((bounds, _text(study, least)))}", draw
 
 
 def _series(study: Study, record: str, orders: list[int], methods: list[str]) -> Iterator[_Series]:

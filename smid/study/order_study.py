@@ -19,7 +19,7 @@ from smid.models import Model, ModelError
 from smid.study.cell import Cell, Job, Settings
 from smid.study.outcome import Outcome, Status
 from smid.study.run_all import Pool, run_all
-from smid.study.store import open_store
+from smid.study.store import Store, open_store
 from smid.study.study import Study
 from smid.study.time_left import time_left
 from smid.study.versions import computing_versions
@@ -100,7 +100,8 @@ def order_study(
     if workers < 1:
         raise ModelError(f"{workers} workers cannot run a study: give at least 1")
     if resume and folder is None:
-        raise ModelError("resume needs the folder that the study is in: give folder=...")
+        raise ModelError("resume needs the folder of the study: give folder=...")
+    # Check the whole grid before any work.
     settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
     records = dict(data) if isinstance(data, Mapping) else {_name(data): data}
     bound = {name: bind(model, record) for name, record in records.items()}
@@ -108,6 +109,7 @@ def order_study(
     jobs = [Job.of(cell, bound[cell.record], records[cell.record], settings) for cell in cells]
     for job in jobs:
         check_data(job.model, job.data)
+    # A study in a folder is resumed only with equal data, model, settings and versions.
     subject = {
         "data": {name: record.checksum for name, record in records.items()},
         "model": model.to_dict(),
@@ -117,30 +119,37 @@ def order_study(
     local = Pool(lambda: local_workers(workers), 2 * workers)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
-        done = _known(jobs, store.outcomes())
-        interrupted = False
-        begun = time.monotonic()
-        fresh: dict[Cell, Outcome] = {}
+        found, interrupted = _run(jobs, pool, store, progress)
+    outcomes = tuple(found.get(cell) for cell in cells)
+    return Study(next(iter(bound.values())), records, settings, cells, outcomes, interrupted)
 
-        def take(job: Job, outcome: Outcome) -> None:
-            store.add(job, outcome)
-            fresh[job.cell] = outcome
 
-        def tick() -> None:
-            if progress is not None:
-                missing = [cell for cell in cells if cell not in done and cell not in fresh]
-                left = time_left(missing, fresh, time.monotonic() - begun)
-                progress(f"{len(done) + len(fresh)} of {len(cells)} runs{left}")
+def _run(
+    jobs: Sequence[Job], pool: Pool, store: Store, progress: Callable[[str], None] | None
+) -> tuple[dict[Cell, Outcome], bool]:
+    """Run the jobs that have no saved outcome; return all outcomes, and whether Ctrl-C came."""
+    done = _known(jobs, store.outcomes())
+    fresh: dict[Cell, Outcome] = {}
+    begun = time.monotonic()
+    left = [job for job in jobs if job.cell not in done]
 
-        try:
-            tick()
-            run_all([job for job in jobs if job.cell not in done], pool, take, tick)
-        except KeyboardInterrupt:
-            interrupted = True
-    found = {**done, **fresh}
-    return Study(
-        next(iter(bound.values())), records, settings, cells, tuple(found.get(cell) for cell in cells), interrupted
-    )
+    def take(job: Job, outcome: Outcome) -> None:
+        store.add(job, outcome)
+        fresh[job.cell] = outcome
+
+    def tick() -> None:
+        if progress is not None:
+            missing = [job.cell for job in left if job.cell not in fresh]
+            remaining = time_left(missing, fresh, time.monotonic() - begun)
+            progress(f"{len(done) + len(fresh)} of {len(jobs)} runs{remaining}")
+
+    interrupted = False
+    try:
+        tick()
+        run_all(left, pool, take, tick)
+    except KeyboardInterrupt:
+        interrupted = True
+    return {**done, **fresh}, interrupted
 
 
 def _grid(
@@ -152,12 +161,14 @@ def _grid(
     sample_sizes: Iterable[int] | None,
 ) -> tuple[Cell, ...]:
     """Return all combinations, records first, orders last; ModelError or DataError for one that is impossible."""
+    # One value stands for a list of one.
     if isinstance(noise_bound, Mapping) or not isinstance(noise_bound, Iterable):
         bounds: list[NoiseBound] = [noise_bound]
     else:
         bounds = list(noise_bound)
     orders, methods = list(orders), list(methods)
     sizes = None if sample_sizes is None else list(sample_sizes)
+    # Refuse values that no cell can have.
     for name, given in (("records", records), ("noise_bound", bounds), ("orders", orders), ("methods", methods)):
         if not given:
             raise ModelError(f"{name} is empty: a study needs at least one")
@@ -168,6 +179,7 @@ def _grid(
         for number in numbers:
             if number < 1 or number != int(number):
                 raise ModelError(f"{name} {number} is not a positive integer: give 1, 2, ...")
+    # Combine the values of each record.
     cells: list[Cell] = []
     for name, record in records.items():
         longest = max(run.n_samples for run in record.experiments)

@@ -63,8 +63,10 @@ def _pass(
     running: dict[Future[Outcome], Job] = {}
     with pool.open() as executor:
         try:
+            # The probe fails if the workers do not even start.
             probe = executor.submit(os.getpid)
             broken = False
+            # Submit up to the width, then wait for the next outcome.
             while running or (waiting and not broken):
                 while waiting and not broken and (width is None or len(running) < width):
                     try:

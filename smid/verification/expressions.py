@@ -18,7 +18,7 @@ from typing import Any
 from relaxations.check.arithmetic import Monomial, Terms, Work, product
 
 UNITY: Terms = {(): Fraction(1)}
-_WORK = Work(1 << 62)  # a user's own model may take as long as it takes
+_WORK = Work(1 << 62)  # no limit: the user's own model
 
 
 class NotPolynomialError(ValueError):
@@ -149,48 +149,49 @@ def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Sign
             case ast.BinOp(left=left, op=ast.Div(), right=right):
                 return value(left) / value(right)
             case ast.Subscript(value=ast.Name(id=name), slice=index):
-                return signals(name, _time(index))
+                return signals(name, _read_time(index, time))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
-                return function(name, [value(argument) for argument in arguments])
+                return _function(name, [value(argument) for argument in arguments], kinks)
         raise NotPolynomialError(f"'{ast.unparse(node)}' is not part of a polynomial")
 
-    def _time(index: Any) -> int:
-        match index:
-            case ast.Name(id="t"):
-                return time
-            case ast.BinOp(left=ast.Name(id="t"), op=ast.Sub(), right=ast.Constant(value=int() as lag)):
-                return time - lag
-        raise NotPolynomialError(f"'{ast.unparse(index)}' is not t, or t minus a whole number")
-
-    def larger(a: Value, b: Value) -> Value:
-        return a + kinks("positive part", b - a)
-
-    def largest(arguments: list[Value]) -> Value:
-        # Taken in another order, three and more arguments are the same number by other kinks.
-        for order in permutations(arguments):
-            with suppress(OutsideError):
-                return reduce(larger, order)
-        raise OutsideError
-
-    def function(name: str, arguments: list[Value]) -> Value:
-        if name == "Max":
-            return largest(arguments)
-        if name == "Min":
-            return -largest([-a for a in arguments])
-        if name == "Abs" and len(arguments) == 1:
-            return number(2) * kinks("positive part", arguments[0]) - arguments[0]
-        if name == "sign" and len(arguments) == 1:
-            return kinks("sign", arguments[0])
-        raise NotPolynomialError(f"the function {name!r} is not part of a polynomial")
-
     return value(parsed(text))
+
+
+def _read_time(index: Any, time: int) -> int:
+    """Return the time that a subscript reads: ``t``, or ``t`` minus an integer."""
+    match index:
+        case ast.Name(id="t"):
+            return time
+        case ast.BinOp(left=ast.Name(id="t"), op=ast.Sub(), right=ast.Constant(value=int() as lag)):
+            return time - lag
+    raise NotPolynomialError(f"'{ast.unparse(index)}' is not t, or t minus an integer")
+
+
+def _function(name: str, arguments: list[Value], kinks: Kinks) -> Value:
+    if name == "Max":
+        return _largest(arguments, kinks)
+    if name == "Min":
+        return -_largest([-a for a in arguments], kinks)
+    if name == "Abs" and len(arguments) == 1:
+        return number(2) * kinks("positive part", arguments[0]) - arguments[0]
+    if name == "sign" and len(arguments) == 1:
+        return kinks("sign", arguments[0])
+    raise NotPolynomialError(f"the function {name!r} is not part of a polynomial")
+
+
+def _largest(arguments: list[Value], kinks: Kinks) -> Value:
+    # The order of three or more arguments decides which kinks occur; the proof has one of these orders.
+    for order in permutations(arguments):
+        with suppress(OutsideError):
+            return reduce(lambda a, b: a + kinks("positive part", b - a), order)
+    raise OutsideError
 
 
 def _power(base: Value, exponent: Value) -> Value:
     whole = exponent.polynomial()
     size = whole.get((), Fraction(0))
     if whole.keys() > {()} or size.denominator != 1 or abs(size) > 64:
-        raise NotPolynomialError("an exponent is not a whole number of at most 64")
+        raise NotPolynomialError("an exponent is not an integer of at most 64")
     result = number(1)
     for _ in range(abs(size.numerator)):
         result = result * base

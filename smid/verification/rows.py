@@ -109,7 +109,7 @@ class Equations:
                 found = self._expression(self.model["lines"][name], time)
             else:
                 found = self._sample(name, time)
-            # What counts is when the line reads the signal, not what the signal is computed from.
+            # The time of the value is the time at which the line reads it.
             self._memory[name, time] = Value(found.above, found.below, time)
         return self._memory[name, time]
 
