@@ -52,14 +52,9 @@ class Trouble:
 
 @dataclass(frozen=True)
 class SmallProblem:
-    """The result of the small problem.
+    """The result of the small problem: the interval of its pole, None if there is none.
 
-    Parameters
-    ----------
-    lower, upper
-        Certified interval of the pole; None if there is none.
-    certified
-        Whether both bounds are proven and attained by verified parameters, and the true pole lies between them.
+    ``certified``: both bounds are proven and attained by verified parameters, and the true pole lies between them.
     """
 
     lower: float | None

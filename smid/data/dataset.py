@@ -286,11 +286,6 @@ class Dataset(Result):
 
         return read_nonlinear_benchmarks(records, sampling_time)
 
-    @staticmethod
-    def merge(datasets: "Sequence[Dataset]") -> "Dataset":
-        """Return the experiments of several data sets in one; channels, roles and sampling time must agree."""
-        return edit.merge(datasets)
-
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of all channels."""
@@ -338,13 +333,11 @@ class Dataset(Result):
         self.channel(name)
         return np.concatenate([run.values[name] for run in self.experiments])
 
-    def crop(self, start: int | None = None, stop: int | None = None) -> "Dataset":
-        """Return the samples `start:stop` of every experiment, counted as in a Python slice."""
-        return edit.crop(self, start, stop)
-
-    def crop_time(self, start: float | None = None, stop: float | None = None) -> "Dataset":
-        """Return the samples with start <= time < stop of every experiment, in seconds."""
-        return edit.crop_time(self, start, stop)
+    merge = staticmethod(edit.merge)
+    crop = edit.crop
+    crop_time = edit.crop_time
+    select = edit.select
+    denormalise = edit.denormalise
 
     def split(self, fraction: float) -> "tuple[Dataset, Dataset]":
         """Split every experiment in time: the first `fraction` for identification, the rest for validation.
@@ -408,10 +401,6 @@ class Dataset(Result):
         """
         return edit.normalise(self, method)
 
-    def denormalise(self) -> "Dataset":
-        """Undo `normalise`, up to rounding."""
-        return edit.denormalise(self)
-
     def with_experiments(self, experiments: Sequence[Experiment]) -> "Dataset":
         """Return the same channels and roles with other experiments; resampling records are dropped."""
         return replace(self, experiments=tuple(experiments), resampling=())
@@ -440,10 +429,6 @@ class Dataset(Result):
         ('u', 'y')
         """
         return edit.rename(self, names)
-
-    def select(self, names: str | Sequence[str]) -> "Dataset":
-        """Return the experiments of these names, in this order."""
-        return edit.select(self, names)
 
     def plot(self) -> "Figure":
         """Draw every channel over time with its unit, outputs on top."""

@@ -58,8 +58,8 @@ def rename(dataset: "Dataset", names: Mapping[str, str]) -> "Dataset":
     )
 
 
-def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
-    """See `Dataset.crop`."""
+def crop(dataset: "Dataset", start: int | None = None, stop: int | None = None) -> "Dataset":
+    """Return the samples `start:stop` of every experiment, counted as in a Python slice."""
     for bound in (start, stop):
         if bound is not None and not isinstance(bound, (int, np.integer)):
             raise DataError(f"crop counts samples but got {bound!r}; use crop_time for seconds")
@@ -71,8 +71,8 @@ def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
     )
 
 
-def crop_time(dataset: "Dataset", start: float | None, stop: float | None) -> "Dataset":
-    """See `Dataset.crop_time`."""
+def crop_time(dataset: "Dataset", start: float | None = None, stop: float | None = None) -> "Dataset":
+    """Return the samples with start <= time < stop of every experiment, in seconds."""
 
     def first_at_or_after(run: Experiment, time: float) -> int:
         # The slack keeps a sample whose instant k Ts misses the asked time by rounding alone.
@@ -179,7 +179,7 @@ def normalise(dataset: "Dataset", method: "NormalisationMethod | Normalisation")
 
 
 def denormalise(dataset: "Dataset") -> "Dataset":
-    """See `Dataset.denormalise`."""
+    """Undo `normalise`, up to rounding."""
     record = dataset.normalisation
     if record is None:
         raise DataError("the data are not normalised; there is nothing to undo, leave denormalise() out")
@@ -192,7 +192,7 @@ def denormalise(dataset: "Dataset") -> "Dataset":
 
 
 def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
-    """See `Dataset.select`."""
+    """Return the experiments of these names, in this order."""
     wanted = (names,) if isinstance(names, str) else tuple(names)
     positions = {run.name: k for k, run in enumerate(dataset.experiments)}
     for name in wanted:
@@ -206,7 +206,7 @@ def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
 
 
 def merge(datasets: "Sequence[Dataset]") -> "Dataset":
-    """See `Dataset.merge`."""
+    """Return the experiments of several data sets in one; channels, roles and sampling time must agree."""
     if not datasets:
         raise DataError("no data sets were given to merge; give at least one")
     first = datasets[0]

@@ -36,10 +36,7 @@ def _require_file(path: Path) -> None:
 def read_npz(path: Path) -> Table:
     """Return the vectors of a NumPy archive; the columns of a matrix `u` are named `u0`, `u1`, ...
 
-    Raises
-    ------
-    DataError
-        If the file is missing, or is not an archive of plain numbers.
+    DataError if the file is missing, or is not an archive of plain numbers.
     """
     _require_file(path)
     try:
@@ -54,10 +51,7 @@ def read_npz(path: Path) -> Table:
 def read_mat(path: Path) -> Table:
     """Return the vectors of a MATLAB file up to version 7; structures are left out.
 
-    Raises
-    ------
-    DataError
-        If the file is missing, damaged, or of version 7.3 (which is HDF5).
+    DataError if the file is missing, damaged, or of version 7.3 (which is HDF5).
     """
     _require_file(path)
     try:
@@ -80,10 +74,7 @@ def read_mat(path: Path) -> Table:
 def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
     """Return the columns of a pandas frame; a named index counts as a column, dates become seconds since the first.
 
-    Raises
-    ------
-    DataError
-        If two columns have the same name or the index has several levels.
+    DataError if two columns have the same name or the index has several levels.
     """
     if frame.index.nlevels > 1:
         raise DataError("the frame has an index of several levels; give one frame per experiment and merge")

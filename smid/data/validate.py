@@ -18,14 +18,7 @@ _LARGEST = 1e100  # the cube of it, summed over a record, does not overflow
 
 
 def validate(dataset: "Dataset") -> None:
-    """Refuse a data set that is not consistent.
-
-    Raises
-    ------
-    DataError
-        For a sampling time that is not positive; names that are missing, unknown or occur twice; samples that are not
-        finite; a warm-up that leaves no sample.
-    """
+    """Refuse a data set that is not consistent: DataError with the cause and the cure."""
     if not (np.isfinite(dataset.sampling_time) and dataset.sampling_time > 0):
         raise DataError(f"sampling_time = {dataset.sampling_time} is not positive; give it in seconds")
     if not dataset.experiments:

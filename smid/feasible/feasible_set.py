@@ -97,14 +97,9 @@ class FeasibleSet:
             object.__setattr__(self, name, getattr(stamped, name))
 
     def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:
-        """Return the set on a smaller box of the parameters, where fewer kinks may be open.
+        """Return the set on a smaller box of the parameters, shape (n_parameters,), where fewer kinks may be open.
 
-        Parameters
-        ----------
-        lower, upper
-            Shape (n_parameters,).
-        choose
-            See :func:`smid.feasible.assemble.stamp_all`.
+        ``choose`` gives sides to open kinks (:func:`smid.feasible.assemble.stamp_all`).
         """
         other = copy(self)
         other._take(stamp_all(self.structure, self.data, self.bounds, None, (lower, upper), choose))
@@ -191,10 +186,7 @@ def _to_sympy(polynomials: Polynomials, symbols: list[sympy.Symbol]) -> list[sym
 def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], free: str | None) -> dict[str, float]:
     """Return the bound of each noisy channel; the bound of the channel ``free`` is not given.
 
-    Raises
-    ------
-    ModelError
-        For a bound that is missing, not positive, not finite, or of an exact channel.
+    ModelError for a bound that is missing, not positive, not finite, or of an exact channel.
     """
     noisy = [m.channel for m in model.measurements if m.noise is not None]
     wanted = [c for c in noisy if c != free]

@@ -104,10 +104,7 @@ class Hinge:
 def templates(model: Model) -> tuple[Template, ...]:
     """Return a model's lines as templates; they read the signals of :func:`hinges` where the lines have kinks.
 
-    Raises
-    ------
-    ModelError
-        If a line is not a polynomial in parameters, noises, latent signals and kinks.
+    ModelError if a line is not a polynomial in parameters, noises, latent signals and kinks.
     """
     model = model.discretised()
     kept, static = _split(model)
@@ -143,10 +140,7 @@ def templates(model: Model) -> tuple[Template, ...]:
 def hinges(model: Model) -> tuple[Hinge, ...]:
     """Return the expanded arguments of a model's kinks, each after those that it reads.
 
-    Raises
-    ------
-    ModelError
-        If an argument is not a polynomial in parameters, noises, latent signals and earlier kinks.
+    ModelError if an argument is not a polynomial in parameters, noises, latent signals and earlier kinks.
     """
     model = model.discretised()
     _, static = _split(model)

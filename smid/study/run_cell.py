@@ -35,10 +35,7 @@ def run_cell(job: Job) -> Outcome:
                 dict(job.cell.noise_bound),
                 method=job.cell.method,
                 order=job.cell.order,
-                solver=job.settings.solver,
-                tolerance=job.settings.tolerance,
-                rounds=job.settings.rounds,
-                nodes=job.settings.nodes,
+                **vars(job.settings),
             )
         )
     except EmptyFeasibleSetError as proof:
