@@ -15,7 +15,7 @@ import click
 from relaxations.search.hierarchy import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.options import json_option
-from smid.cli.outputs import Outputs, pdf_warnings_told
+from smid.cli.outputs import Outputs, pdf_warnings_printed
 from smid.data import Dataset
 from smid.data.bundled import load_clutch, load_clutch_records, true_parameters
 from smid.diagnosis import Diagnosis, diagnose
@@ -99,7 +99,7 @@ def demo(context: click.Context, report: str, since: float | None, json_: str | 
         with Progress() as progress:
             diagnosis = diagnose(found.estimate.model, steps, NOISE_BOUND, progress=progress)
         outputs.say(f"Diagnosis of {steps.source}\n{diagnosis}\n")
-    with pdf_warnings_told():
+    with pdf_warnings_printed():
         page = _write(found, diagnosis, pages)
     outputs.say(f"First interval on screen after {first:.1f} s, report after {time.time() - began:.1f} s.")
     outputs.say(page.resolve())

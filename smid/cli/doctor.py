@@ -72,7 +72,7 @@ def doctor(context: click.Context, outputs: Outputs) -> None:
     found = installation()
     small = solve_small_problem()
     troubles = [*outdated(), *failed(small)]
-    outputs.say(told(found, small))
+    outputs.say(report_text(found, small))
     document = {"small_problem": asdict(small), "troubles": [asdict(trouble) for trouble in troubles]}
     outputs.write({"schema": DOCTOR, **found, **document, "versions": versions()})
     for trouble in troubles:
@@ -142,7 +142,7 @@ def failed(small: SmallProblem) -> Iterator[Trouble]:
         yield Trouble(cause, "pip install --force-reinstall clarabel numpy scipy, and run smid doctor again")
 
 
-def told(found: dict[str, Any], small: SmallProblem) -> str:
+def report_text(found: dict[str, Any], small: SmallProblem) -> str:
     """Return the report that is printed."""
     lines = [f"{name:<14}{number}" for name, number in (versions() | found["packages"]).items()]
     threads = ", ".join(f"{name}={count}" for name, count in found["threads"].items() if count is not None)

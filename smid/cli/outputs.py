@@ -58,13 +58,13 @@ class Outputs:
     def write_report(self, write: Callable[[str], Path]) -> None:
         """Call ``write`` with the path of the report, if the user asked for one, and print where the report is."""
         if self.report is not None:
-            with pdf_warnings_told():
+            with pdf_warnings_printed():
                 page = write(self.report)
             self.say(f"report: {page}")
 
 
 @contextmanager
-def pdf_warnings_told() -> Iterator[None]:
+def pdf_warnings_printed() -> Iterator[None]:
     """Print each :class:`PdfWarning` as one line on standard error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PdfWarning)

@@ -14,7 +14,7 @@ from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Re
 from smid.reports.documents import diagnose_document
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
 
-_TOLD_ODDS = 1e6
+_LARGEST_ODDS = 1e6
 _NO_FAULT = (
     "No fault found: no rounding, stuck sensor, glitch, irregular sampling, feedback from output to input, or lack of "
     "excitation."
@@ -200,7 +200,7 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
             ),
             Table(
                 "",
-                (f"instead of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
+                (f"effect in place of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
                 tuple(_rival(rival, diagnosis.unit) for rival in cause.rivals),
                 "lrrl",
             ),
@@ -211,7 +211,7 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
 
 
 def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
-    odds = "more than a million to 1" if rival.odds >= _TOLD_ODDS else f"{rival.odds:.3g} to 1"
+    odds = "more than a million to 1" if rival.odds >= _LARGEST_ODDS else f"{rival.odds:.3g} to 1"
     return spoken(rival.effect), _number(rival.rmse, unit), odds, rival.why
 
 
@@ -229,11 +229,11 @@ def _faults(diagnosis: Diagnosis) -> Block:
 def _model(diagnosis: Diagnosis) -> Section:
     better, marked = _is_better(diagnosis), diagnosis.new_parameters
     name = capitalised(diagnosis.model.name)
-    told = joined(f"{name}. New parameters are ", coloured("highlighted", "new"), ".") if marked else f"{name}."
+    text = joined(f"{name}. New parameters are ", coloured("highlighted", "new"), ".") if marked else f"{name}."
     return Section(
         "The extended model" if better else "The model",
         (
-            joined(told, " The subscript is the sample."),
+            joined(text, " The subscript t is the sample number."),
             equations(diagnosis.model, marked),
             Table(
                 "",

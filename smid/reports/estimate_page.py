@@ -280,8 +280,8 @@ def _simulation(run: Validation, number: int) -> Picture:
 
 
 def _noise_bounds(estimate: Estimate) -> str:
-    told = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
-    return f"Noise bounds: {', '.join(told)}."
+    bounds = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
+    return f"Noise bounds: {', '.join(bounds)}."
 
 
 def _model(model: Model, noise_bounds: str = "") -> Section:
@@ -289,7 +289,7 @@ def _model(model: Model, noise_bounds: str = "") -> Section:
     return Section(
         "Model",
         (
-            f"{name}. The subscript is the sample.",
+            f"{name}. The subscript t is the sample number.",
             equations(model),
             *((noise_bounds,) if noise_bounds else ()),
             Heading("Prior knowledge"),

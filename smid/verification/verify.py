@@ -184,13 +184,15 @@ def _compare_models(stated: Mapping[str, Any], own: Mapping[str, Any]) -> None:
             same = _same_text(left, right) if key == "lines" else left == right
             if not same:
                 raise ModelError(
-                    f"the {kind} {name!r} of the model is not that of the proof: {_told(right)}, not {_told(left)}"
+                    f"the {kind} {name!r} of the model is not that of the proof: {_shown(right)}, not {_shown(left)}"
                 )
     for kind, key in (("measurement", "measurements"), ("constraint", "constraints")):
         left, right = stated[key], own[key]
         same = left == right or (key == "constraints" and len(left) == len(right) and all(map(_same_text, left, right)))
         if not same:
-            raise ModelError(f"the {kind}s of the model are not those of the proof: {_told(right)}, not {_told(left)}")
+            raise ModelError(
+                f"the {kind}s of the model are not those of the proof: {_shown(right)}, not {_shown(left)}"
+            )
 
 
 def _same_text(left: str | None, right: str | None) -> bool:
@@ -199,7 +201,7 @@ def _same_text(left: str | None, right: str | None) -> bool:
     return left == right or from_text(left) == from_text(right)
 
 
-def _told(value: Any) -> str:
+def _shown(value: Any) -> str:
     """Return a box, or a text, for a message."""
     if (
         isinstance(value, list)
