@@ -1,5 +1,6 @@
 """The relaxations: which variables complicate, which orders are refused, and no feasible point is cut off."""
 
+import sys
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments import conic, facial
-from relaxations.moments import lift as lift_module
 from relaxations.moments.lasserre import lasserre
 from relaxations.moments.lift import METHODS as LIFTS
 from relaxations.moments.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
@@ -23,6 +23,8 @@ from relaxations.reductions.sparsity import cliques
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import minimise
 from tests.relaxations.at_a_point import monomial_values, unit_problem, worst
+
+lift_module = sys.modules["relaxations.moments.lift"]  # the package shows the function under this name
 
 # ---------------------------------------------------------------- complicating variables
 
