@@ -44,7 +44,7 @@ def refused(result):
             f"identify {DATA} {MODEL} --report missing/report.html",
             ["there is no folder missing", "create it"],
         ),
-        (f"identify {DATA} {MODEL} --report out.txt", ["no report is written as '.txt'", "choose .html, .pdf"]),
+        (f"identify {DATA} {MODEL} --report out.txt", ["'.txt' is not a report format", "choose .html, .pdf"]),
         (f"error-bound {DATA} {MODEL} --report out", ["choose .html, .pdf"]),
         ("demo --report out.doc", ["choose .html, .pdf"]),
         (f"identify {DATA} {MODEL} --json missing/out.json", ["there is no folder missing"]),

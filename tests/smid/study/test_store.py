@@ -99,7 +99,7 @@ def test_a_full_disk_is_told_and_leaves_the_file_whole(tmp_path):
     with open_store(tmp_path, SUBJECT, resume=False) as store:
         (pages,) = store.connection.execute("PRAGMA page_count").fetchone()
         store.connection.execute(f"PRAGMA max_page_count = {pages + 4}")
-        with pytest.raises(StudyError, match=r"the disk is full; the cells done so far are kept\. Free some space"):
+        with pytest.raises(StudyError, match=r"the disk is full; the runs done so far are kept\. Free some space"):
             add_all(store)
     with open_store(tmp_path, SUBJECT, resume=True) as store:
         kept = len(store.outcomes())
