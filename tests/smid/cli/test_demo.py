@@ -66,7 +66,7 @@ def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, mo
     monkeypatch.setattr(Progress, "__call__", interrupt)
     result = smid("demo")
     assert result.exit_code == 130
-    assert "Ended early: effects that were not tried yet" in (folder / "smid-report.html").read_text(encoding="utf-8")
+    assert "Ended early: effects that were not tested yet" in (folder / "smid-report.html").read_text(encoding="utf-8")
     assert (folder / "smid-report-identification.html").exists()
 
 

@@ -12,9 +12,9 @@ from tests.smid.reports.browser import PHONE, Browser
 from tests.smid.theses.clutch.small_clutch_studies import small_sensor_chapter
 
 KINDS = {
-    "identification": ["Proven: whichever parameters explain", "Validation on other records", "Not proven"],
-    "diagnosis": ["Cause: input dead zone", "The rivals, and why they lost", "Before and after"],
-    "study": ["2 cells: 2 certified", "All cells", "noise bound of y"],
+    "identification": ["Proven: all parameters that explain", "Validation on other records", "Not proven"],
+    "diagnosis": ["Cause: input dead zone", "Other effects, and why they are rejected", "Before and after"],
+    "study": ["All 2 runs have certified intervals", "All runs", "noise bound of y"],
     "sensors": ["One sensor for all temperatures", "An interval for the position", "What cannot be compared"],
     "hybrid": ["Certified intervals", "excites order", "voltage [V]"],
 }
