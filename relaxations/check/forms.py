@@ -1,6 +1,6 @@
-"""The forms that a certificate is made of: names, numbers, monomials, polynomials, lists and objects.
+"""The parts of a certificate file: names, numbers, monomials, polynomials, lists and objects.
 
-Every limit and every type is checked here. Whatever is not of the documented form is refused, unknown keys included.
+Every limit and every type is checked here. Everything else is refused, unknown keys included.
 """
 
 from __future__ import annotations
@@ -38,10 +38,8 @@ def read_name(value: Any, where: str) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a name as it can be printed beside others: in quotes and escaped, unless it looks like a variable.
+    """Return a name for printing: in quotes and escaped, unless it is an identifier, optionally with an index.
 
-    Examples
-    --------
     >>> print(shown_name("eta[12,run_a]"), shown_name("x >= 5"))
     eta[12,run_a] "x >= 5"
     """
@@ -58,14 +56,14 @@ def seen(value: Any) -> str:
 
 @dataclass
 class Reader:
-    """Reads what is nested in a file. What was read so far decides on the work that the check may cost."""
+    """Reads nested values of a file. The amount of data read determines how much work the check may take."""
 
     count: int  # variables
     work: Work
     odd: int = 1  # least common multiple of all denominators, without its factors of two
 
     def fields(self, value: Any, where: str, required: Iterable[str], optional: Iterable[str] = ()) -> dict[str, Any]:
-        """Return an object with the keys that belong to it."""
+        """Return an object after checking its keys."""
         if not isinstance(value, dict):
             raise Unreadable(f"{where} is not an object")
         for key in required:
@@ -77,7 +75,7 @@ class Reader:
         return value
 
     def items(self, value: Any, where: str, length: int | None = None) -> list[Any]:
-        """Return a list, of a given length if there is one."""
+        """Return a list after checking its length, if one is given."""
         if not isinstance(value, list):
             raise Unreadable(f"{where} is not a list")
         if length is not None and len(value) != length:
@@ -108,7 +106,7 @@ class Reader:
         )
 
     def index(self, value: Any, where: str, count: int | None = None) -> int:
-        """Return a number from 0 on, by default that of a variable."""
+        """Return an integer from 0 to ``count - 1``; by default the number of a variable."""
         limit = self.count if count is None else count
         # A negative number would count from the end.
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < limit:
@@ -122,7 +120,7 @@ class Reader:
         return value
 
     def ends(self, value: Any, where: str) -> Interval:
-        """Return both ends of a box; null is infinite."""
+        """Return both bounds of a variable; null is infinite."""
         low, high = self.items(value, where, 2)
         return -inf if low is None else self.number(low, where), inf if high is None else self.number(high, where)
 

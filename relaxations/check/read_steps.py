@@ -1,4 +1,4 @@
-"""Read the steps of a proof, each when its turn comes: a long proof need not be in memory at once."""
+"""Read the steps of a proof. Each step is read when it is checked, so a long proof need not fit into memory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DEEPEST = 100  # steps inside steps
 
 
 def read_proof(reader: Reader, value: Any, inside: str) -> Iterator[Any]:
-    """Read steps one by one."""
+    """Yield the steps one by one."""
     if inside.count("step ") >= DEEPEST:
         raise Unreadable(f"the steps are nested more than {DEEPEST} deep")
     for number, step in enumerate(reader.items(value, f"{inside}steps"), start=1):
@@ -22,6 +22,7 @@ def read_proof(reader: Reader, value: Any, inside: str) -> Iterator[Any]:
 
 
 def _step(reader: Reader, step: Any, where: str) -> Any:
+    """Return a step; one of its keys determines its kind."""
     kinds = {
         "reach": _reach,
         "quotient": _division,
@@ -38,6 +39,7 @@ def _step(reader: Reader, step: Any, where: str) -> Any:
 def _claim(
     reader: Reader, step: Any, where: str, keys: Iterable[str], optional: Iterable[str] = ()
 ) -> tuple[dict[str, Any], Polynomial, Fraction]:
+    """Return the fields of a step, its objective and its bound."""
     fields = reader.fields(step, where, ("objective", "bound", *keys), optional)
     objective = reader.polynomial(fields["objective"], f"{where}, objective")
     return fields, objective, reader.number(fields["bound"], f"{where}, bound")

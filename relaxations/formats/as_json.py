@@ -1,9 +1,8 @@
-"""Problems to JSON and back, bit by bit: every float is written in hexadecimal.
+"""Problems to JSON files and back without rounding: every float is written in hexadecimal.
 
-A file holds ``variables``, their ``box`` (null: no bound), ``equalities``, ``inequalities`` and the ``objective``
-(null: none), each polynomial as a list of ``[coefficient, radius, [numbers of variables, with repetition]]``.
-Certificate files (:mod:`relaxations.check`) state their problem in the same way. What a file cannot hold is a problem's
-``exact``.
+A file contains ``variables``, their ``box`` (null: no bound), ``equalities``, ``inequalities`` and the ``objective``
+(null: none). A polynomial is a list of ``[coefficient, radius, [numbers of variables, with repetition]]``. Certificate
+files (:mod:`relaxations.check`) state their problem in the same way. A problem's ``exact`` is not written.
 """
 
 from __future__ import annotations
@@ -26,12 +25,7 @@ _KEYS = ("format", "version", "variables", "box", "equalities", "inequalities", 
 
 
 def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomials | None = None) -> None:
-    """Write a problem, and its objective where it has one.
-
-    Parameters
-    ----------
-    objective
-        One row.
+    """Write a problem, and its objective if it has one.
 
     Examples
     --------
@@ -55,18 +49,12 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
 
 
 def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
-    """Read a problem and its objective.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-    objective : Polynomials or None
-        One row.
+    """Return the problem and the objective of a file.
 
     Raises
     ------
     ProblemError
-        With the file, the place in it and the cause.
+        With the file, the position and the cause.
 
     Examples
     --------
@@ -95,6 +83,7 @@ def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
 
 
 def _problem(document: Any) -> tuple[PolynomialProblem, Polynomials | None]:
+    """Return the problem and the objective of a document."""
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise ProblemError(f"this is no {FORMAT!r}: write one with relaxations.formats.as_json.write_json")
     if document.get("version") != VERSION:
@@ -119,12 +108,14 @@ def _problem(document: Any) -> tuple[PolynomialProblem, Polynomials | None]:
 
 
 def _polynomials(members: Any, count: int, where: str) -> Polynomials:
+    """Return polynomials from lists of terms."""
     rows: list[int] = []
     keys: list[list[int]] = []
     mids: list[float] = []
     rads: list[float] = []
     if not isinstance(members, list):
         raise ProblemError(f"{where}: a list of polynomials is expected")
+    # Check each term, and collect rows, monomials, coefficients and radii.
     for row, terms in enumerate(members):
         if not isinstance(terms, list):
             raise ProblemError(f"{where} {row}: a list of terms is expected")
@@ -150,6 +141,7 @@ def _polynomials(members: Any, count: int, where: str) -> Polynomials:
 
 
 def _float(value: Any, where: str) -> float:
+    """Return a finite number, or a float in hexadecimal."""
     try:
         # float.fromhex takes "10" for 16.
         number = float.fromhex(value) if isinstance(value, str) and "0x" in value else float(value)

@@ -7,9 +7,9 @@ True
 >>> round(found.upper, 4)
 -0.2071
 
-Coefficients are rational numbers: a float stands for the binary fraction that it is, and nothing is rounded before the
-problem is made. Constraints on one variable alone become its box, and other boxes follow from the constraints where
-:mod:`relaxations.formats.implied_box` finds them.
+Coefficients are rational numbers. A float is the binary fraction that it equals, and there is no rounding before the
+problem is made. Constraints on one variable become its bounds. :mod:`relaxations.formats.implied_box` derives further
+bounds from the other constraints.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ HIGHEST_POWER = 500
 
 @dataclass(frozen=True, eq=False)
 class Expression:
-    """A polynomial in named variables with rational coefficients.
+    """A polynomial in named variables with rational coefficients, made by :func:`variables` and Python's operators.
 
     Parameters
     ----------
     terms
-        Without zeros; see :func:`variables`.
+        Coefficient of each monomial, without zeros.
     """
 
     terms: Mapping[Names, Fraction]
@@ -124,7 +124,7 @@ class Expression:
 
 @dataclass(frozen=True)
 class Constraint:
-    """``expression >= 0``, or ``expression == 0``; made by comparing expressions.
+    """``expression >= 0`` or ``expression == 0``, made by comparing expressions.
 
     Examples
     --------
@@ -148,17 +148,12 @@ class Constraint:
 
 
 def variables(names: str) -> tuple[Expression, ...]:
-    """Return variables by their names.
-
-    Parameters
-    ----------
-    names
-        With spaces or commas between them.
+    """Return variables by their names, which are separated by spaces or commas.
 
     Raises
     ------
     ProblemError
-        For what is no name, and for one that is given twice.
+        When a name is not an identifier, or is given twice.
 
     Examples
     --------
@@ -174,17 +169,12 @@ def variables(names: str) -> tuple[Expression, ...]:
 
 
 def constant(value: Expression | Number) -> Expression:
-    """Return a number as an expression; an expression as it is.
+    """Return a number as an expression, and an expression unchanged; ProblemError for anything else.
 
     Raises
     ------
     ProblemError
-        For what is no finite real number.
-
-    Examples
-    --------
-    >>> constant(0.1)  # the binary fraction that the float is
-    3602879701896397/36028797018963968
+        When the value is not a finite real number.
     """
     if isinstance(value, Expression):
         return value
@@ -201,25 +191,20 @@ def problem_of(
     names: Sequence[str] = (),
     box: Mapping[str, tuple[Number | None, Number | None]] | None = None,
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Return the problem that an objective and constraints state, with the box that follows from them.
+    """Return the problem of an objective and constraints, with the bounds that follow from the constraints.
+
+    Bounds that no float equals are rounded outwards. A bound is infinite if the constraints do not imply one.
 
     Parameters
     ----------
     objective
         To be minimised.
     constraints
-        Those on one variable alone, such as ``x >= 0``, become its box.
+        A constraint on one variable alone, such as ``x >= 0``, becomes its bound.
     names
-        Variables in their order; those that are not named follow, sorted by name.
+        Order of the variables; other variables follow, sorted by name.
     box
-        ``None`` stands for no bound.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-        Boxes that no float holds are rounded outwards. Infinite ends remain where nothing is known.
-    objective : Polynomials
-        One row.
+        Further bounds; ``None`` for no bound.
 
     Raises
     ------
@@ -232,7 +217,7 @@ def problem_of(
     >>> problem, objective = problem_of(x * y, [x**2 + 4 * y**2 <= 1, x >= 0])
     >>> problem.names, problem.lower, problem.upper
     (('x', 'y'), array([ 0. , -0.5]), array([1. , 0.5]))
-    >>> problem.inequalities.n_rows  # x >= 0 went into the box
+    >>> problem.inequalities.n_rows  # x >= 0 is a bound now
     1
     """
     goal = constant(objective)
@@ -257,35 +242,12 @@ def problem_of(
 def stated_problem(
     objective: Expression, constraints: Sequence[Constraint], box: Box
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Return a problem as it stands, its variables in the order of the box; nothing is derived.
-
-    Parameters
-    ----------
-    objective
-        To be minimised.
-    box
-        Fractions, or None for no bound: of every variable that occurs.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-        Boxes that no float holds are rounded outwards.
-    objective : Polynomials
-        One row.
+    """Return a problem without deriving bounds; its variables are those of the box, in this order.
 
     Raises
     ------
     ProblemError
         When a box is empty, or a coefficient is too large for a float.
-
-    Examples
-    --------
-    >>> x, y = variables("x y")
-    >>> problem, _ = stated_problem(x, [x**2 + y**2 <= 1], {"y": (None, None), "x": (Fraction(1, 3), None)})
-    >>> problem.names, problem.upper
-    (('y', 'x'), array([inf, inf]))
-    >>> Fraction(problem.lower[1]) <= Fraction(1, 3)
-    True
     """
     return (
         PolynomialProblem(
@@ -300,7 +262,7 @@ def stated_problem(
 
 
 def minimise(objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any) -> Minimum:
-    """Enclose a minimum: from below by a certificate, from above by a verified point.
+    """Return proven bounds of a minimum: the lower by a certificate, the upper by a verified point.
 
     Parameters
     ----------
@@ -328,7 +290,7 @@ def minimise(objective: Expression | Number, constraints: Sequence[Constraint] =
 
 
 def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
-    """Return expressions as one family; coefficients that no float holds keep their rounding error."""
+    """Return expressions as polynomials; a coefficient that no float equals gets a radius."""
     place = {name: k for k, name in enumerate(names)}
     rows = [row for row, e in enumerate(expressions) for _ in e.terms]
     keys = [sorted(place[v] for v in m) for e in expressions for m in e.terms]
@@ -346,6 +308,7 @@ def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Pol
 
 
 def _collected(terms: Sequence[tuple[Names, Fraction]]) -> Expression:
+    """Return the sum of terms as an expression."""
     total: dict[Names, Fraction] = {}
     for m, c in terms:
         total[m] = total.get(m, Fraction(0)) + c
@@ -353,6 +316,7 @@ def _collected(terms: Sequence[tuple[Names, Fraction]]) -> Expression:
 
 
 def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[Fraction | None, Fraction | None]:
+    """Return both bounds of a variable as fractions."""
     for end in pair:
         if end is not None and not isinstance(end, Fraction) and np.isnan(end):
             raise ProblemError(f"a bound of {name} is no number")
@@ -364,7 +328,7 @@ def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[F
 
 
 def _into_box(c: Constraint, ends: Box) -> bool:
-    """Let ``a x + b >= 0`` (or ``== 0``) narrow the box of x; say whether the constraint was of that kind."""
+    """Narrow the bounds of x by ``a x + b >= 0`` (or ``== 0``); return False for a constraint of another form."""
     own = [m for m in c.expression.terms if m]
     if len(own) != 1 or len(own[0]) != 1:
         return False
@@ -380,7 +344,7 @@ def _into_box(c: Constraint, ends: Box) -> bool:
 
 
 def _outwards(value: Fraction, direction: int) -> float:
-    """Return the nearest float on the side of ``direction``: no feasible point may be cut off."""
+    """Return the nearest float on the side of ``direction``, so that no feasible point is lost."""
     try:
         nearest = float(value)
     except OverflowError:

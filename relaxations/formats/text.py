@@ -1,6 +1,6 @@
-"""Polynomials written as text: ``4*x1**2 - 2.1*sqr(x2) + power(x1, 3)/3``, decimals read as the fractions they are.
+"""Polynomials as text: ``4*x1**2 - 2.1*sqr(x2) + power(x1, 3)/3``. Decimals are read as exact fractions.
 
-The grammar is that of Python and GAMS where the two agree:
+The grammar is the common part of Python and GAMS:
 
     sum     = product {("+" | "-") product}
     product = signed {("*" | "/") signed}
@@ -26,13 +26,7 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of text, and the line that it stands in.
-
-    Parameters
-    ----------
-    kind
-        One of {"number", "name", "relation", "sign"}.
-    """
+    """A piece of text and its line; ``kind`` is "number", "name", "relation" or "sign"."""
 
     kind: str
     text: str
@@ -40,22 +34,12 @@ class Token:
 
 
 def tokens(text: str, line: int = 1) -> list[Token]:
-    """Cut text into numbers, names, relations and signs.
-
-    Parameters
-    ----------
-    line
-        Number of its first line.
+    """Return the numbers, names, relations and signs of a text, whose first line has the number ``line``.
 
     Raises
     ------
     ProblemError
-        With the line of what is none of these.
-
-    Examples
-    --------
-    >>> [t.text for t in tokens("e1..2*x =E= 1")]
-    ['e1', '..', '2', '*', 'x', '=E=', '1']
+        With the line of an unknown character.
     """
     found = []
     for match in TOKEN.finditer(text):
@@ -69,17 +53,12 @@ def tokens(text: str, line: int = 1) -> list[Token]:
 
 
 def parse(text: str, names: Mapping[str, Expression]) -> Expression:
-    """Read one polynomial.
-
-    Parameters
-    ----------
-    names
-        What each name stands for.
+    """Return the polynomial of a text; ``names`` gives the expression of each name.
 
     Raises
     ------
     ProblemError
-        With the line and what is wrong there.
+        With the line and the cause.
 
     Examples
     --------
@@ -92,25 +71,12 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
 
 
 def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expression:
-    """Read one polynomial from tokens; see :func:`parse`.
-
-    Parameters
-    ----------
-    names
-        What each name stands for.
+    """Return the polynomial of some tokens; see :func:`parse`.
 
     Raises
     ------
     ProblemError
-        With the line and what is wrong there, or that there are no tokens.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import variables
-    >>> (x,) = variables("x")
-    >>> pieces = tokens("e1.. x*x - 1 =L= 0")
-    >>> parse_tokens(pieces[2:7], {"x": x})
-    x**2 - 1
+        With the line and the cause, or when there are no tokens.
     """
     if not pieces:
         raise ProblemError("an expression is missing: write a polynomial")
@@ -123,7 +89,7 @@ def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expres
 
 
 class _Reader:
-    """A recursive descent over tokens; ``place`` is the next one."""
+    """A recursive descent parser; ``place`` is the index of the next token."""
 
     def __init__(self, pieces: list[Token], names: Mapping[str, Expression]) -> None:
         self.pieces = pieces
@@ -195,7 +161,7 @@ class _Reader:
         )
 
     def _told(self, piece: Token, make: Callable[[], Expression]) -> Expression:
-        """Return what ``make`` returns; an error gets the line."""
+        """Return what ``make`` returns; an error message gets the line of the token."""
         try:
             return make()
         except ProblemError as error:

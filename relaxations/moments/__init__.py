@@ -1,4 +1,4 @@
-"""Relaxations: moment matrices (Lasserre), the parametric lift, and the conic programs they become."""
+"""Relaxations: moment matrices (Lasserre), the parametric lift, and their conic programs."""
 
 from relaxations.moments.conic import conic_program, multipliers
 from relaxations.moments.lasserre import lasserre

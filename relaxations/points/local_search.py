@@ -1,4 +1,4 @@
-"""A local minimum of a polynomial problem near a point, by sequential quadratic programming: no proof, a good guess.
+"""Local minima of polynomial problems by sequential quadratic programming, without a proof.
 
 References
 ----------
@@ -25,39 +25,27 @@ LARGEST = 200  # variables; the method's matrices are dense
 def local_minimum(
     problem: PolynomialProblem, objective: Polynomials, start: Array, margin: float = 0.0
 ) -> Array | None:
-    """Return a point whose constraints hold to 1e-9 and whose objective is small, or None.
+    """Return a point with a small objective whose scaled constraints hold within 1e-9, or None.
+
+    None also for more than 200 variables, because the matrices of the method are dense.
 
     Parameters
     ----------
     problem
-        With a finite box.
-    objective
-        One row.
+        With finite bounds.
     start
         Shape (n_variables,).
     margin
-        Distance, scaled, that is kept from every inequality and every box end.
-
-    Returns
-    -------
-    ndarray, shape (n_variables,), or None
-        None also beyond 200 variables, for the method's matrices are dense.
+        Scaled distance from every inequality and every bound.
 
     Raises
     ------
     ProblemError
-        Where the box is infinite.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(x * y, [x**2 + y**2 <= 1])
-    >>> local_minimum(problem, objective, np.array([0.5, -0.1])).round(4)
-    array([ 0.7071, -0.7071])
+        When a bound is infinite.
     """
     if problem.n_variables > LARGEST:
         return None
+    # Scale the variables to [-1, 1], and the objective to coefficients near one.
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
     cost = scaling.polynomials(objective)
@@ -69,6 +57,7 @@ def local_minimum(
     equal = scaled.equalities
     if equal.n_rows > 1:
         equal = equal.take(independent(_jacobian(equal, np.clip(begin, -reach, reach))))
+    # Constraints in the form of SLSQP.
     constraints = [
         {
             "type": kind,
@@ -92,6 +81,7 @@ def local_minimum(
         constraints=constraints,
         options={"maxiter": 200, "ftol": 1e-14},
     )
+    # Accept the point only if its constraints hold.
     t = np.clip(found.x, -reach, reach)
     if not np.isfinite(t).all():
         return None
@@ -103,6 +93,7 @@ def local_minimum(
 
 
 def _jacobian(family: Polynomials, point: Array) -> Array:
+    """Return the dense Jacobian of polynomials at a point."""
     rows, columns, values = family.jacobian(point)
     shape = (family.n_rows, len(point))
     return np.asarray(sparse.coo_matrix((values, (rows, columns)), shape=shape).toarray(), dtype=np.float64)

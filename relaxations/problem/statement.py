@@ -1,4 +1,4 @@
-"""A problem as plain lists, with every float in hexadecimal: what problem files and certificates state."""
+"""A problem as plain lists with every float in hexadecimal, as problem files and certificates contain it."""
 
 from __future__ import annotations
 
@@ -11,21 +11,7 @@ from relaxations.problem.problem import PolynomialProblem
 
 
 def statement(problem: PolynomialProblem) -> dict[str, Any]:
-    """Return a problem as JSON holds it, without format, version and objective.
-
-    Returns
-    -------
-    dict
-        ``variables``, ``box``, ``equalities`` and ``inequalities``.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, _ = problem_of(x, [x >= 0.5])
-    >>> statement(problem)["box"]
-    [['0x1.0000000000000p-1', None]]
-    """
+    """Return ``variables``, ``box``, ``equalities`` and ``inequalities`` of a problem, ready for JSON."""
 
     def end(value: float) -> str | None:
         return float(value).hex() if np.isfinite(value) else None
@@ -39,18 +25,7 @@ def statement(problem: PolynomialProblem) -> dict[str, Any]:
 
 
 def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
-    """Return ``[coefficient, radius, variables]`` for each term of each member.
-
-    Returns
-    -------
-    list of list of [str, str or 0, list of int]
-        Numbers in hexadecimal.
-
-    Examples
-    --------
-    >>> listed(Polynomials.from_terms([{(0, 0): 1.5, (): -1.0}]))
-    [[['-0x1.0000000000000p+0', 0, []], ['0x1.8000000000000p+0', 0, [0, 0]]]]
-    """
+    """Return ``[coefficient, radius, variables]`` for each term of each polynomial, numbers in hexadecimal."""
     rows: list[list[list[Any]]] = [[] for _ in range(polynomials.n_rows)]
     for row, factor, mid, rad in zip(
         polynomials.rows.tolist(),

@@ -1,4 +1,4 @@
-"""What a library writes past Python to standard output or standard error, held back while it runs."""
+"""Capture what a library writes directly to the standard output or error of the process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import IO
 
 @dataclass
 class _Stream:
-    """One file descriptor of the process. Threads share it: the first one that enters diverts it, the last restores."""
+    """A file descriptor of the process. The first thread that enters redirects it, and the last one restores it."""
 
     descriptor: int
     lock: Lock = field(default_factory=Lock)
@@ -61,12 +61,7 @@ _streams = {number: _Stream(number) for number in (1, 2)}
 
 
 def flush(descriptor: int) -> None:
-    """Flush Python's own buffer of a standard stream, where there is one.
-
-    Examples
-    --------
-    >>> flush(2)
-    """
+    """Flush Python's buffer of standard output (1) or standard error (2)."""
     stream = sys.stdout if descriptor == 1 else sys.stderr
     if stream is not None:
         with suppress(OSError, ValueError):
@@ -75,23 +70,9 @@ def flush(descriptor: int) -> None:
 
 @contextmanager
 def held_back(descriptor: int) -> Iterator[list[str]]:
-    """Hold back what is written to a descriptor; drop it where the list that is given has an entry in the end.
+    """Capture what is written to a file descriptor, 1 or 2, inside a ``with`` block.
 
-    Parameters
-    ----------
-    descriptor
-        Standard output or standard error of the process.
-
-    Yields
-    ------
-    list of str
-        Reasons to drop what was written; without any it is written when the block ends.
-
-    Examples
-    --------
-    >>> with held_back(2) as drop:
-    ...     _ = os.write(2, b"thread panicked at ...")
-    ...     drop.append("a failure that is told in another way")
+    The block gets a list of reasons to drop the text. If the list is empty at the end, the text is written then.
     """
     reasons: list[str] = []
     _streams[descriptor].enter()

@@ -1,7 +1,8 @@
-"""SDPA through the package ``sdpa-python``, called below its modelling layer; optional, for it is under the GPL.
+"""SDPA, called through ``sdpa-python`` below its modelling layer; optional, because its licence is the GPL.
 
-In SeDuMi's form ``minimise b'z : A'z = -q``, z the dual vector: multipliers of equalities as differences of nonnegative
-ones, second-order cones of size 3 as blocks of width 2, semidefinite blocks in full.
+The program has SeDuMi's form, ``minimise b'z : A'z = -q``, where z is the dual vector. Multipliers of equalities are
+differences of two nonnegative variables. Second-order cones of size 3 are blocks of width 2. Semidefinite blocks are
+full matrices.
 
 References
 ----------
@@ -37,35 +38,7 @@ _STOPS = {
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    _solver
-        Its own name.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        The solver's own word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-
-    Raises
-    ------
-    ImportError
-        Where the package is not installed.
-
-    Examples
-    --------
-    >>> from relaxations.solvers import available_solvers
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> "sdpa" not in available_solvers() or run("sdpa", program, np.array([1.0]))[2].round(4).tolist() == [-1.0]
-    True
-    """
+    """Return a solution; see :mod:`relaxations.solvers.interface`."""
     # Here, for the package is optional.
     from sdpap.param import param
     from sdpap.sdpacall import sdpacall
@@ -94,7 +67,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
 
 def _in_full(cones: Cones) -> tuple[sparse.csr_matrix, tuple[int, ...]]:
-    """Return the matrix from our rows to SDPA's, and the widths of its blocks; its transpose takes a dual back."""
+    """Return the matrix from our rows to those of SDPA, and the block widths; its transpose maps a dual back."""
     from_lorentz = sparse.csr_matrix([[0.5, 0.5, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.5, -0.5, 0.0]])
     parts = [sparse.identity(cones.zero + cones.nonnegative), *[from_lorentz] * len(cones.second_order)]
     for width in cones.semidefinite:

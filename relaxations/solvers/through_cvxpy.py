@@ -1,4 +1,4 @@
-"""Any conic solver that cvxpy knows, by name."""
+"""Any conic solver of cvxpy, by name."""
 
 from __future__ import annotations
 
@@ -36,35 +36,10 @@ _LIMITS = {
 
 
 def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve with one of cvxpy's solvers; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    solver
-        As cvxpy spells it.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        cvxpy's word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-        NaN where there are none; so with the moments.
-
-    Examples
-    --------
-    >>> from scipy import sparse
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> stop, status, moments, dual = run("CLARABEL", program, np.array([1.0]))
-    >>> stop.name, moments.round(4), dual.round(4)
-    ('SOLVED', array([-1.]), array([1.]))
-    """
+    """Return a solution by one of cvxpy's solvers; see :mod:`relaxations.solvers.interface`."""
     y = cp.Variable(program.matrix.shape[1])
     slack = program.rhs - program.matrix @ y
+    # One cvxpy constraint for each cone, in the order of the rows.
     constraints: list[Any] = []
     position = 0
     for count, build in ((program.cones.zero, cp.Zero), (program.cones.nonnegative, cp.NonNeg)):
@@ -92,6 +67,7 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
 
 
 def _limit(solver: str) -> dict[str, float]:
+    """Return the solver's own option for the remaining time."""
     left, name = remaining(), _LIMITS.get(solver.upper())
     return {} if name is None or np.isinf(left) else {name: left}
 
@@ -108,7 +84,7 @@ def _matrix(triangle: Any, width: int) -> Any:
 
 
 def _dual(constraints: list[Any], program: ConicProgram) -> Array:
-    """Stack the duals in the order of the rows; NaN where the solver gave none."""
+    """Return the duals in the order of the rows; NaN if the solver returned none."""
     parts = []
     for constraint in constraints:
         value = constraint.dual_value
