@@ -30,7 +30,7 @@ class TimeIsUp(Exception):
     """Raised when the time limit is reached."""
 
     def __init__(self, message: str = "the time allowed is used up") -> None:
-        super().__init__(message)  # with the message as argument, so that it can be pickled
+        super().__init__(message)  # the argument makes the exception picklable
 
 
 STOPS = (TimeIsUp, KeyboardInterrupt, MemoryError)
@@ -44,7 +44,7 @@ class _Deadline:
     at: float
 
     def __reduce__(self) -> tuple[Callable[[float], _Deadline], tuple[float]]:
-        # A process on another machine has a monotonic clock of its own. The wall clocks agree.
+        # The monotonic clock differs on another machine, the wall clock does not.
         """Return the deadline as wall-clock time, because the monotonic clock of another machine differs."""
         return _from_wall_clock, (time.time() + self.at - time.monotonic(),)
 
@@ -66,7 +66,7 @@ def check_seconds(seconds: float) -> None:
     ProblemError
         For anything else, NaN included.
     """
-    if not (isinstance(seconds, Real) and seconds > 0):  # refused where it is NaN, too
+    if not (isinstance(seconds, Real) and seconds > 0):  # NaN is refused, too
         raise ProblemError(
             f"seconds = {seconds} is refused: give a positive number of seconds, or leave it out for no time limit"
         )
@@ -165,7 +165,7 @@ def map_in_time(
         yield from map(function, items)
         return
     deadline = _current.get()
-    left = None if deadline.at == inf else remaining()  # an executor takes no infinite one
+    left = None if deadline.at == inf else remaining()  # an executor does not accept infinity
     try:
         yield from executor.map(_Carried(function, deadline), items, timeout=left)
     except TimeoutError:

@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 EPSILON = 2.0**-52
-TINY = 2.0**-1022  # covers an underflow; the smallest normal number
-_UP = 1.0 + 8 * EPSILON  # pays for the handful of roundings in a radius
+TINY = 2.0**-1022  # the smallest normal number: a bound of the error of an underflow
+_UP = 1.0 + 8 * EPSILON  # covers the rounding errors in the computation of a radius
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,8 @@ class Balls:
     def __mul__(self, other: Balls) -> Balls:
         mid = self.mid * other.mid
         rad = np.abs(self.mid) * other.rad + np.abs(other.mid) * self.rad + self.rad * other.rad
-        # Zero and powers of two multiply without rounding (short of underflow): data that are only copied or negated
-        # stay exact, and with them the simulations that verify a witness.
+        # Products with zero and with powers of two are exact unless they underflow. So data that are only copied or
+        # negated stay exact.
         either_zero = (self.mid == 0) | (other.mid == 0)
         exact = (_is_trivial(self.mid) | _is_trivial(other.mid)) & ((np.abs(mid) > TINY) | either_zero)
         rounding = np.where(exact, 0.0, EPSILON * np.abs(mid) + TINY)
@@ -95,7 +95,7 @@ class Balls:
         if np.any(least <= 0):
             raise ZeroDivisionError("a divisor's enclosure contains zero")
         mid = self.mid / other.mid
-        # A product that underflows here would be missed by the division.
+        # TINY covers an underflow of ``|mid| * other.rad``.
         rad = (self.rad + np.abs(mid) * other.rad + TINY * (other.rad > 0)) / (least * (1 - 4 * EPSILON))
         return Balls(mid, (rad + EPSILON * np.abs(mid) + TINY) * _UP)
 
@@ -131,7 +131,7 @@ class Balls:
         absolute = np.bincount(segment, np.abs(self.mid), n_segments)
         rad = np.bincount(segment, self.rad, n_segments)
         count = np.bincount(segment, minlength=n_segments)
-        # One term is copied, not rounded: exact data stay exact.
+        # A sum of one term is exact.
         rounding = np.where(count > 1, count * EPSILON * absolute, 0.0)
         return Balls(mid, (rad + rounding) * (1 + (count + 8) * EPSILON))
 

@@ -41,7 +41,7 @@ def multiply(x: Interval, y: Interval, bits: int) -> Interval:
         x, y = y, x
     (a, b), (c, d) = x, y
     if a == b:
-        # A float is few digits and many zeros, which need not be multiplied.
+        # A float has at most 53 significant bits: multiply these, and shift by its trailing zeros.
         digits, zeros = _digits(a)
         low, high = (digits * c, digits * d) if a >= 0 else (digits * d, digits * c)
         if zeros > bits:
@@ -84,7 +84,7 @@ def middle(value: Interval, bits: int) -> float:
 
 
 def _to_float(value: int, bits: int) -> float:
-    # True division of integers rounds correctly; one beyond the range of floats is infinite.
+    # Python's division of integers is correctly rounded.
     """Return ``value / 2**bits``, correctly rounded, or infinity."""
     try:
         return value / (1 << bits)

@@ -25,6 +25,13 @@ def pad(factors: Factors, degree: int) -> Factors:
     return factors if missing <= 0 else np.pad(factors, ((0, 0), (missing, 0)), constant_values=-1)
 
 
+def padded(monomials: Sequence[Sequence[int]]) -> Factors:
+    """Return monomials of any lengths as rows, sorted and padded in front with -1."""
+    degree = max(map(len, monomials), default=0)
+    rows = [[-1] * (degree - len(m)) + sorted(m) for m in monomials]
+    return np.array(rows, dtype=np.int64).reshape(len(rows), degree)
+
+
 def trim(factors: Factors) -> Factors:
     """Return monomials without the leading columns that contain only -1."""
     used = (factors >= 0).any(axis=0)
@@ -103,14 +110,10 @@ class Polynomials:
     @staticmethod
     def from_terms(polynomials: Sequence[Mapping[tuple[int, ...], float]]) -> Polynomials:
         """Return one polynomial for each mapping ``{variables with repetition: coefficient}``."""
-        terms = [(row, key, value) for row, p in enumerate(polynomials) for key, value in p.items()]
-        degree = max((len(key) for _, key, _ in terms), default=0)
-        factors = np.full((len(terms), degree), -1, dtype=np.int64)
-        for k, (_, key, _) in enumerate(terms):
-            if key:
-                factors[k, degree - len(key) :] = sorted(key)
-        rows = np.array([row for row, _, _ in terms], dtype=np.int64)
-        return Polynomials(len(polynomials), rows, factors, Balls.exact([value for *_, value in terms])).collect()
+        rows = np.array([row for row, p in enumerate(polynomials) for _ in p], dtype=np.int64)
+        factors = padded([key for p in polynomials for key in p])
+        coefficients = Balls.exact([value for p in polynomials for value in p.values()])
+        return Polynomials(len(polynomials), rows, factors, coefficients).collect()
 
     @staticmethod
     def join(parts: Sequence[Polynomials]) -> Polynomials:
@@ -219,7 +222,7 @@ class Polynomials:
             slope = Balls.exact(np.where(real, scale[variable], 1.0))
             moved = real & (centre[variable] != 0)
             constant = coefficients[moved] * Balls.exact(centre[variable[moved]])
-            # A padding column must not touch the coefficient, not even by a rounding.
+            # The coefficient stays exact for a padding column and for a slope of 1.
             linear = coefficients * slope
             linear = Balls(
                 np.where(slope.mid == 1, coefficients.mid, linear.mid),

@@ -14,7 +14,7 @@ from math import inf, lcm
 
 Monomial = tuple[int, ...]  # the variables' numbers with repetition, sorted: x0^2 x1 is (0, 0, 1)
 Terms = dict[Monomial, Fraction]
-End = Fraction | float  # a float is infinite
+End = Fraction | float  # a float here is infinite
 Interval = tuple[End, End]
 
 ONE, ZERO = Fraction(1), Fraction(0)
@@ -58,7 +58,7 @@ class Work:
         """Count work, and refuse the file if it exceeds the limit."""
         self.left -= amount
         if self.left < 0:
-            raise Unreadable("the check of this file takes more work than a file of its size may ask for")
+            raise Unreadable("the check of this file takes more work than the limit for its size")
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def substituted(polynomial: Polynomial, values: dict[int, Polynomial], work: Wor
 
 def sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]], work: Work) -> Polynomial:
     """Return ``sum over columns f of (sum_i f_i b_i)^2``."""
-    # Whole numbers over one denominator multiply many times faster than fractions.
+    # Integers over one denominator are multiplied many times faster than fractions.
     denominator = lcm(*(value.denominator for row in factor for value in row))
     rows = [[value.numerator * (denominator // value.denominator) for value in row] for row in factor]
     digits = max((value.bit_length() for row in rows for value in row), default=0)
@@ -188,7 +188,7 @@ def value_range(polynomial: Polynomial, box: list[Interval], work: Work) -> Inte
 def _times(a: End, b: End) -> End:
     """Return the product of two bounds, of which each may be infinite."""
     if not a or not b:
-        return ZERO  # an infinite end stands for numbers that are all finite
+        return ZERO  # the variables are finite, so 0 times any value is 0
     if isinstance(a, Fraction) and isinstance(b, Fraction):
         return a * b
     return inf if (a > 0) == (b > 0) else -inf

@@ -20,9 +20,9 @@ HIGHEST_DEGREE = 64
 MOST_DIGITS = 700  # of a whole number, or of either part of a fraction
 LARGEST_EXPONENT = 2300  # of two, in a float
 MOST_ODD_BITS = 512  # of the least common multiple of all denominators, without its factors of two
-MANY = 1 << 31  # constraints, kinks or cuts: the rules know how many there are
+MANY = 1 << 31  # limit of constraint, kink and cut numbers here; the rules check them against the statement
 
-WORK_FOR_A_NUMBER = 40  # products of short numbers: every number in the file allows for so many
+WORK_FOR_A_NUMBER = 40  # products of short numbers, allowed for each number in the file
 
 _HEXADECIMAL = re.compile(r"(-?)0x([01])(?:\.([0-9a-f]{1,32}))?p([+-]?[0-9]{1,5})")
 _FRACTION = re.compile(r"(-?[0-9]+)(?:/([0-9]+))?")
@@ -31,9 +31,9 @@ _FRACTION = re.compile(r"(-?[0-9]+)(?:/([0-9]+))?")
 def read_name(value: Any, where: str) -> str:
     """Return a name that can be printed on one line."""
     if not isinstance(value, str) or not value or len(value) > LONGEST_NAME:
-        raise Unreadable(f"{where}: {seen(value)} is not a name of 1 to {LONGEST_NAME} characters")
+        raise Unreadable(f"{where}: {excerpt(value)} is not a name of 1 to {LONGEST_NAME} characters")
     if not value.isprintable():
-        raise Unreadable(f"{where}: the name {seen(value)} has characters that cannot be printed")
+        raise Unreadable(f"{where}: the name {excerpt(value)} has characters that cannot be printed")
     return value
 
 
@@ -46,7 +46,7 @@ def shown_name(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z_]\w*(\[[\w,.-]*\])?", name, re.ASCII) else json.dumps(name)
 
 
-def seen(value: Any) -> str:
+def excerpt(value: Any) -> str:
     """Return the beginning of a value in plain ASCII, for messages."""
     if isinstance(value, int) and value.bit_length() > 200:
         return f"a whole number of {value.bit_length()} bits"
@@ -71,7 +71,7 @@ class Reader:
                 raise Unreadable(f"{where} has no {key!r}")
         for key in value:
             if key not in (*required, *optional):
-                raise Unreadable(f"{where} has an unknown key {seen(key)}")
+                raise Unreadable(f"{where} has an unknown key {excerpt(key)}")
         return value
 
     def items(self, value: Any, where: str, length: int | None = None) -> list[Any]:
@@ -102,7 +102,7 @@ class Reader:
         elif isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= 3 * MOST_DIGITS:
             return Fraction(value)
         raise Unreadable(
-            f"{where}: {seen(value)} is not a number; write 3, '1/3' or a float in hexadecimal, '0x1.8p+1'"
+            f"{where}: {excerpt(value)} is not a number; write 3, '1/3' or a float in hexadecimal, '0x1.8p+1'"
         )
 
     def index(self, value: Any, where: str, count: int | None = None) -> int:
@@ -110,13 +110,13 @@ class Reader:
         limit = self.count if count is None else count
         # A negative number would count from the end.
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < limit:
-            raise Unreadable(f"{where}: {seen(value)} is not a number from 0 to {limit - 1}")
+            raise Unreadable(f"{where}: {excerpt(value)} is not a number from 0 to {limit - 1}")
         return value
 
     def side(self, value: Any, where: str) -> int:
         """Return 1 or -1."""
         if value not in (1, -1) or not isinstance(value, int) or isinstance(value, bool):
-            raise Unreadable(f"{where}: {seen(value)} is not a side, 1 or -1")
+            raise Unreadable(f"{where}: {excerpt(value)} is not a side, 1 or -1")
         return value
 
     def ends(self, value: Any, where: str) -> Interval:
@@ -143,7 +143,7 @@ class Reader:
             if rad != 0 or isinstance(rad, bool):
                 radius = self.number(rad, where)
                 if radius < 0:
-                    raise Unreadable(f"{where}: radius >= 0 fails for {seen(rad)}")
+                    raise Unreadable(f"{where}: radius >= 0 fails for {excerpt(rad)}")
                 rads[m] = rads.get(m, ZERO) + radius
         return Polynomial(mids, rads)
 

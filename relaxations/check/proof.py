@@ -38,7 +38,7 @@ def prove(proof: Iterable[Any], context: Context) -> bool:
     """
     empty = settle(context)
     for number, step in enumerate(proof, start=1):
-        if empty:  # every further claim is about no point
+        if empty:  # further claims are trivially true
             break
         here = context.at(number)
         for theorem in RULES[type(step)](step, here, prove):

@@ -15,7 +15,7 @@ from typing import Any
 
 from relaxations.check import steps
 from relaxations.check.arithmetic import Unreadable, Work
-from relaxations.check.forms import MANY, Reader, read_name, seen, shown_name
+from relaxations.check.forms import MANY, Reader, excerpt, read_name, shown_name
 from relaxations.check.read_steps import read_proof
 from relaxations.check.statement import Box, Kink, Stated
 
@@ -24,7 +24,7 @@ VERSION = 1
 
 MOST_BYTES = 1 << 28
 MOST_VARIABLES = 1 << 20
-WORK = 50_000  # products of short numbers that any file may ask for
+WORK = 50_000  # products of short numbers, allowed for every file
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def document(content: Any) -> Document:
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise Unreadable(f"the file is not a certificate: its 'format' is not {FORMAT!r}")
     if content.get("version") != VERSION or isinstance(content["version"], bool):
-        raise Unreadable(f"the version is {seen(content.get('version'))}, this program checks version {VERSION}")
+        raise Unreadable(f"the version is {excerpt(content.get('version'))}, this program checks version {VERSION}")
     file = reader.fields(content, "the file", keys, ("kinks", "cuts", "origin"))
     # Variables with their bounds.
     names = [read_name(name, f"variable {k}") for k, name in enumerate(reader.items(file["variables"], "variables"))]
@@ -140,7 +140,7 @@ def _kinks(reader: Reader, value: Any) -> list[Kink]:
         where = f"kink {n}"
         fields = reader.fields(entry, where, ("variable", "kind", "argument"))
         if fields["kind"] not in ("positive part", "sign"):
-            raise Unreadable(f"{where}: {seen(fields['kind'])} is neither 'positive part' nor 'sign'")
+            raise Unreadable(f"{where}: {excerpt(fields['kind'])} is neither 'positive part' nor 'sign'")
         argument = reader.polynomial(fields["argument"], f"{where}, argument")
         kinks.append(Kink(reader.index(fields["variable"], where), fields["kind"] == "sign", argument))
     places = {kink.variable: n for n, kink in enumerate(kinks)}
@@ -157,11 +157,11 @@ def _unique_keys(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise Unreadable(f"the key {seen(key)} occurs twice in one object")
+            raise Unreadable(f"the key {excerpt(key)} occurs twice in one object")
         result[key] = value
     return result
 
 
 def _no_decimal(text: str) -> Any:
     """Refuse a decimal number."""
-    raise Unreadable(f"{seen(text)[1:-1]} is a decimal: write a float in hexadecimal, a fraction or a whole number")
+    raise Unreadable(f"{excerpt(text)[1:-1]} is a decimal: write a float in hexadecimal, a fraction or a whole number")

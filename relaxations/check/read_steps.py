@@ -8,9 +8,9 @@ from typing import Any
 
 from relaxations.check import steps
 from relaxations.check.arithmetic import Polynomial, Unreadable
-from relaxations.check.forms import MANY, Reader, seen
+from relaxations.check.forms import MANY, Reader, excerpt
 
-DEEPEST = 100  # steps inside steps
+DEEPEST = 100  # levels of steps inside steps
 
 
 def read_proof(reader: Reader, value: Any, inside: str) -> Iterator[Any]:
@@ -73,7 +73,7 @@ def _product(reader: Reader, entry: Any, where: str) -> steps.Product:
     for part in reader.items(fields["of"], where):
         kind, k = reader.items(part, where, 2)
         if kind not in ("inequality", "above", "below", "inside"):
-            raise Unreadable(f"{where}: {seen(kind)} is none of 'inequality', 'above', 'below', 'inside'")
+            raise Unreadable(f"{where}: {excerpt(kind)} is not one of 'inequality', 'above', 'below', 'inside'")
         of.append((kind, reader.index(k, where, MANY if kind == "inequality" else None)))
     return steps.Product(reader.number(fields["weight"], where), basis, factor, of)
 
@@ -139,7 +139,7 @@ def _faces(reader: Reader, value: Any, where: str) -> Iterator[steps.Face]:
     for face in reader.items(value, f"{where}, faces"):
         fields = reader.fields(face, f"{where}, a face", ("variable", "side", "steps"))
         variable, side = reader.index(fields["variable"], where), reader.side(fields["side"], where)
-        reader.count += 1  # the steps of a face know one more variable, s
+        reader.count += 1  # the steps of a face have one more variable, s
         yield steps.Face(variable, side, read_proof(reader, fields["steps"], f"{where}, face {variable}, "))
         reader.count -= 1
 

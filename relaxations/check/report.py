@@ -13,7 +13,7 @@ from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
 from relaxations.check.statement import Theorem, shown
 
-MOST_LINES = 20  # of variables, or of an origin's entry
+MOST_LINES = 20  # for variables, and for each entry of an origin
 
 
 def report(document: Document, theorems: Iterable[Theorem]) -> Iterator[str]:

@@ -79,7 +79,7 @@ class Stated:
     equalities: list[Polynomial | None]
     inequalities: list[Polynomial | None]
     kinks: list[Kink]
-    chosen: dict[int, int]  # the side of zero on which a part takes the argument of a kink, by the kink's number
+    chosen: dict[int, int]  # by the number of a kink: the sign of its argument on this part
     cuts: list[Any]  # multipliers of the constraints, for rules/cuts.py
 
     def row(self, kind: str, number: int, where: str) -> Polynomial:

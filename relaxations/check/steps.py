@@ -9,7 +9,7 @@ from typing import Any
 
 from relaxations.check.arithmetic import Monomial, Polynomial, Terms
 
-Proof = Iterable[Any]  # steps, each read when its turn comes
+Proof = Iterable[Any]  # steps; each is read when it is checked
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Balls, concatenate
-from relaxations.algebra.polynomial import Polynomials
+from relaxations.algebra.ball_arithmetic import Balls, concatenate, outwards
+from relaxations.algebra.polynomial import Polynomials, padded
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
 from relaxations.problem.problem import PolynomialProblem
@@ -46,7 +46,7 @@ class Expression:
     """
 
     terms: Mapping[Names, Fraction]
-    __array_ufunc__: ClassVar[None] = None  # NumPy's numbers leave the operation to this class
+    __array_ufunc__: ClassVar[None] = None  # NumPy's scalars then use the operators of this class
 
     @property
     def degree(self) -> int:
@@ -80,7 +80,7 @@ class Expression:
     def __truediv__(self, other: Expression | Number) -> Expression:
         divisor = constant(other).constant
         if divisor is None:
-            raise ProblemError(f"division by {other}, which is no constant: multiply the constraint by it instead")
+            raise ProblemError(f"division by {other}, which is not a constant: multiply the constraint by it instead")
         if divisor == 0:
             raise ProblemError(f"division of {self} by zero")
         return self * (1 / divisor)
@@ -91,7 +91,9 @@ class Expression:
     def __pow__(self, exponent: Expression | Number) -> Expression:
         power = constant(exponent).constant
         if power is None or power.denominator != 1 or power < 0:
-            raise ProblemError(f"the exponent {exponent} is no whole number from 0: only polynomials can be treated")
+            raise ProblemError(
+                f"the exponent {exponent} is not a whole number from 0 on: only polynomials are supported"
+            )
         if power > HIGHEST_POWER:
             raise ProblemError(f"the exponent {exponent} is above {HIGHEST_POWER}: no relaxation reaches such degrees")
         result = constant(1)
@@ -181,7 +183,9 @@ def constant(value: Expression | Number) -> Expression:
     try:
         number = Fraction(value)
     except (TypeError, ValueError, OverflowError):
-        raise ProblemError(f"{value!r} is no finite real number: only those and variables make a polynomial") from None
+        raise ProblemError(
+            f"{value!r} is not a finite real number: a polynomial consists of numbers and variables"
+        ) from None
     return Expression({(): number} if number else {})
 
 
@@ -231,7 +235,7 @@ def problem_of(
     ends: Box = {v: _exact_ends(v, (box or {}).get(v, (None, None))) for v in ordered}
     kept: list[Constraint] = []
     for c in constraints:
-        if not _into_box(c, ends):
+        if not _narrow_box(c, ends):
             kept.append(c)
     for v, (low, high) in ends.items():
         if low is not None and high is not None and low > high:
@@ -252,8 +256,8 @@ def stated_problem(
     return (
         PolynomialProblem(
             tuple(box),
-            np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in box.values()]),
-            np.array([np.inf if high is None else _outwards(high, 1) for _, high in box.values()]),
+            np.array([-np.inf if low is None else outwards(low, -1) for low, _ in box.values()]),
+            np.array([np.inf if high is None else outwards(high, 1) for _, high in box.values()]),
             _polynomials([c.expression for c in constraints if c.equality], tuple(box)),
             _polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
         ),
@@ -293,12 +297,9 @@ def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Pol
     """Return expressions as polynomials; a coefficient that no float equals gets a radius."""
     place = {name: k for k, name in enumerate(names)}
     rows = [row for row, e in enumerate(expressions) for _ in e.terms]
-    keys = [sorted(place[v] for v in m) for e in expressions for m in e.terms]
-    if not keys:
+    factors = padded([[place[v] for v in m] for e in expressions for m in e.terms])
+    if not rows:
         return Polynomials.from_terms([{} for _ in expressions])
-    factors = np.full((len(keys), max(len(key) for key in keys)), -1, dtype=np.int64)
-    for factor, key in zip(factors, keys, strict=True):
-        factor[len(factor) - len(key) :] = key
     try:
         balls = [Balls.enclose(c) for e in expressions for c in e.terms.values()]
     except OverflowError:
@@ -319,7 +320,7 @@ def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[F
     """Return both bounds of a variable as fractions."""
     for end in pair:
         if end is not None and not isinstance(end, Fraction) and np.isnan(end):
-            raise ProblemError(f"a bound of {name} is no number")
+            raise ProblemError(f"a bound of {name} is not a number")
     low, high = pair
     return (
         None if low is None or low == -np.inf else constant(low).constant,
@@ -327,7 +328,7 @@ def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[F
     )
 
 
-def _into_box(c: Constraint, ends: Box) -> bool:
+def _narrow_box(c: Constraint, ends: Box) -> bool:
     """Narrow the bounds of x by ``a x + b >= 0`` (or ``== 0``); return False for a constraint of another form."""
     own = [m for m in c.expression.terms if m]
     if len(own) != 1 or len(own[0]) != 1:
@@ -341,13 +342,3 @@ def _into_box(c: Constraint, ends: Box) -> bool:
         high = root if high is None else min(high, root)
     ends[own[0][0]] = (low, high)
     return True
-
-
-def _outwards(value: Fraction, direction: int) -> float:
-    """Return the nearest float on the side of ``direction``, so that no feasible point is lost."""
-    try:
-        nearest = float(value)
-    except OverflowError:
-        return float(np.inf if value > 0 else -np.inf)
-    outside = direction * (Fraction(nearest) - value) >= 0
-    return nearest if outside else float(np.nextafter(nearest, direction * np.inf))

@@ -137,7 +137,9 @@ def _apply(statement: list[Token], model: _Model) -> None:
     word = first.text.lower()
     second = statement[1].text.lower() if len(statement) > 1 else ""
     if word in _DISCRETE or (word in _KINDS and second in _DISCRETE):
-        raise ProblemError(f"line {first.line}: {first.text} variables are not continuous: only those can be treated")
+        raise ProblemError(
+            f"line {first.line}: {first.text} variables are not continuous: only continuous ones are supported"
+        )
     if word in ("variable", "variables"):
         _declare(statement[1:], "free", model)
     elif word in _KINDS and second in ("variable", "variables"):
@@ -154,7 +156,7 @@ def _apply(statement: list[Token], model: _Model) -> None:
         _assign(statement, model)
     elif word not in _SKIPPED:
         raise ProblemError(
-            f"line {first.line}: a statement that begins with {first.text!r} is no part of the scalar format"
+            f"line {first.line}: a statement that begins with {first.text!r} is not part of the scalar format"
         )
 
 
@@ -196,7 +198,7 @@ def _define(statement: list[Token], model: _Model) -> None:
     left, right = sides
     kind = relation.text[1].lower()
     if kind not in "elg":
-        raise ProblemError(f"line {relation.line}: {relation.text} cannot be treated: write =E=, =L= or =G=")
+        raise ProblemError(f"line {relation.line}: {relation.text} is not supported: write =E=, =L= or =G=")
     model.equations[name] = (
         Constraint(left - right, equality=True)
         if kind == "e"
@@ -216,7 +218,7 @@ def _assign(statement: list[Token], model: _Model) -> None:
     if name in model.models or (name in model.box and attribute in _ATTRIBUTES):
         return
     if name not in model.box:
-        raise ProblemError(f"line {first.line}: {first.text!r} is no variable and no model")
+        raise ProblemError(f"line {first.line}: {first.text!r} is neither a variable nor a model")
     if attribute not in ("lo", "up", "fx") or len(statement) < 5 or statement[3].text != "=":
         raise ProblemError(f"line {first.line}: a bound is written {first.text}.lo, .up or .fx = number")
     value = _bound(statement[4:], first)
@@ -231,7 +233,7 @@ def _bound(pieces: list[Token], first: Token) -> End:
         return float(words)
     value = parse_tokens(pieces, {}).constant
     if value is None:
-        raise ProblemError(f"line {first.line}: the bound of {first.text} is no number")
+        raise ProblemError(f"line {first.line}: the bound of {first.text} is not a number")
     return value
 
 
@@ -244,7 +246,7 @@ def _declare_model(pieces: list[Token], model: _Model) -> None:
     whole = [t.text.lower() for t in listed] == ["all"]
     for t in listed:
         if not whole and t.text.lower() not in model.declared:
-            raise ProblemError(f"line {t.line}: the model holds {t.text!r}, which is no equation")
+            raise ProblemError(f"line {t.line}: the model holds {t.text!r}, which is not an equation")
     model.models[pieces[0].text.lower()] = None if whole else [t.text.lower() for t in listed]
 
 
@@ -256,10 +258,10 @@ def _solve(statement: list[Token], model: _Model) -> None:
     if sense is None or sense + 1 == len(words) or "using" not in words or len(words) < 2:
         raise ProblemError(f"line {line}: a problem is solved by Solve m using NLP minimizing objvar")
     if words[1] not in model.models:
-        raise ProblemError(f"line {line}: {statement[1].text!r} is no model")
+        raise ProblemError(f"line {line}: {statement[1].text!r} is not a model")
     goal = words[sense + 1]
     if goal not in model.box:
-        raise ProblemError(f"line {line}: the objective {statement[sense + 1].text!r} is no variable")
+        raise ProblemError(f"line {line}: the objective {statement[sense + 1].text!r} is not a variable")
     objective = variables(goal)[0]
     model.objective = objective if words[sense] == "minimizing" else -objective
     model.chosen = words[1]

@@ -72,7 +72,7 @@ def _fill(v: str, power: int, c: Fraction, limit: Fraction, box: Box) -> bool:
         elif c < 0 and high is None:
             new_high = _root_above(limit, power)
     elif c < 0:
-        # A negative limit leaves no point; any box is true of that, and the relaxation will say so.
+        # With a negative limit the set is empty. Any box is valid then, and the relaxation proves it.
         reach = _root_above(max(limit, Fraction(0)), power)
         new_low, new_high = -reach if low is None else low, reach if high is None else high
     box[v] = (new_low, new_high)
@@ -84,7 +84,7 @@ def _root_above(value: Fraction, power: int) -> Fraction:
     if power == 1:
         return value
     size = abs(value)
-    # So many binary places that the root has sixty digits before it is rounded.
+    # The number of binary places gives the root sixty significant bits.
     places = 60 - (size.numerator.bit_length() - size.denominator.bit_length()) // power
     scaled = size * Fraction(2) ** (places * power)
     if value < 0:
@@ -131,7 +131,7 @@ def _times(
     if a == b == 0 or c == d == 0:
         return Fraction(0), Fraction(0)
     corners: list[Fraction] = []
-    below = above = False  # whether a corner lies at infinity
+    below = above = False  # whether a corner is infinite
     for s, s_sign in ((a, -1), (b, 1)):
         for t, t_sign in ((c, -1), (d, 1)):
             if s is not None and t is not None:

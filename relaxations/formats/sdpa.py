@@ -295,9 +295,9 @@ def parse_sdpa(text: str) -> SDPProblem:
             )
         matrix, block, row, column = (_integer(word, number) for word in words[:4])
         if not 0 <= matrix <= m:
-            raise ProblemError(f"line {number}: matrix {matrix} is none from 0 to {m}")
+            raise ProblemError(f"line {number}: matrix {matrix} is not between 0 and {m}")
         if not 1 <= block <= n_blocks:
-            raise ProblemError(f"line {number}: block {block} is none from 1 to {n_blocks}")
+            raise ProblemError(f"line {number}: block {block} is not between 1 and {n_blocks}")
         width = abs(sizes[block - 1])
         if not (1 <= row <= width and 1 <= column <= width):
             raise ProblemError(f"line {number}: entry ({row}, {column}) lies outside of block {block} of width {width}")
@@ -345,7 +345,7 @@ def _whole(line: tuple[int, str], what: str) -> int:
 def _integer(word: str, number: int) -> int:
     """Return an integer."""
     if not re.fullmatch(r"[-+]?\d{1,9}", word):
-        raise ProblemError(f"line {number}: {word!r} is no whole number")
+        raise ProblemError(f"line {number}: {word!r} is not a whole number")
     return int(word)
 
 
@@ -353,5 +353,5 @@ def _real(word: str, number: int) -> float:
     """Return a finite number."""
     value = float(word.lower().replace("d", "e")) if _NUMBER.fullmatch(word) else np.nan
     if not np.isfinite(value):
-        raise ProblemError(f"line {number}: {word!r} is no finite number")
+        raise ProblemError(f"line {number}: {word!r} is not a finite number")
     return value

@@ -121,7 +121,7 @@ class _Reader:
         if self._next() in ("**", "^"):
             sign = self._take()
             exponent = self.signed()
-            return self._told(sign, lambda: base**exponent)
+            return self._with_line(sign, lambda: base**exponent)
         return base
 
     def atom(self) -> Expression:
@@ -132,7 +132,7 @@ class _Reader:
             if self._next() == "(":
                 return self._call(piece)
             if piece.text not in self.names:
-                raise ProblemError(f"line {piece.line}: {piece.text!r} is no variable")
+                raise ProblemError(f"line {piece.line}: {piece.text!r} is not a variable")
             return self.names[piece.text]
         if piece.text == "(":
             value = self.sum()
@@ -141,7 +141,7 @@ class _Reader:
         raise ProblemError(f"line {piece.line}: a number, a name or a parenthesis is expected, not {piece.text!r}")
 
     def _quotient(self, sign: Token, above: Expression, below: Expression) -> Expression:
-        return self._told(sign, lambda: above / below)
+        return self._with_line(sign, lambda: above / below)
 
     def _call(self, function: Token) -> Expression:
         self._expect("(")
@@ -154,13 +154,13 @@ class _Reader:
         if name == "sqr" and len(arguments) == 1:
             return arguments[0] * arguments[0]
         if name == "power" and len(arguments) == 2:
-            return self._told(function, lambda: arguments[0] ** arguments[1])
+            return self._with_line(function, lambda: arguments[0] ** arguments[1])
         raise ProblemError(
             f"line {function.line}: {function.text} of {len(arguments)} arguments cannot be read; "
             "of the functions only sqr(a) and power(a, n) are polynomials"
         )
 
-    def _told(self, piece: Token, make: Callable[[], Expression]) -> Expression:
+    def _with_line(self, piece: Token, make: Callable[[], Expression]) -> Expression:
         """Return what ``make`` returns; an error message gets the line of the token."""
         try:
             return make()

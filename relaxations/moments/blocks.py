@@ -35,13 +35,13 @@ class Clique:
     multiples: Polynomials
     inequalities: Polynomials
 
-    def halves(self) -> Index:
+    def basis_degrees(self) -> Index:
         """Return the degree of the basis b of each inequality, shape (n_inequalities,)."""
         return self.order + (-self.inequalities.row_degrees()) // 2
 
     def bases(self) -> dict[int, Factors]:
         """Return all monomials up to degree k, for each degree k of a basis."""
-        return {half: monomials_up_to(self.variables, half) for half in np.unique(self.halves()).tolist()}
+        return {half: monomials_up_to(self.variables, half) for half in np.unique(self.basis_degrees()).tolist()}
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Split:
         return [len(block) for own in self.blocks for block in own]
 
 
-def whole(clique: Clique) -> Split:
+def unsplit(clique: Clique) -> Split:
     """Return the split that keeps every constraint."""
     own = {half: (np.arange(len(basis)),) for half, basis in clique.bases().items()}
-    return Split(np.arange(clique.multiples.n_rows), tuple(own[half] for half in clique.halves().tolist()))
+    return Split(np.arange(clique.multiples.n_rows), tuple(own[half] for half in clique.basis_degrees().tolist()))

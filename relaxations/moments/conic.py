@@ -24,10 +24,10 @@ from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation
 
-# Measured with Clarabel: 64 to 82 on blocks of widths 3 to 105, and 350 to 440 on lifts of 30 thousand to 1.4 million
-# terms, half of it for the assembly.
-BYTES_PER_PAIR = 80  # of entries of a block
-BYTES_PER_TERM = 400  # of the rows and blocks
+# Measured with Clarabel: 64 to 82 bytes per pair on blocks of widths 3 to 105, 350 to 440 bytes per term on lifts of
+# 30 thousand to 1.4 million terms, half of it for the assembly.
+BYTES_PER_PAIR = 80  # for each pair of entries of a block
+BYTES_PER_TERM = 400  # for each term of rows and blocks
 FEWER = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
 
 
@@ -58,7 +58,7 @@ class Cones:
     zero: int
     nonnegative: int
     second_order: tuple[int, ...]
-    semidefinite: tuple[int, ...]  # widths
+    semidefinite: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class ConicProgram:
     matrix: sparse.csc_matrix
     rhs: Array
     cones: Cones
-    slices: tuple[slice, ...]  # rows of each Blocks group of the relaxation
+    slices: tuple[slice, ...]
 
     @property
     def n_rows(self) -> int:
@@ -289,5 +289,5 @@ def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> M
             values, vectors = np.linalg.eigh(matrix)
             root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
         factors.append(root if blocks.congruence is None else blocks.congruence @ root)
-    # The solver adds z to q where the certificate subtracts lambda h m.
+    # The solver's sign of an equality multiplier is opposite to the certificate's.
     return Multipliers(-dual[: relaxation.n_equalities], tuple(factors))

@@ -13,54 +13,57 @@ Mathematical Society 30 (1981) 369-380.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Factors, Polynomials, pad, unique
 from relaxations.moments.moment import monomials_up_to
 
-_RANK = 1e-9  # relative: rows are normalised to coefficients near one
+_RANK = 1e-9  # relative tolerance of ranks; coefficients are near one
 
 
-def complement(vectors: Array) -> Array | None:
+def face_basis(vectors: Array) -> Array | None:
     """Return V, an orthonormal basis of the complement of null vectors, shape (size, r); None without null vectors."""
     if not len(vectors):
         return None
     q, r, _ = qr(vectors.T, mode="full", pivoting=True)
-    diagonal = np.abs(np.diag(r))
-    rank = int((diagonal > _RANK * diagonal[0]).sum())
-    return np.asarray(q[:, rank:], dtype=np.float64)
+    return np.asarray(q[:, _rank(r) :], dtype=np.float64)
 
 
-def supported(vectors: Array, part: Index) -> Array:
+def vectors_within(vectors: Array, part: Index) -> Array:
     """Return the null vectors whose nonzero entries lie in ``part`` of the basis, restricted to this part.
 
-    >>> supported(np.array([[1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]), np.array([0, 2]))
+    >>> vectors_within(np.array([[1.0, 0.0, 2.0], [0.0, 1.0, 3.0]]), np.array([0, 2]))
     array([[1., 2.]])
     """
     inside = np.count_nonzero(vectors[:, part], axis=1) == np.count_nonzero(vectors, axis=1)
     return np.asarray(vectors[inside][:, part], dtype=np.float64)
 
 
-def independent(vectors: Array) -> Index:
+def independent_rows(vectors: Array) -> Index:
     """Return the sorted numbers of a largest set of linearly independent rows."""
-    if not vectors.size:  # multiples of equalities that vanish, on a box that fixes their variables
+    if not vectors.size:  # all multiples are zero: the box fixes their variables
         return np.zeros(0, dtype=np.int64)
     _, r, pivots = qr(vectors.T, mode="economic", pivoting=True)
-    diagonal = np.abs(np.diag(r))
-    rank = int((diagonal > _RANK * diagonal[0]).sum())
-    return np.sort(np.asarray(pivots[:rank], dtype=np.int64))
+    return np.sort(np.asarray(pivots[: _rank(r)], dtype=np.int64))
 
 
-def multiples(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Array:
+def _rank(triangle: NDArray[np.floating[Any]]) -> int:
+    """Return the numerical rank of the triangular factor of a pivoted QR decomposition."""
+    diagonal = np.abs(np.diag(triangle))
+    return int((diagonal > _RANK * diagonal[0]).sum())
+
+
+def multiple_vectors(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Array:
     """Return the coefficient vectors of all ``h m`` up to a degree, over all monomials up to this degree."""
-    basis = monomials_up_to(variables, degree)
-    products = multiplied(equalities, variables, degree)
-    return coordinates(products, basis)
+    return coordinates(multiples(equalities, variables, degree), monomials_up_to(variables, degree))
 
 
-def multiplied(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Polynomials:
+def multiples(equalities: Polynomials, variables: tuple[int, ...], degree: int) -> Polynomials:
     """Return all ``h m`` up to a degree as polynomials, in order of (h, m)."""
     parts = []
     for row, own in enumerate(equalities.row_degrees().tolist()):

@@ -30,7 +30,7 @@ from relaxations.algebra.polynomial import Polynomials, unique
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moments import facial, symmetry, terms
-from relaxations.moments.blocks import Clique, Split, whole
+from relaxations.moments.blocks import Clique, Split, unsplit
 from relaxations.moments.conic import check_memory
 from relaxations.moments.moment import Localiser, Relaxation, assemble, localise
 from relaxations.problem.problem import PolynomialProblem
@@ -39,7 +39,7 @@ from relaxations.reductions.sparsity import cliques, row_variables
 METHODS = ("sparse", "dense", "terms", "chordal", "textbook")
 BY_TERMS = ("terms", "chordal")
 CURE = "lower the order, or choose method='lift' or 'sparse'"
-MOST = 5000  # monomials of a basis: no structure is looked for in a longer one
+MOST = 5000  # monomials of a basis; a longer basis is not split
 
 
 def lasserre(
@@ -90,7 +90,7 @@ def lasserre(
         products = clique.multiples.take(kept.multiples)
         if method != "textbook" and products.n_rows > 1:
             occurring, _ = unique(products.factors)
-            products = products.take(facial.independent(facial.coordinates(products, occurring)))
+            products = products.take(facial.independent_rows(facial.coordinates(products, occurring)))
         equalities.append(products)
         localisers += _localisers(clique, kept, reduced=method != "textbook")
     highest = order if isinstance(order, int) else max(order)
@@ -135,7 +135,7 @@ def plan(
         support = Polynomials.variables(np.arange(problem.n_variables)) if objective is None else objective
         splits = terms.split(parts, support, steps, chordal=method == "chordal")
     else:
-        splits = tuple(symmetry.split(clique, signs) if len(signs) else whole(clique) for clique in parts)
+        splits = tuple(symmetry.split(clique, signs) if len(signs) else unsplit(clique) for clique in parts)
     check_memory(Counter(width for kept in splits for width in kept.widths), 0, what, CURE)
     return tuple(zip(parts, splits, strict=True))
 
@@ -176,7 +176,7 @@ def _cliques(
             problem.inequalities.take(np.array(own_inequalities[k], dtype=np.int64)),
             *(Polynomials.from_terms([{(): 1.0, (v, v): -1.0}]) for v in new),
         ]
-        multiples = facial.multiplied(equal, variables, 2 * order)
+        multiples = facial.multiples(equal, variables, 2 * order)
         found.append(Clique(variables, order, equal, multiples, Polynomials.join(unequal)))
     return tuple(found)
 
@@ -200,7 +200,9 @@ def _localisers(clique: Clique, kept: Split, reduced: bool) -> list[Localiser]:
     found = []
     degrees = clique.inequalities.row_degrees()
     bases = clique.bases()
-    vectors = {half: facial.multiples(clique.equalities, clique.variables, half) if reduced else None for half in bases}
+    vectors = {
+        half: facial.multiple_vectors(clique.equalities, clique.variables, half) if reduced else None for half in bases
+    }
     for degree in np.unique(degrees).tolist():
         half = clique.order - -(-degree // 2)
         sharing: dict[bytes, tuple[Index, list[int]]] = {}
@@ -208,10 +210,10 @@ def _localisers(clique: Clique, kept: Split, reduced: bool) -> list[Localiser]:
             for block in kept.blocks[row]:
                 sharing.setdefault(block.tobytes(), (block, []))[1].append(row)
         for block, rows in sharing.values():
-            null = vectors[half]
-            face = None if null is None else facial.complement(facial.supported(null, block))
+            null = vectors.get(half)
+            face = None if null is None else facial.face_basis(facial.vectors_within(null, block))
             if face is not None and not face.shape[1]:
-                continue  # equalities leave nothing of the block
+                continue  # the equalities make the block zero
             members = clique.inequalities.take(np.array(rows, dtype=np.int64))
             congruence = None if face is None else np.broadcast_to(face, (len(rows), *face.shape))
             found.append(localise(members, bases[half][block], congruence))

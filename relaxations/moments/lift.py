@@ -65,7 +65,7 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
     array([0])
     """
     needed, rest = _pairs(problem)
-    # A vertex with so many neighbours that these cannot all be in the cover is.
+    # A vertex with more than ``most`` neighbours must be in the cover, because its neighbours cannot all be.
     needed |= {v for v, n in rest.items() if len(n) > most}
     rest = {v: left for v, n in rest.items() if v not in needed and (left := n - needed)}
     for size in range(most - len(needed) + 1):

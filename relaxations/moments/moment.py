@@ -191,7 +191,7 @@ def assemble(
     degree = max((p.shape[1] for p in parts), default=0)
     everything = np.concatenate([np.full((1, degree), -1, dtype=np.int64), *(pad(p, degree) for p in parts)])
     numbered, which = unique(everything)
-    # The packed words sort -1 first, so the constant is moment 0.
+    # The constant, -1 in every column, sorts first: it is moment 0.
     cuts = np.cumsum([1, *(len(p) for p in parts)])
     moments = [which[a:b] for a, b in pairwise(cuts)]
 

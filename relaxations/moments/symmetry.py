@@ -51,7 +51,7 @@ def sign_symmetries(problem: PolynomialProblem, objective: Polynomials) -> Signs
         *_parities(objective.factors),
         *(a ^ b for a, b in zip(_parities(h.factors), _parities(h.factors[first[h.rows]]), strict=True)),
     }
-    # Gauss-Jordan over GF(2), a row being the bits of a number: no pivot's bit stands in another row.
+    # Gauss-Jordan elimination over GF(2); the bits of an integer are a row.
     pivots: dict[int, int] = {}
     for row in sorted(relations):
         for bit, other in pivots.items():
@@ -96,7 +96,7 @@ def split(clique: Clique, signs: Signs) -> Split:
     multiples = clique.multiples
     odd = np.zeros(multiples.n_rows, dtype=np.bool_)
     odd[multiples.rows[classes(multiples.factors, signs) != 0]] = True
-    return Split(np.flatnonzero(~odd), tuple(own[half] for half in clique.halves().tolist()))
+    return Split(np.flatnonzero(~odd), tuple(own[half] for half in clique.basis_degrees().tolist()))
 
 
 def _parts(number: Index) -> tuple[Index, ...]:

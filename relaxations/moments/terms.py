@@ -99,7 +99,7 @@ class _Part:
         sums, parities = keys.sums(g.factors), keys.parities(g.factors)
         matrices = (
             _Matrix(*bases[half], sums[g.rows == row], parities[g.rows == row])
-            for row, half in enumerate(clique.halves().tolist())
+            for row, half in enumerate(clique.basis_degrees().tolist())
         )
         terms = keys.sums(multiples.factors)
         return _Part(tuple(matrices), multiples.rows, terms, keys.parities(multiples.factors) == 0)

@@ -22,11 +22,11 @@ from relaxations.deadline import check_time
 from relaxations.points.witness import Witness
 from relaxations.problem.problem import PolynomialProblem
 
-LARGEST = 200  # variables; fractions grow as they are eliminated
-_NEAR = 1e-7  # of the box, or of a constraint's terms: the tolerance of what found the point, with room
+LARGEST = 200  # variables; fractions grow during the elimination
+_NEAR = 1e-7  # "near" a bound or a constraint: relative to the box, or to the terms of the constraint
 
-# Where constraints touch, a point holds in fractions only where its coordinates are those that touch: often simple
-# fractions. A search finds them to this share of the box, the square root of its tolerance where they touch.
+# If the feasible set is a single point or a curve, only exact coordinates are feasible. These are often simple
+# fractions. The search finds them with these errors, relative to the box.
 _SIMPLE = (1e-9, 1e-6, 1e-4)
 
 Row = list[tuple[Fraction, Fraction, list[int]]]  # (coefficient, its radius, variables) of each term
@@ -56,13 +56,13 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
     width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 1.0)
     for share in (0.0, *_SIMPLE):
         near = [simplest(x, Fraction(share * w)) for x, w in zip(point.tolist(), width.tolist(), strict=True)]
-        found = _completed(problem, objective, point, near, equalities, inequalities)
+        found = _defined_point(problem, objective, point, near, equalities, inequalities)
         if found is not None:
             return found
     return None
 
 
-def _completed(
+def _defined_point(
     problem: PolynomialProblem,
     objective: Polynomials,
     point: Array,
@@ -71,9 +71,9 @@ def _completed(
     inequalities: list[Row],
 ) -> Witness | None:
     """Return the point that the constraints define, with free variables at ``near``; None if it is infeasible."""
-    values, distance = held(problem, point)
+    values, distance = bound_values(problem, point)
     active = [row for row in inequalities if is_active(row, point)]
-    _hold_products([*equalities, *active], values, near)
+    _fix_products([*equalities, *active], values, near)
     echelon = _eliminated(equalities, active, values, distance)
     if echelon is None:
         return None
@@ -88,7 +88,7 @@ def _completed(
     value = _range(rows(objective)[0], exact)[1]
     try:
         return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
-    except OverflowError:  # a value that no float holds
+    except OverflowError:  # the value exceeds the range of floats
         return None
 
 
@@ -106,7 +106,7 @@ def simplest(value: float, reach: Fraction) -> Fraction:
     low, high = Fraction(value) - reach, Fraction(value) + reach
     if low == high:
         return low
-    # A step of Stern and Brocot: whole numbers first, then the reciprocal of what is left.
+    # Continued fraction: take the integer part, then continue with the reciprocal of the remainder.
     wholes = []
     while True:
         whole = ceil(low)
@@ -120,7 +120,7 @@ def simplest(value: float, reach: Fraction) -> Fraction:
     return found
 
 
-def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
+def bound_values(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
     """Return the bound of each variable near one, None for the others, and all distances from the bounds.
 
     The distances are relative to the width of the box.
@@ -139,7 +139,7 @@ def is_active(row: Row, point: Array) -> bool:
     return not any(r for _, r, _ in row) and abs(sum(terms)) <= _NEAR * sum(map(abs, terms))
 
 
-def _hold_products(family: list[Row], values: list[Fraction | None], near: list[Fraction]) -> None:
+def _fix_products(family: list[Row], values: list[Fraction | None], near: list[Fraction]) -> None:
     """Fix variables at ``near`` until every row is affine in the others; the variable in most products is first."""
     while True:
         free = [[v for v in variables if values[v] is None] for row in family for _, _, variables in row]
@@ -169,7 +169,7 @@ def _eliminated(
                 constant -= share * rest
         slope = {v: s for v, s in slope.items() if s}
         if slope:
-            pivot = max(slope, key=lambda v: distance[v])  # what has room on both sides
+            pivot = max(slope, key=lambda v: distance[v])  # the variable farthest from its bounds
             lead = slope.pop(pivot)
             echelon.append((pivot, {v: s / lead for v, s in slope.items()}, constant / lead))
         elif constant and place < len(equalities):

@@ -23,8 +23,8 @@ from relaxations.algebra.polynomial import Factors, multiply, pad
 from relaxations.moments.moment import Relaxation, monomials_up_to
 
 RANK = 1e-3  # eigenvalues below this share of the largest count as zero: solvers leave about 1e-5
-SMALLEST = 1e-8  # moment that is told from zero
-MOST = 30  # minimisers
+SMALLEST = 1e-8  # smallest moment that counts as nonzero
+MOST = 30  # minimisers, at most
 
 
 def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array | None:
@@ -49,8 +49,7 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     rank = _flat_rank(matrix, smaller)
     if rank is None or rank > MOST:
         return None
-    # A basis of monomials of low degree, so that its products with variables are still in the matrix.
-    # Factorise M = C C', and choose independent rows: monomials of low degree.
+    # M = C C'. Choose independent rows of low degree, whose products with variables are in the matrix too.
     values, vectors = np.linalg.eigh(matrix)
     columns = vectors[:, -rank:] * np.sqrt(np.maximum(values[-rank:], 0.0))
     _, _, pivots = qr(columns[:smaller].T, mode="economic", pivoting=True)
@@ -94,15 +93,15 @@ def _flat_rank(matrix: Array, smaller: int) -> int | None:
 
 def _matrix(relaxation: Relaxation, moments: Array, basis: Factors) -> tuple[Array, Array] | None:
     """Return a moment matrix with ones on its diagonal, and its scale; None if some of its moments do not exist."""
-    # The diagonal tells that several cliques together have no such matrix, before millions of products are made.
+    # The diagonal is checked first: with several cliques it is incomplete, and the full matrix may be very large.
     if (relaxation.find(multiply(basis, basis)) < 0).any():
         return None
     i, j = np.triu_indices(len(basis))
     found = relaxation.find(multiply(basis[i], basis[j]))
     matrix = np.empty((len(basis), len(basis)))
-    # Where symmetry or terms split it, the rest is zero.
+    # Entries outside the blocks of a split are zero.
     matrix[i, j] = matrix[j, i] = np.where(found >= 0, moments[found], 0.0)
-    # Monomials far inside the box are small: what counts is their size beside themselves.
+    # Moments of small monomials are small, so the diagonal is scaled to one.
     size = np.sqrt(np.maximum(np.diag(matrix), SMALLEST))
     return matrix / np.outer(size, size), size
 

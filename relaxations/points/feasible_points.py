@@ -23,7 +23,7 @@ from relaxations.points.witness import MARGINS, Witness, definition_order, find_
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.vanishing import Piece, Product, piece
 
-_NEAR = 1e-4  # of the box: points nearer than this to each other are one
+_NEAR = 1e-4  # points at a smaller distance, relative to the box, count as one
 
 
 @dataclass
@@ -105,16 +105,16 @@ class FeasiblePoints:
             return
         self.tried.append((value, point))
         part = piece(self.problem, self.objective, self.vanishing, point)
-        found = _best_beside(part, point[part.kept], value, self.tolerance)
+        found = _best_proof_near(part, point[part.kept], value, self.tolerance)
         if found is not None:
             self.proven.append((found.value, part.whole(found.point)))
 
 
-def _best_beside(part: Piece, point: Array, value: float, tolerance: float) -> Witness | None:
+def _best_proof_near(part: Piece, point: Array, value: float, tolerance: float) -> Witness | None:
     """Return the best proven point among several near a candidate."""
     best: Witness | None = None
-    with suppress(TimeIsUp):  # what is verified by then counts
-        for found in _beside(part.problem, part.objective, point):
+    with suppress(TimeIsUp):  # points verified before the limit count
+        for found in _proofs_near(part.problem, part.objective, point):
             if found is not None and (best is None or found.value < best.value):
                 best = found
             if best is not None and best.value <= value + 0.1 * tolerance * max(1.0, abs(value)):
@@ -122,7 +122,7 @@ def _best_beside(part: Piece, point: Array, value: float, tolerance: float) -> W
     return best
 
 
-def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+def _proofs_near(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
     """Yield proven points near a candidate, from the cheapest method to the most expensive."""
     yield exact_point(problem, objective, point)
     yield newton_point(problem, objective, point)
@@ -131,8 +131,8 @@ def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) ->
     yield verify(problem, objective, point)
     yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
     for margin in MARGINS:
-        beside = local_minimum(problem, objective, point, margin)
-        yield None if beside is None else verify(problem, objective, beside)
-    # At last with every variable of a monomial of degree two and more held where it is.
+        moved = local_minimum(problem, objective, point, margin)
+        yield None if moved is None else verify(problem, objective, moved)
+    # Last: keep all variables of nonlinear monomials within a trust region.
     high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
     yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)

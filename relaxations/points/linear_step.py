@@ -20,16 +20,16 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
 from relaxations.problem.problem import PolynomialProblem
 
-# HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
-# take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
-# up, and with it one candidate of the search.
+# HiGHS's presolve (1.12 to 1.15) crashes the process on some of these programs. Without it they take no longer. The
+# simplex method may cycle at these tolerances, so each program has a time limit. A program that exceeds it costs one
+# candidate of the search.
 _LONGEST = 5.0  # seconds
 _HIGHS = {
     "presolve": False,
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
 }
-_FEW = 30  # unknowns of a program that may be dense
+_FEW = 30  # unknowns of a dense program, at most
 
 
 @dataclass(frozen=True)

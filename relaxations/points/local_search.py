@@ -14,11 +14,11 @@ from scipy.optimize import Bounds, minimize
 from relaxations.algebra.ball_arithmetic import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time
-from relaxations.moments.facial import independent
+from relaxations.moments.facial import independent_rows
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
-FEASIBLE = 1e-9  # of the scaled constraints
+FEASIBLE = 1e-9  # tolerance of the scaled constraints
 LARGEST = 200  # variables; the method's matrices are dense
 
 
@@ -53,10 +53,10 @@ def local_minimum(
     free = scaling.scale > 0
     reach = np.where(free, 1.0 - margin, 0.0)
     begin = np.where(free, (start - scaling.centre) / np.where(free, scaling.scale, 1.0), 0.0)
-    # The method breaks down on equalities that depend on each other.
+    # SLSQP fails on linearly dependent equalities.
     equal = scaled.equalities
     if equal.n_rows > 1:
-        equal = equal.take(independent(_jacobian(equal, np.clip(begin, -reach, reach))))
+        equal = equal.take(independent_rows(_jacobian(equal, np.clip(begin, -reach, reach))))
     # Constraints in the form of SLSQP.
     constraints = [
         {
@@ -87,7 +87,7 @@ def local_minimum(
         return None
     violated = np.abs(scaled.equalities.evaluate(t)).max(initial=0.0) > FEASIBLE
     violated = violated or scaled.inequalities.evaluate(t).min(initial=0.0) < -FEASIBLE
-    # A box end is met exactly: a product that vanishes there then vanishes to the last digit.
+    # A variable at a bound gets the exact bound, so that products which are zero there are exactly zero.
     point = np.where(t == 1.0, problem.upper, np.where(t == -1.0, problem.lower, scaling.recover(t)))
     return None if violated else np.clip(point, problem.lower, problem.upper)
 

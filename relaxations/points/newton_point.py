@@ -25,14 +25,14 @@ from scipy.linalg import qr
 
 from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.points.exact_point import Row, held, is_active, rows
+from relaxations.points.exact_point import Row, bound_values, is_active, rows
 from relaxations.points.witness import Witness
 from relaxations.problem.problem import PolynomialProblem
 
 LARGEST = 60  # variables; fractions are slow
-_BITS = 160  # of the point, after its binary point
-_STEPS = 12  # of Newton's method in fractions, each good for ten digits or so
-_DEPENDENT = 1e-6  # a row that is nearer than this to a sum of others is not solved for
+_BITS = 160  # binary places of the point
+_STEPS = 12  # of Newton's method, at most; each adds about ten digits
+_DEPENDENT = 1e-6  # distance of a row from the span of others, below which it counts as dependent
 
 Interval = tuple[Fraction, Fraction]
 
@@ -54,7 +54,7 @@ def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Arra
     # The system: equalities and active inequalities, in the variables away from their bounds.
     equalities, inequalities = rows(problem.equalities), rows(problem.inequalities)
     active = [k for k, row in enumerate(inequalities) if is_active(row, point)]
-    held_values, _ = held(problem, point)
+    held_values, _ = bound_values(problem, point)
     exact = [Fraction(x) if v is None else v for v, x in zip(held_values, point.tolist(), strict=True)]
     free = np.array([k for k, v in enumerate(held_values) if v is None], dtype=np.int64)
     width = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)

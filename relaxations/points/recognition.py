@@ -129,7 +129,7 @@ def equality_multipliers(
         found = table.find(form)
         if not found:
             raise ProblemError(
-                f"equality {row} of this relaxation is no multiple of one of the problem's: not checkable"
+                f"equality {row} of this relaxation is not a multiple of an equality of the problem: not checkable"
             )
         k, m, exponent = found[0]
         collected.setdefault(k, []).append((_scaled(multipliers[row], exponent), m))
@@ -180,8 +180,8 @@ def product_multipliers(
                     break
             else:
                 raise ProblemError(
-                    f"a block of width {blocks.size} of this relaxation is no product of the problem's constraints and "
-                    "its box: not checkable"
+                    f"a block of width {blocks.size} of this relaxation is not a product of the problem's constraints "
+                    "and its box: not checkable"
                 )
     return products
 
@@ -196,7 +196,7 @@ def _basis(first: list[Terms], diagonal: _Form, root: Monomial) -> list[Monomial
     basis = []
     for terms in first:
         form = _form(terms)
-        # g b_0 b_j over g b_0 b_0, times b_0.
+        # b_j = (g b_0 b_j) / (g b_0 b_0) * b_0
         lifted = None if form is None else _quotient(tuple(sorted(form.common + root)), diagonal.common)
         if form is None or form.key != diagonal.key or lifted is None:
             return None
@@ -257,7 +257,7 @@ def _box_factors(v: int) -> list[tuple[tuple[str, int], Terms]]:
 
 
 def _times(terms: Terms, factor: Terms) -> Terms:
-    # Two terms at most meet in one monomial, so that these sums are rounded as those of the relaxation are.
+    # At most two terms have the same monomial, so these sums are rounded as in the relaxation.
     total: Terms = {}
     for m, c in terms.items():
         for n, sign in factor.items():
@@ -268,12 +268,7 @@ def _times(terms: Terms, factor: Terms) -> Terms:
 
 def _terms(polynomials: Polynomials) -> list[Terms]:
     """Return the terms of each polynomial as a dictionary."""
-    rows: list[Terms] = [{} for _ in range(polynomials.n_rows)]
-    for row, factor, value in zip(
-        polynomials.rows.tolist(), polynomials.factors.tolist(), polynomials.coefficients.mid.tolist(), strict=True
-    ):
-        rows[row][tuple(v for v in factor if v >= 0)] = value
-    return rows
+    return [{tuple(factor): mid for mid, _, factor in row} for row in polynomials.terms()]
 
 
 def _scaled(value: float, exponent: int) -> str:

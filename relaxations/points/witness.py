@@ -28,10 +28,10 @@ from relaxations.points.linear_step import linear_step
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
-_BITS, _MOST_BITS = 80, 1 << 15  # of precision: tried first, and at most
-_NARROW = 200  # bits after the point: what does not hold for intervals this narrow does not hold
-# The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
-# push the verified point outside; a wider margin is tried where a narrower one was not enough.
+_BITS, _MOST_BITS = 80, 1 << 15  # first and largest precision
+_NARROW = 200  # binary places: if a constraint fails for intervals this narrow, the proof fails
+# Scaled distances of the search from every limit, tried in turn. They keep the verified point feasible in spite of
+# rounding errors and of the tolerances of the linear programs.
 MARGINS = (1e-9, 1e-7, 1e-5)
 
 
@@ -99,10 +99,10 @@ class Verifier:
                 middles = np.array([fixed_point.middle(v, bits) for v in values])
                 value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
                 return Witness(middles, value)
-            # Rounding loses as many bits at any precision: what is lost now says how many it takes.
+            # The number of bits lost by rounding does not depend on the precision: it gives the precision needed.
             lost = max((high - low for low, high in values), default=0).bit_length()
             width = lost - bits
-            # The data's own rounding stays as wide as it is.
+            # Intervals that more precision does not narrow come from the radii of the coefficients.
             if width <= -_NARROW or (last is not None and width >= last):
                 return None
             bits, last = lost + _NARROW, width
@@ -146,7 +146,7 @@ def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
     remaining = equalities.n_rows
     while remaining:
         check_time()
-        # A constant divisor first: it cannot vanish. A variable one only where nothing else is left.
+        # Prefer a constant divisor, which cannot be zero. Otherwise accept a divisor that depends on variables.
         pick = next((v for v in reversed(queue) if _defines(v, rows_of, plain, bilinear)), None)
         if pick is None:
             pick = next((v for v in queue if len(rows_of[v]) == 1 and v not in twice[next(iter(rows_of[v]))]), None)
@@ -221,7 +221,7 @@ def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> li
 def _holds(problem: PolynomialProblem, values: list[Interval], bits: int) -> bool:
     """Return whether all bounds and inequalities hold for the intervals."""
     for (low, high), lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
-        # A finite end rounded towards the inside: what passes it passes the end itself.
+        # Bounds are rounded to the inside, so that the comparison is rigorous.
         if np.isfinite(lower) and low < fixed_point.from_float(lower, bits)[1]:
             return False
         if np.isfinite(upper) and high > fixed_point.from_float(upper, bits)[0]:
@@ -273,7 +273,7 @@ def find_witness(
         begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
         point = search(scaled, cost, complicating, begin, margin)
-        if point is None:  # a wider margin leaves even less room
+        if point is None:  # a wider margin is infeasible too
             return None
         witness = verify(problem, objective, scaling.recover(point))
         if witness is not None:

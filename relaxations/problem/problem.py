@@ -128,7 +128,7 @@ def from_sympy(
     bounds = bounds or {}
     stray = [str(symbol) for symbol in bounds if symbol not in variables]
     if stray:
-        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are no variables: list them as variables")
+        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are not variables: list them as variables")
     pairs = [bounds.get(v, (None, None)) for v in variables]
     problem = PolynomialProblem(
         tuple(str(v) for v in variables),
@@ -156,7 +156,7 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
         try:
             poly = sympy.Poly(with_fractions(sympy.sympify(expression)), *variables)
         except sympy.PolynomialError as error:
-            raise ProblemError(f"{expression} is no polynomial in {variables}: {error}") from error
+            raise ProblemError(f"{expression} is not a polynomial in {variables}: {error}") from error
         terms = {}
         for exponents, value in poly.terms():
             if value.free_symbols:
@@ -185,7 +185,7 @@ def with_fractions(expression: sympy.Expr) -> sympy.Expr:
 def _exact_ball(value: sympy.Expr) -> Balls:
     """Return the ball around a sympy number; a Float is the binary fraction that it equals."""
     if not (value.is_Number and value.is_finite):
-        raise ProblemError(f"the coefficient {value} is no finite rational number: give a decimal or a fraction")
+        raise ProblemError(f"the coefficient {value} is not a finite rational number: give a decimal or a fraction")
     try:
         return Balls.enclose(_fraction(value))
     except OverflowError:

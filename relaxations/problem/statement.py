@@ -26,13 +26,4 @@ def statement(problem: PolynomialProblem) -> dict[str, Any]:
 
 def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
     """Return ``[coefficient, radius, variables]`` for each term of each polynomial, numbers in hexadecimal."""
-    rows: list[list[list[Any]]] = [[] for _ in range(polynomials.n_rows)]
-    for row, factor, mid, rad in zip(
-        polynomials.rows.tolist(),
-        polynomials.factors.tolist(),
-        polynomials.coefficients.mid.tolist(),
-        polynomials.coefficients.rad.tolist(),
-        strict=True,
-    ):
-        rows[row].append([mid.hex(), rad.hex() if rad else 0, [v for v in factor if v >= 0]])
-    return rows
+    return [[[mid.hex(), rad.hex() if rad else 0, factor] for mid, rad, factor in row] for row in polynomials.terms()]

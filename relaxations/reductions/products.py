@@ -20,7 +20,7 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques, row_variables
 
-MOST = 4000  # further products would cost more than they tighten
+MOST = 4000  # products; with more, the cost exceeds the benefit
 
 
 def with_products(problem: PolynomialProblem, objective: Polynomials | None = None) -> PolynomialProblem:

@@ -51,7 +51,7 @@ class Scaling:
         loose = ~np.isfinite(problem.upper - problem.lower)
         if loose.any() and magnitude is None:
             raise ProblemError(
-                f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: "
+                f"{', '.join(problem.unbounded[:5])} has no finite box, so that no bound can be certified: "
                 "give it lower and upper bounds, or derive them with relaxations.search.boxes.derive_box"
             )
         reach = np.ones(problem.n_variables) if magnitude is None else magnitude
@@ -59,7 +59,7 @@ class Scaling:
         centre = 0.5 * low + 0.5 * high
         scale = np.maximum(high - centre, centre - low)
         slack = np.where(scale > 0, 4 * EPSILON * (np.abs(centre) + scale), 0.0)
-        # Two numbers have the same midpoint as box: a variable fixed to a float needs no width at all.
+        # A fixed variable keeps its exact value, with scale zero.
         fixed = low == high
         return Scaling(np.where(fixed, low, centre), np.where(fixed, 0.0, scale + slack))
 
@@ -80,7 +80,7 @@ class Scaling:
             scaled = polynomials.substitute_affine(self.centre, self.scale)
         if not np.isfinite(scaled.coefficients.magnitude()).all():
             raise ProblemError(
-                "the objective or a constraint takes values beyond 1.8e308 in the box, more than a float holds: state "
+                "the objective or a constraint takes values beyond 1.8e308 in the box, the largest float: state "
                 "the variables in larger units, or give them a smaller box"
             )
         return scaled

@@ -60,7 +60,4 @@ def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ..
 
 def row_variables(polynomials: Polynomials) -> list[set[int]]:
     """Return the set of variables of each polynomial."""
-    sets: list[set[int]] = [set() for _ in range(polynomials.n_rows)]
-    for row, factor in zip(polynomials.rows.tolist(), polynomials.factors.tolist(), strict=True):
-        sets[row].update(v for v in factor if v >= 0)
-    return sets
+    return [{v for _, _, factor in row for v in factor} for row in polynomials.terms()]

@@ -14,14 +14,14 @@ from relaxations.algebra.ball_arithmetic import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 
-Product = tuple[int, ...]  # the variables of which one vanishes
+Product = tuple[int, ...]  # variables, of which one is zero
 
 
 def products(problem: PolynomialProblem) -> tuple[Product, ...]:
     """Return the variables of each equality that consists of one monomial."""
     equalities = problem.equalities
     alone = np.bincount(equalities.rows, minlength=equalities.n_rows)[equalities.rows] == 1
-    # A coefficient that its ball does not keep from zero says nothing.
+    # The coefficient must not be zero: its ball must exclude zero.
     certain = np.abs(equalities.coefficients.mid) > equalities.coefficients.rad
     found = equalities.factors[alone & certain]
     return tuple(tuple(sorted({v for v in row if v >= 0})) for row in found.tolist())
@@ -94,7 +94,7 @@ def piece(problem: PolynomialProblem, objective: Polynomials, found: tuple[Produ
         tuple(problem.names[k] for k in kept),
         problem.lower[kept],
         problem.upper[kept],
-        equalities.take(np.unique(equalities.rows)),  # a row without terms holds
+        equalities.take(np.unique(equalities.rows)),  # rows without terms are satisfied
         problem.inequalities.at_zero(gone, n),
     )
     return Piece(smaller, objective.at_zero(gone, n), kept, n)

@@ -12,10 +12,10 @@ from scipy import sparse
 from relaxations.algebra.ball_arithmetic import Array
 from relaxations.deadline import check_time, remaining
 from relaxations.moments.conic import Cones, ConicProgram
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-11  # asked for so that little is lost to the certificate; mostly Clarabel stops a little short of it
+TOLERANCE = 1e-11  # tight, for an accurate certificate; Clarabel often stops slightly above it
 
 _STOPS = {
     "Solved": Stop.SOLVED,
@@ -31,10 +31,10 @@ _STOPS = {
     "CallbackTerminated": Stop.LIMIT,
 }
 
-# Ten times its own: a worse linear system, refined as usual, that does not break down near a degenerate optimum.
+# Ten times Clarabel's default: the linear systems are less accurate, and do not fail near a degenerate optimum.
 REGULARISATION = 1e-7
 
-# Seconds for each cube of a block's entries: setting up and one iteration factorise a dense matrix over them.
+# Seconds per cube of a block's number of entries: set-up and each iteration factorise a dense matrix over them.
 _EACH = 1e-10
 
 
@@ -62,7 +62,7 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
     cones += [clarabel.PSDTriangleConeT(width) for width in program.cones.semidefinite]
     n = program.matrix.shape[1]
     watch = _Watch()
-    with held_back(2) as drop:
+    with captured(2) as drop:
         try:
             solver = clarabel.DefaultSolver(
                 sparse.csc_matrix((n, n)), objective, sparse.csc_matrix(program.matrix), program.rhs, cones, settings
@@ -70,8 +70,8 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
             solver.set_termination_callback(watch)
             solution = solver.solve()
         except BaseException as failure:
-            # Clarabel panics where it cannot decompose a block; no class that could be imported stands for that. What
-            # it writes then is for its authors.
+            # Clarabel panics if it cannot decompose a block. The exception has no importable class. Its message on
+            # standard error is meant for developers, and is dropped.
             if type(failure).__name__ != "PanicException":
                 raise
             drop.append("panic")
@@ -99,6 +99,6 @@ class _Watch:
             now = time.monotonic()
             took, self.last = now - self.last, now
             return remaining() < took
-        except BaseException as stop:  # Clarabel would print what is raised here, and go on
+        except BaseException as stop:  # Clarabel prints an exception of a callback and continues
             self.stop = stop
             return True

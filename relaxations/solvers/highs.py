@@ -29,7 +29,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
     rows = sparse.csr_matrix(program.matrix)
     code, words, moments, dual = _solve(rows, program.rhs, zero, objective, np.full((n, 2), [-1.0, 1.0]))
     if _STOPS[code] is Stop.INFEASIBLE:
-        # y, then what is added to the left and taken from the right: of an equality both ways.
+        # Columns: y, slacks of all rows, and slacks of the other sign for equalities.
         slack = sparse.identity(program.n_rows, format="csr")
         wider = sparse.hstack([rows, -slack, slack[:, :zero]], format="csr")
         cost = np.concatenate([np.zeros(n), np.ones(program.n_rows + zero)])
@@ -48,7 +48,7 @@ def _solve(rows: sparse.csr_matrix, rhs: Array, zero: int, cost: Array, box: Arr
         b_ub=rhs[zero:],
         bounds=box,
         method="highs",
-        # Its presolve ends the process on some programs (HiGHS 1.12 to 1.15).
+        # HiGHS's presolve (1.12 to 1.15) crashes the process on some programs.
         options={"presolve": False, "time_limit": remaining()},
     )
     if found.x is None or found.status not in (0, 1):

@@ -10,7 +10,7 @@ from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-7  # absolute and relative; its default of 1e-4 costs a bound another digit or two
+TOLERANCE = 1e-7  # absolute and relative; with the default of 1e-4 a bound loses one or two more digits
 ITERATIONS = 20_000
 
 _STOPS = {
@@ -25,7 +25,7 @@ _STOPS = {
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
     """Return a solution; see :mod:`relaxations.solvers.interface`."""
-    import scs  # here, for the package is optional
+    import scs  # imported here, because the package is optional
 
     order = _rows(program)
     cones = program.cones

@@ -17,10 +17,10 @@ from scipy import sparse
 
 from relaxations.algebra.ball_arithmetic import Array
 from relaxations.moments.conic import Cones, ConicProgram
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-7  # of gap and feasibility, its own; asked for more it is stuck more often, and farther off
+TOLERANCE = 1e-7  # of gap and feasibility: the default; a smaller one makes SDPA stop early more often
 
 _STOPS = {
     "pdOPT": Stop.SOLVED,
@@ -33,13 +33,13 @@ _STOPS = {
     "pFEAS_dINF": Stop.INFEASIBLE,
     "dUNBD": Stop.UNBOUNDED,
     "pINF_dFEAS": Stop.UNBOUNDED,
-    "pdINF": Stop.INFEASIBLE,  # of one of the two; the certificate tells
+    "pdINF": Stop.INFEASIBLE,  # primal or dual; the certificate decides
 }
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
     """Return a solution; see :mod:`relaxations.solvers.interface`."""
-    # Here, for the package is optional.
+    # Imported here, because the package is optional.
     from sdpap.param import param
     from sdpap.sdpacall import sdpacall
     from sdpap.symcone import SymCone
@@ -51,7 +51,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
     columns = sparse.csc_matrix(sparse.hstack([columns[:, :free], -columns[:, :free], columns[:, free:]]))
     cost = np.concatenate([cost[:free], -cost[:free], cost[free:]])
     options = {"print": "no", "numThreads": 1, "epsilonStar": TOLERANCE, "epsilonDash": TOLERANCE}
-    with held_back(1) as drop:  # its option notwithstanding, the library prints
+    with captured(1) as drop:  # the library prints in spite of its option
         drop.append("its log")
         z, y, _, info = sdpacall.solve_sdpa(
             columns,

@@ -23,7 +23,7 @@ _STOPS = {
     "user_limit": Stop.LIMIT,
 }
 
-# What each solver calls its own time limit; one that is not listed runs to its end.
+# Option of each solver for its time limit; a solver that is not listed has none.
 _LIMITS = {
     "CLARABEL": "time_limit",
     "HIGHS": "time_limit",
@@ -56,7 +56,7 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
     problem = cp.Problem(cp.Minimize(objective @ y), constraints)
     try:
         with warnings.catch_warnings():
-            # An inaccurate solution is told by the status, and the certificate judges it.
+            # The status reports an inaccurate solution, and the certificate bounds its error.
             warnings.filterwarnings("ignore", message="Solution may be inaccurate", category=UserWarning)
             problem.solve(solver=solver, **_limit(solver))
     except cp.SolverError as error:
@@ -91,7 +91,7 @@ def _dual(constraints: list[Any], program: ConicProgram) -> Array:
         if value is None:
             return np.full(program.n_rows, np.nan)
         if isinstance(constraint, cp.Zero):
-            # cvxpy's Lagrangian adds the equality's dual; here A y + s = b takes it away.
+            # cvxpy's sign of an equality's dual is opposite to that of A y + s = b.
             parts.append(-np.asarray(value).ravel())
         elif isinstance(constraint, cp.PSD):
             matrix = np.asarray(value)

@@ -53,7 +53,7 @@ def parts(given: Iterable[Range | OneSide], equality: int | None, context: Conte
         both = not ranges and len({s.kink for s in sides}) == 1 and {s.side for s in sides} == {1, -1}
         context.require(both, "the parts are not both sides of one kink")
     elif equality is not None:
-        context.require(equality in context.stated.vanishing, f"equality {equality} is no single monomial")
+        context.require(equality in context.stated.vanishing, f"equality {equality} is not a single monomial")
         for v in sorted(context.stated.vanishing[equality]):
             zero = any(part.variable == v and part.low <= 0 <= part.high for part in ranges)
             context.require(zero or not may_vanish(context.box[v]), f"no part covers {context.name(v)} = 0")

@@ -90,7 +90,7 @@ def _row(
         return a.scaled(Fraction(of_a)).plus(linear)
 
     fits = ENDS.get((kink.sign, row.kind)) == len(row.ends)
-    require(fits, f"{row.kind!r} with {len(row.ends)} ends is no row of this kink")
+    require(fits, f"{row.kind!r} with {len(row.ends)} ends is not a row of this kink")
     if row.kind == "side":
         chosen = context.stated.chosen.get(row.kink)
         require(chosen is not None and chosen == known.get(row.kink), "no part chooses this side")

@@ -20,13 +20,13 @@ class _Stream:
     lock: Lock = field(default_factory=Lock)
     inside: int = 0
     drop: bool = False
-    kept: int | None = None  # a copy of the descriptor, while it is diverted
+    kept: int | None = None  # a copy of the descriptor, while it is redirected
     sink: IO[bytes] | None = None
 
     def enter(self) -> None:
         with self.lock:
             if not self.inside:
-                with suppress(OSError):  # without this stream, or a place for a file, nothing is diverted
+                with suppress(OSError):  # no redirection without the stream or a temporary file
                     self._divert()
             self.inside += 1
 
@@ -48,7 +48,7 @@ class _Stream:
             flush(self.descriptor)
             os.dup2(self.kept, self.descriptor)
             os.close(self.kept)
-            # Other threads may have written as well: without a failure all of it is passed on.
+            # Other threads may have written too: without a failure the text is passed on.
             if not self.drop:
                 self.sink.seek(0)
                 while written := self.sink.read(1 << 16):
@@ -69,7 +69,7 @@ def flush(descriptor: int) -> None:
 
 
 @contextmanager
-def held_back(descriptor: int) -> Iterator[list[str]]:
+def captured(descriptor: int) -> Iterator[list[str]]:
     """Capture what is written to a file descriptor, 1 or 2, inside a ``with`` block.
 
     The block gets a list of reasons to drop the text. If the list is empty at the end, the text is written then.
