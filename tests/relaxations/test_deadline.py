@@ -1,5 +1,6 @@
 import os
 import pickle
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -75,7 +76,7 @@ def test_a_limit_that_is_no_positive_number_is_refused_before_any_work(monkeypat
         raise AssertionError("work began")
 
     monkeypatch.setattr(hierarchy, "relax", work)
-    monkeypatch.setattr("relaxations.search.minimise.relax", work)
+    monkeypatch.setattr(sys.modules["relaxations.search.minimise"], "relax", work)
     problem, objective = hard_problem(3)
     for call in (partial(minimise, problem, objective), partial(intervals, problem, [0])):
         with pytest.raises(ProblemError, match="give a positive number of seconds"):

@@ -148,7 +148,7 @@ def test_interrupted_in_the_error_bound_gives_no_intervals(smid, monkeypatch):
     assert result.exit_code == 130
 
 
-@pytest.mark.parametrize("arguments", [["-m", "smid", "--version"], ["-m", "smid.cli"]])
+@pytest.mark.parametrize("arguments", [["-m", "smid", "--version"], ["-m", "smid"]])
 def test_runs_as_a_module(arguments):
     done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True)
     assert "smid" in done.stdout
