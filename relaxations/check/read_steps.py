@@ -73,7 +73,7 @@ def _product(reader: Reader, entry: Any, where: str) -> steps.Product:
     for part in reader.items(fields["of"], where):
         kind, k = reader.items(part, where, 2)
         if kind not in ("inequality", "above", "below", "inside"):
-            raise Unreadable(f"{where}: {excerpt(kind)} is not one of 'inequality', 'above', 'below', 'inside'")
+            raise Unreadable(f"{where}: {excerpt(kind)} is none of 'inequality', 'above', 'below', 'inside'")
         of.append((kind, reader.index(k, where, MANY if kind == "inequality" else None)))
     return steps.Product(reader.number(fields["weight"], where), basis, factor, of)
 
