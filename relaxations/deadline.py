@@ -59,13 +59,7 @@ _current: ContextVar[_Deadline] = ContextVar("deadline", default=_NO_LIMIT)
 
 
 def check_seconds(seconds: float) -> None:
-    """Refuse a time limit that is not a positive number; infinity means no limit.
-
-    Raises
-    ------
-    ProblemError
-        For anything else, NaN included.
-    """
+    """Refuse a time limit that is not a positive number, by a ProblemError; infinity means no limit."""
     if not (isinstance(seconds, Real) and seconds > 0):  # NaN is refused, too
         raise ProblemError(
             f"seconds = {seconds} is refused: give a positive number of seconds, or leave it out for no time limit"
@@ -76,13 +70,6 @@ def check_seconds(seconds: float) -> None:
 def time_limit(seconds: float) -> Iterator[None]:
     """Limit the time of a ``with`` block; an earlier limit outside the block remains.
 
-    Raises
-    ------
-    ProblemError
-        When ``seconds`` is not a positive number; infinity means no limit.
-
-    Examples
-    --------
     >>> with time_limit(60):
     ...     with time_limit(3600):
     ...         print(remaining() <= 60)
@@ -99,8 +86,6 @@ def time_limit(seconds: float) -> Iterator[None]:
 def limited(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Return a function that runs under the time limit of its keyword argument ``seconds``.
 
-    Examples
-    --------
     >>> @limited
     ... def left(*, seconds=inf):
     ...     return remaining()
@@ -122,17 +107,7 @@ def remaining() -> float:
 
 
 def check_time(needed: float = 0.0) -> None:
-    """Raise :class:`TimeIsUp` if less time remains than the next step needs.
-
-    Parameters
-    ----------
-    needed
-        Estimated seconds of a step that cannot be interrupted.
-
-    Raises
-    ------
-    TimeIsUp
-    """
+    """Raise :class:`TimeIsUp` if less time remains than ``needed`` seconds, for a step without interruption."""
     if remaining() <= needed:
         raise TimeIsUp
 
@@ -147,15 +122,9 @@ def map_in_time(
 ) -> Iterator[Result]:
     """Yield ``function(item)`` for each item in order, on an executor if one is given, within the time limit.
 
+    At the limit, tasks that have not started are cancelled, and TimeIsUp is raised. Running tasks have the same limit.
     Without an executor, each result is computed when it is requested.
 
-    Raises
-    ------
-    TimeIsUp
-        When the time is used up. Tasks that have not started are cancelled, and running tasks have the same limit.
-
-    Examples
-    --------
     >>> from concurrent.futures import ThreadPoolExecutor
     >>> with time_limit(60), ThreadPoolExecutor(2) as pool:
     ...     list(map_in_time(pool, abs, [-1, 2, -3]))

@@ -171,13 +171,7 @@ def variables(names: str) -> tuple[Expression, ...]:
 
 
 def constant(value: Expression | Number) -> Expression:
-    """Return a number as an expression, and an expression unchanged; ProblemError for anything else.
-
-    Raises
-    ------
-    ProblemError
-        When the value is not a finite real number.
-    """
+    """Return a number as an expression, and an expression unchanged; ProblemError for anything else."""
     if isinstance(value, Expression):
         return value
     try:
@@ -248,10 +242,7 @@ def stated_problem(
 ) -> tuple[PolynomialProblem, Polynomials]:
     """Return a problem without deriving bounds; its variables are those of the box, in this order.
 
-    Raises
-    ------
-    ProblemError
-        When a box is empty, or a coefficient is too large for a float.
+    ProblemError if a box is empty, or a coefficient is too large for a float.
     """
     return (
         PolynomialProblem(

@@ -76,14 +76,9 @@ class SDPProblem:
 
 
 def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPProblem:
-    """Return a relaxation's conic program as a semidefinite program.
+    """Return a relaxation's conic program as a semidefinite program; its comment states the objective's constant.
 
-    The format has no constant in the objective, so the comment states it.
-
-    Raises
-    ------
-    ProblemError
-        When a second-order cone has a size other than 3; the conic programs of relaxations have none.
+    ProblemError if a second-order cone has a size other than 3; the conic programs of relaxations have none.
     """
     if any(size != 3 for size in program.cones.second_order):
         raise ProblemError("only second-order cones of size 3 can be written as 2 x 2 blocks")

@@ -34,13 +34,7 @@ class Token:
 
 
 def tokens(text: str, line: int = 1) -> list[Token]:
-    """Return the numbers, names, relations and signs of a text, whose first line has the number ``line``.
-
-    Raises
-    ------
-    ProblemError
-        With the line of an unknown character.
-    """
+    """Return the numbers, names, relations and signs of a text; ProblemError for an unknown character."""
     found = []
     for match in TOKEN.finditer(text):
         kind = str(match.lastgroup)
@@ -71,13 +65,7 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
 
 
 def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expression:
-    """Return the polynomial of some tokens; see :func:`parse`.
-
-    Raises
-    ------
-    ProblemError
-        With the line and the cause, or when there are no tokens.
-    """
+    """Return the polynomial of some tokens; see :func:`parse`."""
     if not pieces:
         raise ProblemError("an expression is missing: write a polynomial")
     reader = _Reader(pieces, names)

@@ -48,11 +48,8 @@ class Cones:
 
     Examples
     --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.library import load
-    >>> problem = load("gms_st_e01").problem  # in two variables
-    >>> relax(problem, "dense", 2).program.cones
-    Cones(zero=0, nonnegative=0, second_order=(), semidefinite=(6, 3, 3, 3))
+    >>> Cones(zero=1, nonnegative=2, second_order=(3,), semidefinite=(5,)).semidefinite
+    (5,)
     """
 
     zero: int
@@ -105,18 +102,10 @@ class Multipliers:
 
 
 def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) -> None:
-    """Refuse a relaxation that needs more than four fifths of the machine's memory.
+    """Refuse a relaxation that needs more than four fifths of the machine's memory, by :func:`check_bytes`.
 
+    ``widths`` gives the number of blocks of each width, ``terms`` the number of coefficients in all rows and blocks.
     A solver stores a dense matrix over the entries of each block, and its factors.
-
-    Parameters
-    ----------
-    widths
-        Number of blocks of each width.
-    terms
-        Number of coefficients in all rows and blocks.
-    what, cure
-        Parts of the message: the relaxation, and what the user can do.
     """
     pairs = sum(count * (width * (width + 1) // 2) ** 2 for width, count in widths.items())
     needed = BYTES_PER_PAIR * pairs + BYTES_PER_TERM * terms
@@ -125,12 +114,9 @@ def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) ->
 
 
 def check_bytes(needed: float, what: str, cure: str) -> None:
-    """Refuse a computation that needs more than four fifths of the machine's memory.
+    """Refuse a computation that needs more than four fifths of the machine's memory, by a ProblemError.
 
-    Parameters
-    ----------
-    what, cure
-        Parts of the message: the computation ("... asks for "), and what the user can do.
+    The message consists of the computation, ``what`` ("... asks for "), both sizes, and what the user can do, ``cure``.
     """
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
     if needed > 0.8 * available:

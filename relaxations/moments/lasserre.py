@@ -104,13 +104,7 @@ def plan(
     objective: Polynomials | None = None,
     steps: int = 1,
 ) -> tuple[tuple[Clique, Split], ...]:
-    """Return the constraints that a relaxation keeps of each clique; the arguments are those of :func:`lasserre`.
-
-    Raises
-    ------
-    ProblemError
-        When the order is too low, there are not as many orders as cliques, or the machine's memory is too small.
-    """
+    """Return the constraints that a relaxation keeps of each clique; see :func:`lasserre` for the arguments."""
     if steps < 1:
         raise ProblemError(f"steps is {steps}: at least one is needed")
     found = groups(problem, order if isinstance(order, int) else min(order), method, objective)
@@ -143,13 +137,7 @@ def plan(
 def groups(
     problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
 ) -> tuple[tuple[int, ...], ...]:
-    """Return the cliques of a relaxation: the sorted variables of each.
-
-    Raises
-    ------
-    ProblemError
-        When the order is too low; the message names the least order.
-    """
+    """Return the sorted variables of each clique of a relaxation; ProblemError if the order is too low."""
     least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")

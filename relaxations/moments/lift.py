@@ -169,13 +169,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
 
 
 def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift") -> Index:
-    """Return the complicating variables of a lift, and refuse a lift that cannot be built.
-
-    Raises
-    ------
-    ProblemError
-        When there are more than six complicating variables, the order is too low, or the memory is too small.
-    """
+    """Return the complicating variables of a lift; ProblemError if the lift cannot be built, as in :func:`lift`."""
     complicating = complicating_variables(problem)
     if complicating is None:
         raise ProblemError(

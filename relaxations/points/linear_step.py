@@ -58,17 +58,8 @@ def linear_step(
 
     The result is the new point, the violation of the linearised constraints and the objective value; None without a
     solution. If the constraints cannot be satisfied, their largest violation is minimised instead of the objective.
-
-    Parameters
-    ----------
-    problem
-        Scaled to magnitudes near one.
-    point
-        Shape (n_variables,).
-    margin
-        Distance from every limit.
-    order
-        Pairs (equality, variable that it defines), see :func:`relaxations.points.witness.definition_order`.
+    The problem is scaled to magnitudes near one, and ``margin`` is the distance from every limit. ``order`` comes from
+    :func:`relaxations.points.witness.definition_order`.
     """
     # Bounds with a margin; complicating variables stay within the radius.
     base = np.clip(np.where(np.isfinite(point), point, 0.0), problem.lower, problem.upper)

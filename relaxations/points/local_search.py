@@ -27,21 +27,8 @@ def local_minimum(
 ) -> Array | None:
     """Return a point with a small objective whose scaled constraints hold within 1e-9, or None.
 
-    None also for more than 200 variables, because the matrices of the method are dense.
-
-    Parameters
-    ----------
-    problem
-        With finite bounds.
-    start
-        Shape (n_variables,).
-    margin
-        Scaled distance from every inequality and every bound.
-
-    Raises
-    ------
-    ProblemError
-        When a bound is infinite.
+    ``margin`` is the scaled distance from every inequality and every bound. Bounds must be finite (ProblemError). None
+    also for more than 200 variables, because the matrices of the method are dense.
     """
     if problem.n_variables > LARGEST:
         return None

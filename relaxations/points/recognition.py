@@ -97,15 +97,7 @@ def equality_multipliers(
 ) -> list[tuple[int, list[tuple[str, Monomial]]]]:
     """Return the multiplier polynomial of each equality of the scaled problem: (equality, [(coefficient, monomial)]).
 
-    Parameters
-    ----------
-    multipliers
-        Shape (n_equalities of the relaxation,).
-
-    Raises
-    ------
-    ProblemError
-        When a row of the relaxation is not a multiple of an equality.
+    ProblemError if a row of the relaxation is not a multiple of an equality.
     """
     monomials = _monomials(relaxation)
     table = _Table()
@@ -141,20 +133,8 @@ def product_multipliers(
 ) -> list[dict[str, Any]]:
     """Return the product of constraints of each block, with its multiplier.
 
-    Each dictionary has ``of`` (kind and number of each constraint), ``weight``, ``basis`` and ``factor``, as in a
-    certificate file.
-
-    Parameters
-    ----------
-    inequalities
-        Of the scaled problem.
-    factors
-        Each of shape (count, size, rank). Factors of the multipliers (:class:`relaxations.moments.conic.Multipliers`).
-
-    Raises
-    ------
-    ProblemError
-        When a block is not such a product.
+    The inequalities are those of the scaled problem. Each dictionary has ``of`` (kind and number of each constraint),
+    ``weight``, ``basis`` and ``factor``, as in a certificate file. ProblemError if a block is not such a product.
     """
     monomials = _monomials(relaxation)
     table = _product_table(relaxation, inequalities)

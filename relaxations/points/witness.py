@@ -292,22 +292,10 @@ def search(
 ) -> Array | None:
     """Return a point improved by sequential linear programming; None if no feasible point was found.
 
-    The point is feasible within the tolerances of the linear programs, without a proof.
-
-    Parameters
-    ----------
-    problem
-        Scaled to magnitudes near one.
-    complicating
-        Variables in the trust region; the constraints are affine in the others.
-    start
-        Shape (n_variables,). Only the complicating entries are used.
-    margin
-        Distance from every limit.
-    radius
-        First radius of the trust region.
-    steps
-        Largest number of linearisations.
+    The point is feasible within the tolerances of the linear programs, without a proof. The problem is scaled to
+    magnitudes near one, and its constraints are affine in all variables but the ``complicating`` ones. Only the
+    complicating entries of ``start`` are used. ``margin`` is the distance from every limit, ``radius`` the first radius
+    of the trust region, ``steps`` the largest number of linearisations.
     """
     order = definition_order(problem.equalities)
 

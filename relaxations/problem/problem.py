@@ -143,11 +143,8 @@ def from_sympy(
 def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]) -> Polynomials:
     """Return sympy expressions as polynomials; a coefficient that no float equals gets a radius.
 
-    Raises
-    ------
-    ProblemError
-        When there are no variables, an expression is not a polynomial in them, or a coefficient is not a finite
-        rational number or overflows.
+    ProblemError if there are no variables, an expression is not a polynomial in them, or a coefficient is not a finite
+    rational number or overflows.
     """
     if not variables:
         raise ProblemError("a polynomial problem needs variables: list at least one")

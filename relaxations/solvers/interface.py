@@ -100,13 +100,7 @@ def _back_end(solver: str) -> BackEnd:
 
 
 def check_solver(solver: str) -> None:
-    """Refuse a solver that is unknown or not installed, before any computation.
-
-    Raises
-    ------
-    ProblemError
-        When the solver is unknown or not installed.
-    """
+    """Refuse a solver that is unknown or not installed, by a ProblemError before any computation."""
     _back_end(solver)
 
 
