@@ -123,7 +123,7 @@ def _best_proof_near(part: Piece, point: Array, value: float, tolerance: float) 
 
 
 def _proofs_near(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
-    """Yield proven points near a candidate, from the cheapest method to the most expensive."""
+    """Yield a proven point near a candidate, or None, for one method after the other."""
     yield exact_point(problem, objective, point)
     yield newton_point(problem, objective, point)
     if definition_order(problem.equalities) is None:
