@@ -1,4 +1,4 @@
-"""Conic solvers behind one call: a table of back ends, and what to try in turn where one stops short."""
+"""Conic solvers behind one function, a table of back ends, and the order in which they are tried."""
 
 from relaxations.solvers.back_ends import BackEnd, back_ends
 from relaxations.solvers.interface import (

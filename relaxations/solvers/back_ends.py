@@ -1,4 +1,4 @@
-"""What each solver can do: a table, one line a back end; its library is imported when it is asked for."""
+"""The table of back ends: what each solver can do. Its library is imported when the solver is called."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ INTERIOR = "interior point"
 
 @dataclass(frozen=True)
 class BackEnd:
-    """One way to a solver.
+    """One way to call a solver.
 
     Parameters
     ----------
     name
-        What ``solver=`` takes, in any case of letters.
+        The value of ``solver=``, in upper or lower case.
     file
         The module of :mod:`relaxations.solvers` that runs it; not needed with ``run``.
     library
         The package that must be importable; empty where none is needed.
     method
-        ``"interior point"``, ``"first order"`` or ``"simplex"``; empty where cvxpy does not say.
+        ``"interior point"``, ``"first order"`` or ``"simplex"``; empty if unknown.
     accuracy
-        What a certified bound loses on small programs with an interior, as a share of the objective's coefficients.
-        NaN where it has not been measured.
+        Typical gap between a certified bound and the optimum on small programs, as a share of the objective's
+        coefficients. NaN if not measured.
     settings
-        Names of its other settings, to be tried in turn where the usual one stops short.
+        Further settings, tried in turn if the usual one is not accurate enough.
     install
-        The line that installs it.
+        The command that installs it.
     run
         A function ``run(name, program, objective)`` (and a setting as a fourth argument, where ``settings`` names
         some) that returns a :class:`relaxations.solvers.Stop`, the solver's word, the moments without the constant, and
@@ -53,12 +53,12 @@ class BackEnd:
 
     @cached_property
     def installed(self) -> bool:
-        """Tell whether its library can be imported, without doing so."""
+        """Return whether its library can be imported, without importing it."""
         return not self.library or find_spec(self.library) is not None
 
     @property
     def reached(self) -> str:
-        """Tell how it is called."""
+        """Return ``"directly"`` or ``"through cvxpy"``."""
         return "through cvxpy" if self.file == "through_cvxpy" else "directly"
 
 
@@ -74,7 +74,7 @@ DIRECT = (
 
 @cache
 def through_cvxpy() -> tuple[BackEnd, ...]:
-    """Return cvxpy's installed conic solvers, without those that are called directly."""
+    """Return the installed conic solvers of cvxpy, without those that are called directly."""
     import cvxpy
     from cvxpy.reductions.solvers.defines import SOLVER_MAP_CONIC
 
@@ -96,7 +96,7 @@ def from_packages() -> tuple[BackEnd, ...]:
 
 
 def back_ends() -> tuple[BackEnd, ...]:
-    """Return the table: those called directly, installed or not, those of other packages, cvxpy's installed ones.
+    """Return the solvers that are called directly, installed or not, those of other packages, then those of cvxpy.
 
     Examples
     --------

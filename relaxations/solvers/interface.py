@@ -1,4 +1,14 @@
-"""What a solver is asked and what it answers."""
+"""The common interface of all solvers.
+
+A back end is a module with the function ``run(solver, program, objective[, setting])``. It returns
+
+- the :class:`Stop` and the solver's own status text;
+- the moments without the constant one, shape (n_moments - 1,);
+- the dual vector, shape (n_rows,).
+
+Vectors that the solver does not return are NaN. The objective has no constant. ``run`` observes
+:func:`relaxations.deadline.remaining`, and imports an optional library when it is called.
+"""
 
 from __future__ import annotations
 
@@ -30,12 +40,12 @@ Solver = str | BackEnd  # what ``solver=`` takes
 
 @dataclass(frozen=True)
 class Attempt:
-    """A solver and how it is set: ``str(attempt)`` names both.
+    """A solver and its setting: ``str(attempt)`` names both.
 
     Parameters
     ----------
     setting
-        ``"boxed"`` (:mod:`relaxations.solvers.boxed`), one of the back end's own, or empty for its usual one.
+        ``"boxed"`` (:mod:`relaxations.solvers.boxed`), a setting of the back end, or empty for the usual one.
     """
 
     solver: Solver
@@ -47,12 +57,12 @@ class Attempt:
 
 @dataclass(frozen=True)
 class ConicSolution:
-    """A solver's answer, none of it proven.
+    """The result of a solver; nothing in it is proven.
 
     Parameters
     ----------
     status
-        The solver's own word.
+        The solver's own status text.
     moments
         Shape (n_moments,).
     dual
@@ -67,7 +77,7 @@ class ConicSolution:
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Return the names that ``solver=`` takes on this machine.
+    """Return the names of all installed solvers: the values of ``solver=``.
 
     Examples
     --------
@@ -78,13 +88,7 @@ def available_solvers() -> tuple[str, ...]:
 
 
 def _back_end(solver: Solver) -> BackEnd:
-    """Return a back end by its name, or the object itself.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown solver, or one that is not installed.
-    """
+    """Return a back end by its name, or the object itself; ProblemError if it is unknown or not installed."""
     if isinstance(solver, BackEnd):
         found: BackEnd | None = solver
     else:
@@ -102,35 +106,26 @@ def _back_end(solver: Solver) -> BackEnd:
 
 
 def check_solver(solver: Solver) -> None:
-    """Refuse a solver that is not known or not installed, before any work.
+    """Refuse a solver that is unknown or not installed, before any computation.
 
     Raises
     ------
     ProblemError
-        For an unknown solver, or one that is not installed.
-
-    Examples
-    --------
-    >>> check_solver("Clarabel")
-    >>> try:
-    ...     check_solver("sudoku")
-    ... except ProblemError as error:
-    ...     print(str(error)[:24])
-    unknown solver 'sudoku':
+        When the solver is unknown or not installed.
     """
     _back_end(solver)
 
 
 def attempts(solver: Solver) -> tuple[Attempt, ...]:
-    """Return what to try in turn: the solver as it is, its other settings, then the others that are installed.
+    """Return the attempts in order: the solver with each of its settings, then the other interior-point solvers.
 
-    Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
-    all those tried counts. First-order methods are no help: they take long and stop farther off.
+    Any dual vector gives a valid bound. So a caller stops when the certified bound is accurate enough, and uses the
+    best bound of all attempts. First-order methods are left out, because they are slower and less accurate.
 
     Raises
     ------
     ProblemError
-        For an unknown solver, or one that is not installed.
+        When the solver is unknown or not installed.
 
     Examples
     --------
@@ -146,7 +141,9 @@ def attempts(solver: Solver) -> tuple[Attempt, ...]:
 
 
 def solve(program: ConicProgram, objective: Array, attempt: Attempt | Solver = "clarabel") -> ConicSolution:
-    """Minimise ``objective`` over a conic program.
+    """Return a solver's minimum of ``objective`` over a conic program.
+
+    The result is NaN with ``Stop.FAILED`` if a coefficient is not finite. The solver is not called then.
 
     Parameters
     ----------
@@ -155,17 +152,12 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | Solver = "
     attempt
         A solver's name or back end means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
-    Returns
-    -------
-    ConicSolution
-        Not a number, and ``Stop.FAILED``, where a coefficient is not finite: no solver is asked then.
-
     Raises
     ------
     ProblemError
-        For an unknown solver, one that is not installed, or one of ours that knows linear programs only.
+        When the solver is unknown or not installed, or the program has cones that it cannot treat.
     TimeIsUp
-        Where the time limit leaves none. A solver that begins has what is left as its own limit.
+        When no time is left. A solver that starts gets the remaining time as its limit.
 
     Examples
     --------

@@ -25,7 +25,7 @@ from relaxations.search import hierarchy
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import MinimumReason, minimise
 from relaxations.solvers import Stop, clarabel, solve
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 
 
 def hard_problem(n):
@@ -182,12 +182,12 @@ def test_data_that_are_not_finite_are_not_handed_to_a_solver(monkeypatch):
 
 
 def test_what_a_panic_writes_is_not_shown_and_other_text_is(capfd):
-    with held_back(2) as drop:
-        with held_back(2):  # as of another thread
+    with captured(2) as drop:
+        with captured(2):  # as of another thread
             os.write(2, b"dropped")
         drop.append("panic")
     assert capfd.readouterr().err == ""
-    with held_back(2):
+    with captured(2):
         os.write(2, b"kept")
     assert capfd.readouterr().err == "kept"
 

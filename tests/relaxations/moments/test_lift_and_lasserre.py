@@ -190,8 +190,8 @@ def test_facial_reduction_keeps_exactly_the_complement_of_the_multiples():
     equalities = Polynomials.from_terms([{(0, 1): 1.0, (2,): -1.0}, {(0,): 0.5, (1,): 1.0}])
     variables = (0, 1, 2)
     basis = monomials_up_to(variables, 2)
-    v = facial.complement(facial.multiples(equalities, variables, 2))
-    multiples = facial.multiples(equalities, variables, 2)
+    v = facial.face_basis(facial.multiple_vectors(equalities, variables, 2))
+    multiples = facial.multiple_vectors(equalities, variables, 2)
     assert len(multiples) == 1 + 4  # the first has degree 2: times 1 only; the second times 1, x0, x1, x2
     assert v.T @ v == pytest.approx(np.eye(v.shape[1]), abs=1e-12)
     assert multiples @ v == pytest.approx(0, abs=1e-12)
@@ -202,7 +202,7 @@ def test_independent_rows_span_what_all_rows_span():
     rng = np.random.default_rng(9)
     vectors = rng.normal(size=(4, 7))
     vectors = np.r_[vectors, rng.normal(size=(5, 4)) @ vectors]
-    kept = facial.independent(vectors)
+    kept = facial.independent_rows(vectors)
     assert len(kept) == 4
     assert np.linalg.matrix_rank(vectors[kept]) == 4
 

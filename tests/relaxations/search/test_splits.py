@@ -11,7 +11,7 @@ from relaxations import check
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
-from relaxations.moments.facial import complement, supported
+from relaxations.moments.facial import face_basis, vectors_within
 from relaxations.moments.lasserre import lasserre, plan
 from relaxations.moments.symmetry import classes, sign_symmetries
 from relaxations.points.extraction import minimisers
@@ -249,6 +249,6 @@ def test_the_certificate_of_a_split_relaxation_is_checked_in_fractions(tmp_path,
 def test_null_vectors_of_a_part_are_those_that_live_on_it():
     vectors = np.array([[1.0, 0.0, 2.0, 0.0], [0.0, 1.0, 3.0, 0.0]])
     part = np.array([0, 2, 3])
-    face = complement(supported(vectors, part))
+    face = face_basis(vectors_within(vectors, part))
     assert face.shape == (3, 2)
     assert vectors[0, part] @ face == pytest.approx(0)

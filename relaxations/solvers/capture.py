@@ -1,4 +1,4 @@
-"""What a library writes past Python to standard output or standard error, held back while it runs."""
+"""Capture what a library writes directly to the standard output or error of the process."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from typing import IO
 
 @dataclass
 class _Stream:
-    """One file descriptor of the process. Threads share it: the first one that enters diverts it, the last restores."""
+    """A file descriptor of the process. The first thread that enters redirects it, and the last one restores it."""
 
     descriptor: int
     lock: Lock = field(default_factory=Lock)
     inside: int = 0
     drop: bool = False
-    kept: int | None = None  # a copy of the descriptor, while it is diverted
+    kept: int | None = None  # a copy of the descriptor, while it is redirected
     sink: IO[bytes] | None = None
 
     def enter(self) -> None:
         with self.lock:
             if not self.inside:
-                with suppress(OSError):  # without this stream, or a place for a file, nothing is diverted
+                with suppress(OSError):  # no redirection without the stream or a temporary file
                     self._divert()
             self.inside += 1
 
@@ -48,7 +48,7 @@ class _Stream:
             flush(self.descriptor)
             os.dup2(self.kept, self.descriptor)
             os.close(self.kept)
-            # Other threads may have written as well: without a failure all of it is passed on.
+            # Other threads may have written too: without a failure the text is passed on.
             if not self.drop:
                 self.sink.seek(0)
                 while written := self.sink.read(1 << 16):
@@ -61,12 +61,7 @@ _streams = {number: _Stream(number) for number in (1, 2)}
 
 
 def flush(descriptor: int) -> None:
-    """Flush Python's own buffer of a standard stream, where there is one.
-
-    Examples
-    --------
-    >>> flush(2)
-    """
+    """Flush Python's buffer of standard output (1) or standard error (2)."""
     stream = sys.stdout if descriptor == 1 else sys.stderr
     if stream is not None:
         with suppress(OSError, ValueError):
@@ -74,24 +69,10 @@ def flush(descriptor: int) -> None:
 
 
 @contextmanager
-def held_back(descriptor: int) -> Iterator[list[str]]:
-    """Hold back what is written to a descriptor; drop it where the list that is given has an entry in the end.
+def captured(descriptor: int) -> Iterator[list[str]]:
+    """Capture what is written to a file descriptor, 1 or 2, inside a ``with`` block.
 
-    Parameters
-    ----------
-    descriptor
-        Standard output or standard error of the process.
-
-    Yields
-    ------
-    list of str
-        Reasons to drop what was written; without any it is written when the block ends.
-
-    Examples
-    --------
-    >>> with held_back(2) as drop:
-    ...     _ = os.write(2, b"thread panicked at ...")
-    ...     drop.append("a failure that is told in another way")
+    The block gets a list of reasons to drop the text. If the list is empty at the end, the text is written then.
     """
     reasons: list[str] = []
     _streams[descriptor].enter()
