@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
@@ -19,7 +17,7 @@ _MOST_RIVALS = 5
 _MOST_ODDS = 1e12
 
 
-def causes(record: Record, found: Found, effects: Mapping[str, Effect], site: Site) -> list[Cause]:
+def causes(record: Record, found: Found, site: Site) -> list[Cause]:
     """Return the named effects with evidence; an ambiguous last one names its equals as rivals."""
     named = [stage for stage in found.stages if stage.leader is not None]
     result = []
@@ -31,7 +29,7 @@ def causes(record: Record, found: Found, effects: Mapping[str, Effect], site: Si
             Cause(
                 trial.effect,
                 trial.label,
-                effects[trial.effect].describe(values, site),
+                trial.describe(values, site) if trial.describe else "",
                 _confidence(stage),
                 _parameters(record, trial),
                 _rivals(stage),
@@ -136,6 +134,5 @@ def detected(effect: Effect, detection: Detection, site: Site, stage_rmse: float
         CauseParameter(name, "", float(value), None, None, None, False) for name, value in detection.values.items()
     )
     evidence = {"rmse_before": stage_rmse, "rmse_after": stage_rmse, **detection.evidence}
-    return Cause(
-        effect.name, "", effect.describe(detection.values, site), detection.confidence, parameters, (), evidence
-    )
+    said = effect.describe(detection.values, site) if effect.describe else ""
+    return Cause(effect.name, "", said, detection.confidence, parameters, (), evidence)

@@ -31,6 +31,7 @@ from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
 from smid.models import Model, ModelError
+from smid.models.edit_lines import rename_channels
 
 Progress = Callable[[str], None]
 _LEAST_HELD = 30
@@ -97,7 +98,8 @@ def diagnose(
     """
     began = time.monotonic()
     check_seconds(seconds)
-    model = bind(model, data)
+    # A signal with the name of a further channel makes way, so that an effect can read the channel.
+    model = rename_channels(bind(model, data), {}, (c.name for c in data.channels))
     chosen = _chosen(effects)
     if workers is not None and workers < 1:
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
@@ -159,11 +161,12 @@ def _assemble(
     final = found.base.fit
     before, after = record.residual(base.fit), record.residual(final)
     site = base.site()
-    named = causes(record, found, {e.name: e for e in chosen}, site)
+    named = causes(record, found, site)
     rmse = rms(record.held_part(after))
     noise = {e.name: detected(e, d, record.site(final), rmse) for e, d in detections}
     # Glitches that only the extended model shows are smaller than what it explains.
-    first = [noise.pop("outliers")] if "outliers" in noise and _glitches(record, base, chosen) else []
+    marking = [e.name for e in chosen if e.marks_glitches and e.name in noise]
+    first = [noise.pop(name) for name in marking if _glitches(record, base, chosen)]
     listed = (*first, *named, *noise.values())
     tied = next((stage for stage in found.stages if stage.tied), None)
     verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
@@ -175,7 +178,7 @@ def _assemble(
         with time_limit(seconds):
             proof = prove_empty(model, data, bound, output, before)
     held = [run.values[output] for run in data.experiments]
-    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extend(base.fit.model, site))]
+    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extensions(base.fit.model, site))]
     rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}
     return Diagnosis(
         base=base.fit.model,
@@ -273,7 +276,9 @@ def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Reco
                 f"the {word} part has {sum(int(p.sum()) for p in part)} samples, too few to judge by: it needs "
                 f"{samples}. Take a longer record or another share in holdout"
             )
-    return Record(data, tuple(used), tuple(held), model.input_channels[0], model.output_channels[0])
+    # The data's order counts: the model sorts the inputs that one line reads by name.
+    first = next((c for c in data.inputs if c in model.input_channels), model.input_channels[0])
+    return Record(data, tuple(used), tuple(held), first, model.output_channels[0])
 
 
 def _base(model: Model, record: Record) -> Base:
@@ -303,7 +308,7 @@ def _look(
 
 def _glitches(record: Record, base: Base, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
     """Find glitches in what a model leaves of the whole record; None where there are none, or nobody asked."""
-    effect = next((e for e in chosen if e.name == "outliers"), None)
+    effect = next((e for e in chosen if e.marks_glitches), None)
     if effect is None or effect.detect is None:
         return None
     detection = effect.detect(base.fit.model, record.site(base.fit))
@@ -335,7 +340,7 @@ def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> li
     site = record.site(found.base.fit)
     result = []
     for effect in chosen:
-        if effect.detect is not None and effect.name != "outliers":
+        if effect.detect is not None and not effect.marks_glitches:
             detection = effect.detect(found.base.fit.model, site)
             if detection is not None:
                 result.append((effect, detection))

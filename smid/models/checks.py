@@ -21,11 +21,12 @@ __all__ = ["check_integration", "check_names", "check_symbols"]
 
 
 def check_names(model: Model) -> None:
-    """Refuse a name that stands for two things."""
+    """Refuse a name that stands for two things, apart from a channel with the name of a parameter."""
+    parameters = {parameter.name for parameter in model.parameters}
     names = (
         [("parameter", parameter.name) for parameter in model.parameters]
         + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]
-        + [("channel", measurement.channel) for measurement in model.measurements]
+        + [("channel", item.channel) for item in model.measurements if item.channel not in parameters]
         + [("noise", measurement.noise) for measurement in model.measurements if measurement.noise]
     )
     for signal_name, count in Counter(line.signal for line in model.lines).items():
@@ -68,7 +69,9 @@ def check_symbols(model: Model) -> None:
             )
     signals = {*exogenous(model.lines), *(line.signal for line in model.lines)}
     for measurement in model.measurements:
-        if measurement.signal not in signals:
+        # A channel with the name of a parameter is read under another name, which a later edit will use.
+        waits = measurement.noise is None and measurement.channel in known
+        if measurement.signal not in signals and not waits:
             raise ModelError(
                 f"channel {measurement.channel!r} measures {measurement.signal!r}, which no line "
                 f"defines or reads: name one of {', '.join(sorted(signals))}"

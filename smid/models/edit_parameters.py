@@ -11,13 +11,22 @@ import sympy
 
 from smid.models.errors import ModelError
 from smid.models.expressions import shown
-from smid.models.parts import Parameter
+from smid.models.parts import Edit, Parameter
 from smid.models.symbols import canonical, number, swapped
 
 if TYPE_CHECKING:
     from smid.models.model import Model
 
-__all__ = ["bound", "find_parameter", "fix", "substitute", "with_constraint", "with_parameter", "with_values"]
+__all__ = [
+    "bound",
+    "edited_by",
+    "find_parameter",
+    "fix",
+    "substitute",
+    "with_constraint",
+    "with_parameter",
+    "with_values",
+]
 
 
 def find_parameter(model: Model, name: str) -> Parameter:
@@ -27,6 +36,31 @@ def find_parameter(model: Model, name: str) -> Parameter:
             return parameter
     names = ", ".join(parameter.name for parameter in model.parameters)
     raise ModelError(f"the model has no parameter {name!r}: its parameters are {names}")
+
+
+def edited_by(model: Model, origin: str, reserved: Iterable[str] = ()) -> Model:
+    """Return the model with an origin for all parameters and signals that the following edits add.
+
+    Parameters
+    ----------
+    origin
+        Name of the effect; "" ends its edits.
+    reserved
+        Names that new signals and parameters must not take, beside those of the model.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> model = OutputError().edited_by("friction").with_parameter(Parameter("Fc", 0))
+    >>> dict(model.origins)
+    {'Fc': 'friction'}
+    """
+    return replace(model, edit=Edit(origin, frozenset(reserved)) if origin else None)
+
+
+def origins_with(model: Model, added: Iterable[str]) -> dict[str, str]:
+    """Return the origins of the model, and that of the edit for what is added."""
+    return {**model.origins, **(dict.fromkeys(added, model.edit.origin) if model.edit else {})}
 
 
 def with_parameter(model: Model, *parameters: Parameter) -> Model:
@@ -50,7 +84,8 @@ def with_parameter(model: Model, *parameters: Parameter) -> Model:
     >>> [p.name for p in OutputError().with_parameter(Parameter("Fc", 0)).parameters]
     ['a1', 'b0', 'Fc']
     """
-    return replace(model, parameters=(*model.parameters, *parameters))
+    origins = origins_with(model, (item.name for item in parameters))
+    return replace(model, parameters=(*model.parameters, *parameters), origins=origins)
 
 
 def with_values(model: Model, values: Mapping[str, float]) -> Model:
@@ -227,6 +262,7 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
         ),
         constraints=constraints,
         values={name: value for name, value in model.values.items() if name != old.name},
+        origins=origins_with(model, (item.name for item in new_parameters)),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from smid.models.edit_lines import rename_channels
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.priors import Priors
 from smid.models.symbols import signal, t
@@ -72,7 +73,8 @@ def OutputError(
     parameters = tuple(Parameter(name) for name in (*denominator, *numerator))
     constant = (Parameter("offset", null=0.0),) if offset else ()
     a, b = [item.symbol for item in parameters[:na]], [item.symbol for item in parameters[na:]]
-    expression = sum((item.symbol for item in constant), linear_expression("w", input, a, b, delay))
+    expression = sum((item.symbol for item in constant), linear_expression("w", "u", a, b, delay))
     line = Line(signal("w")[t], expression)
-    model = Model("output error", (*parameters, *constant), (line,), (Measurement(output, "w", "eta"),))
-    return Priors.of(priors).apply(model, denominator, numerator)
+    model = Model("output error", (*parameters, *constant), (line,), (Measurement("y", "w", "eta"),))
+    model = Priors.of(priors).apply(model, denominator, numerator)
+    return rename_channels(model, {"u": input, "y": output})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.symbols import number, signal, t
@@ -78,17 +79,18 @@ def Reactor(
         _parameter("x", x, X_BOX, "", 1.0),
     )
     time, factor, power = (item.symbol for item in parameters)
-    w, u = signal("w")[t], signal(input)[t]
+    w, u = signal("w")[t], signal("u")[t]
     rate = (1 / time - number(reaction_rate)) * u - factor * w**power / time
-    return Model(
+    model = Model(
         "reactor",
         parameters,
         (Line(w, sympy.sympify(rate), rate=True),),
-        (Measurement(output, "w", "eta"),),
+        (Measurement("y", "w", "eta"),),
         scheme=scheme,
         substeps=substeps,
         sampling_time=sampling_time,
     )
+    return rename_channels(model, {"u": input, "y": output})
 
 
 def _parameter(name: str, value: float | None, box: tuple[float, float], unit: str, null: float | None) -> Parameter:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -27,6 +28,7 @@ __all__ = [
     "swapped",
     "t",
     "unpacked",
+    "unused",
 ]
 
 t = sympy.Symbol("t", integer=True)
@@ -56,6 +58,12 @@ def signal(name: str) -> sympy.IndexedBase:
     w[t - 1] + 1
     """
     return sympy.IndexedBase(name, real=True)
+
+
+def unused(wanted: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: the wanted one, else the wanted one with the first free number from 2 on."""
+    numbered = (f"{wanted}{count}" for count in itertools.count(2))
+    return next(name for name in itertools.chain((wanted,), numbered) if name not in taken)
 
 
 def number(value: float) -> sympy.Rational:

@@ -7,8 +7,8 @@ search fits them all and keeps the best; see `smid.diagnosis.search.search`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from smid.models import Model
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Describe = Callable[[Mapping[str, float], "Site"], str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +95,11 @@ class Extension:
     label
         Which way, in a word or two, where the effect has several.
     inside
-        Where parameters have to be: elsewhere the effect is another one, as a dead zone that no sample enters is a
-        bias.
+        Open intervals in which parameters must lie. Outside them the effect is another one: a dead zone that no
+        sample enters is a bias.
+    describe
+        As `Effect.describe`, for this extension only; it must be picklable, a `functools.partial` of a function, say.
+        It knows the names that the extension uses, so that no name has to be taken apart.
 
     Examples
     --------
@@ -110,6 +114,7 @@ class Extension:
     starts: tuple[Mapping[str, float], ...]
     label: str = ""
     inside: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    describe: Describe | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,16 +166,19 @@ class Effect:
     extend
         Every way to put it on the model; none where it does not apply.
     describe
-        One sentence, with sizes in units, from the values of the effect's parameters.
-    rivals
-        Effects that look alike in many data.
+        One sentence, with sizes in units, from the values of the effect's parameters. None where every extension
+        has its own.
     contains
         Effects that are special cases of this one: where they do as well, the simpler name is the right one.
     needs
         What must be there for it to apply, for the reader when it is skipped.
     detect
-        For effects on the noise, which no free run can show: tells from the residual whether it is there.  The model
-        carries values; the site's residual is over the whole record.
+        For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
+        has values; the site's residual is over the whole record.
+    smoothed_by
+        For effects on the noise: effects that also reduce the noise, and are not named where the noise explains more.
+    marks_glitches
+        Whether `detect` finds single bad samples. They are left out before any other effect is tried.
 
     Examples
     --------
@@ -180,18 +188,28 @@ class Effect:
     ...     yield Extension(model.add_term("w", shift.symbol, [shift]), ({"shift": 0.1},))
     >>> offset = Effect("offset", "the state is pushed", extend, lambda values, site: f"{values['shift']:.3g}")
     >>> data = Dataset.from_arrays(input={"u": [0.0, 1, 1]}, output={"y": [0.0, 0, 1]}, sampling_time=1.0)
-    >>> [e.model.parameters[-1].name for e in offset.extend(OutputError(), Site(data, "u", "y"))]
+    >>> [e.model.parameters[-1].name for e in offset.extensions(OutputError(), Site(data, "u", "y"))]
     ['shift']
     """
 
     name: str
     summary: str
     extend: Callable[[Model, Site], Iterable[Extension]]
-    describe: Callable[[Mapping[str, float], Site], str]
-    rivals: tuple[str, ...] = field(default=())
-    contains: tuple[str, ...] = field(default=())
+    describe: Describe | None = None
+    contains: tuple[str, ...] = ()
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
+    smoothed_by: tuple[str, ...] = ()
+    marks_glitches: bool = False
+
+    def extensions(self, model: Model, site: Site) -> Iterator[Extension]:
+        """Yield every way to put the effect on a model, with the effect as the origin of all that it adds."""
+        own = {p.name for p in model.parameters}
+        # Names of channels stay free: a later effect may read the channel.
+        for item in self.extend(model.edited_by(self.name, (c.name for c in site.data.channels)), site):
+            added = {p.name: self.name for p in item.model.parameters if p.name not in own}
+            marked = replace(item.model, origins={**item.model.origins, **added}, edit=None)
+            yield replace(item, model=marked, describe=item.describe or self.describe)
 
 
 def on_the_noise(_model: Model, _site: Site) -> tuple[Extension, ...]:

@@ -64,5 +64,4 @@ EFFECT = Effect(
     "a further pole follows or precedes the process",
     extend,
     describe,
-    rivals=("input_delay", "hysteresis", "input_backlash", "rate_limit", "resonance"),
 )

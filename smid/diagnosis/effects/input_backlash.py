@@ -47,6 +47,5 @@ EFFECT = Effect(
     "the input must cross a gap when it turns round",
     extend,
     describe,
-    rivals=("hysteresis", "input_dead_zone", "extra_lag", "input_delay", "coulomb_friction", "stribeck_friction"),
     needs="an input that moves",
 )

@@ -98,6 +98,5 @@ EFFECT = Effect(
     "the input has no effect until it passes a threshold",
     extend,
     describe,
-    rivals=("input_backlash", "input_curve", "coulomb_friction", "stribeck_friction", "output_curve"),
     needs="an input that leaves zero",
 )

@@ -68,6 +68,5 @@ EFFECT = Effect(
     "the input acts later",
     extend,
     describe,
-    rivals=("extra_lag", "input_backlash", "rate_limit", "resonance"),
     needs="at least four samples",
 )

@@ -126,8 +126,7 @@ EFFECT = Effect(
     lambda values, site: (
         f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
     ),
-    # What smooths the input takes some of its noise away, and may look like the cause.
-    rivals=("input_backlash", "hysteresis", "extra_lag", "rate_limit", "input_delay", "resonance"),
+    smoothed_by=("input_backlash", "hysteresis", "extra_lag", "rate_limit", "input_delay", "resonance"),
     needs="an input that the model takes as exact",
     detect=_detect,
 )

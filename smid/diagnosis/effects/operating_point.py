@@ -8,6 +8,7 @@ Reference: Toth, Modeling and Identification of Linear Parameter-Varying Systems
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 import sympy
@@ -15,7 +16,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh, quantity, signal_of
 from smid.diagnosis.effects.parts.plant import output_signal
-from smid.diagnosis.effects.parts.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
@@ -29,11 +30,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Let each parameter of the states' lines, their pace and their gain follow the level."""
     w, u = signal(output_signal(model, site)), signal(signal_of(model, site.input))
     high, full = number(site.scale(site.output)), number(site.scale(site.input))
-    for suffix, label, vary in (
-        ("with_output", "with the output", lambda lag: w[t - lag] / high),
-        ("with_square", "with the output squared", lambda lag: (w[t - lag] / high) ** 2),
+    for suffix, label, way, vary in (
+        ("with_output", "with the output", "with", lambda lag: w[t - lag] / high),
+        ("with_square", "with the output squared", "with the square of", lambda lag: (w[t - lag] / high) ** 2),
     ):
-        yield from extensions(model, suffix, vary, label=label, states_only=True)
+        yield from extensions(
+            model, suffix, vary, partial(_with_channel, site.output, way), label=label, states_only=True
+        )
     # What depends on the level often does so in a part of the range: a slack that is taken up, a pipe that is full.
     low, high = np.quantile(site.values(site.output), (0.01, 0.99)).tolist()
     unit, span = site.unit(site.output), (high - low) or 1.0
@@ -43,6 +46,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         model,
         "with_level",
         lambda lag: sympy.Max(0, sympy.Min(1, (w[t - lag] - start.symbol) / width.symbol)),
+        partial(_between_levels, start.name, width.name),
         label="between two levels",
         shape=(start, width),
         places=tuple({start.name: low + a * span, width.name: b * span} for a, b in _PLACES),
@@ -53,6 +57,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         model,
         "with_input",
         lambda lag: u[t - lag] / full,
+        partial(_with_channel, site.input, "with"),
         label="with the input",
         states_only=True,
         parameters=False,
@@ -60,28 +65,21 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     )
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say how much the parameter moves over the range."""
-    name, amount = next((n, v) for n, v in values.items() if "_with_" in n)
-    parameter, what = name.rsplit("_with_", 1)
-    named, much = told(parameter, amount)
-    if what.startswith("level"):
-        start, width = (
-            next(v for n, v in values.items() if n.startswith(stem)) for stem in ("level_from", "level_width")
-        )
-        levels = f"from {start:.3g} to {quantity(start + width, site.unit(site.output))}"
-        return f"{sentence(named)} depends on the level: with {site.output} {levels} it changes {much}, and no further."
-    channel = site.input if what.startswith("input") else site.output
+def _with_channel(channel: str, way: str, varied: Varied, values: Mapping[str, float], site: Site) -> str:
     full = quantity(site.scale(channel), site.unit(channel))
-    way = "with the square of" if what.startswith("square") else "with"
-    return f"{sentence(named)} depends on the level: {way} {channel} it changes {much} from zero to {full}."
+    return f"{varied.what} depends on the level: {way} {channel} it changes {varied.much(values)} from zero to {full}."
+
+
+def _between_levels(start: str, width: str, varied: Varied, values: Mapping[str, float], site: Site) -> str:
+    end = quantity(values[start] + values[width], site.unit(site.output))
+    levels = f"from {values[start]:.3g} to {end}"
+    much = varied.much(values)
+    return f"{varied.what} depends on the level: with {site.output} {levels} it changes {much}, and no further."
 
 
 EFFECT = Effect(
     "operating_point",
     "a parameter of the dynamics depends on the level",
     extend,
-    describe,
-    rivals=("power_law", "input_curve", "output_curve", "quadratic_drag", "direction_dependence"),
     needs="parameters in the lines of the states",
 )

@@ -47,6 +47,6 @@ EFFECT = Effect(
     "a few recorded samples are glitches",
     on_the_noise,
     _sentence,
-    rivals=("quantisation",),
     detect=_detect,
+    marks_glitches=True,
 )

@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 from smid.data import DataError
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
 from smid.diagnosis.effects.parts.hinges import curves, slope_changes
-from smid.diagnosis.effects.parts.naming import find, free_name, fresh, is_brought, quantity
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.fitting.fit import fit
 from smid.models import Model, Parameter
 from smid.models.symbols import number
@@ -62,7 +62,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ({exponent.name: 0.6}, {exponent.name: 1.6}, {exponent.name: 2.5}),
         "power",
     )
-    if all(p.lower == p.upper for p in model.parameters if not is_brought(p.name)):
+    if all(p.lower == p.upper for p in model.parameters if p.name not in model.origins):
         # No gain of the model can make up for the level at which the power is one.
         level = fresh(model, "output_level", (0.05 * reach, 20 * reach), site.unit(site.output))
         yield Extension(
@@ -151,6 +151,5 @@ EFFECT = Effect(
     "the sensor shows a curve",
     extend,
     describe,
-    rivals=("input_curve", "output_saturation", "power_law", "operating_point", "hysteresis"),
     contains=("output_saturation",),
 )

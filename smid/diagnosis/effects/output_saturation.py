@@ -11,6 +11,7 @@ Reference: Schoukens and Noel, Three benchmarks addressing open challenges in no
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import permutations
 
 import numpy as np
@@ -59,6 +60,7 @@ def _spilling(model: Model, vessel: StateLine, below: StateLine, span: tuple[flo
         full.add_term(below.line.signal, spilt, [share]),
         tuple({**start, share.name: 0.5} for start in starts),
         f"above, from {vessel.own} to {below.own}",
+        describe=partial(_spills, vessel.own, upper.name, share.name),
     )
 
 
@@ -84,14 +86,14 @@ def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") ->
     yield "both sides", lambda w: sympy.Max(lower.symbol, sympy.Min(w, upper.symbol)), [lower, upper], both
 
 
+def _spills(vessel: str, upper: str, share: str, values: Mapping[str, float], site: Site) -> str:
+    level = quantity(values[upper], site.unit(site.output))
+    return f"The vessel {vessel} overflows at {level}; {values[share]:.0%} of what spills over enters the next."
+
+
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say where the end is."""
     unit = site.unit(site.output)
-    share = find(values, "overflow_share")
-    if share is not None:
-        vessel = next(iter(values)).split("_overflow")[0]
-        level = quantity(find(values, "overflow_upper") or 0.0, unit)
-        return f"The vessel {vessel} overflows at {level}; {share:.0%} of what spills over enters the next."
     upper, lower = find(values, "upper"), find(values, "lower")
     limits = [f"rises no further than {quantity(upper, unit)}"] if upper is not None else []
     limits += [f"falls no further than {quantity(lower, unit)}"] if lower is not None else []
@@ -104,5 +106,4 @@ EFFECT = Effect(
     "the sensor or a vessel is full",
     extend,
     describe,
-    rivals=("input_saturation", "output_curve", "input_curve"),
 )

@@ -58,6 +58,5 @@ EFFECT = Effect(
     "an unmeasured sinusoid lies on the output",
     extend,
     describe,
-    rivals=("resonance", "missing_input", "sensor_drift"),
     needs="a record long enough for a period",
 )

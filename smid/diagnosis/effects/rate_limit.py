@@ -79,6 +79,5 @@ EFFECT = Effect(
     "the input acts at a limited slope",
     extend,
     describe,
-    rivals=("extra_lag", "input_delay", "input_saturation", "input_backlash"),
     needs="an input that moves",
 )

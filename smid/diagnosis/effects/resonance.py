@@ -113,5 +113,4 @@ EFFECT = Effect(
     "a complex pole pair swings with the process",
     extend,
     describe,
-    rivals=("periodic_disturbance", "extra_lag", "input_delay"),
 )

@@ -50,5 +50,4 @@ EFFECT = Effect(
     "the sensor shows an offset, or a constant acts along with the input",
     extend,
     describe,
-    rivals=("sensor_drift", "missing_input", "input_curve", "output_curve"),
 )

@@ -50,6 +50,5 @@ EFFECT = Effect(
     "a force against motion in proportion to speed",
     extend,
     describe,
-    rivals=("coulomb_friction", "quadratic_drag", "stribeck_friction", "extra_lag", "time_constant"),
     needs="a motion without damping",
 )

@@ -221,7 +221,7 @@ def _is_sure(found: Stage) -> bool:
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
-    """Tell whether an effect on the noise makes the residual likelier than a leader that it counts among its rivals.
+    """Return whether an effect on the noise makes the residual likelier than a leader that smooths this noise.
 
     A leader that takes most of the held-out error away is no filter of noise.
     """
@@ -231,7 +231,9 @@ def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]
     leader = found.leader.trial.effect
     model, site = found.base.fit.model, record.site(found.base.fit)
     drops = [
-        d.score_drop for e in effects if e.detect and leader in e.rivals and (d := e.detect(model, site)) is not None
+        d.score_drop
+        for e in effects
+        if e.detect and leader in e.smoothed_by and (d := e.detect(model, site)) is not None
     ]
     return max(drops, default=0.0) > drop(found)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from smid.data import Dataset
-from smid.diagnosis.effects.effect import Array, Effect, Extension, Mask, Site
+from smid.diagnosis.effects.effect import Array, Describe, Effect, Extension, Mask, Site
 from smid.fitting.fit import Fit, Fitting, one_step_ahead
 from smid.models import Model
 
@@ -35,6 +35,8 @@ class Trial:
         The parameters that it has more than the base.
     signature
         Share of the base cost that the first step promised.
+    describe
+        The sentence about it, see `Extension`.
     """
 
     effect: str
@@ -42,6 +44,7 @@ class Trial:
     fit: Fit
     parameters: tuple[str, ...]
     signature: float
+    describe: Describe | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -132,7 +135,7 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
     """
     with np.errstate(all="ignore"):
         ranked = []
-        for extension in effect.extend(base.fit.model, base.site()):
+        for extension in effect.extensions(base.fit.model, base.site()):
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
             if scored:
@@ -181,7 +184,7 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
         Values of a larger model that held it, from which the fit begins, too: the base alone may sit in another valley.
     """
     with np.errstate(all="ignore"):
-        for extension in effect.extend(base.fit.model, base.site()):
+        for extension in effect.extensions(base.fit.model, base.site()):
             added = _added(extension.model, base.fit.model)
             if extension.label == trial.label and len(added) == len(trial.parameters):
                 problem, known = _fitting(extension.model, base), _known(extension, base)
@@ -196,7 +199,9 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
 
 
 def _trial(effect: Effect, extension: Extension, base: Base, fit: Fit, signature: float) -> Trial:
-    return Trial(effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature)
+    return Trial(
+        effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature, extension.describe
+    )
 
 
 def _added(extended: Model, model: Model) -> tuple[str, ...]:

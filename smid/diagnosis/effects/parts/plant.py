@@ -15,7 +15,7 @@ import sympy
 from sympy.core.function import Application
 
 from smid.diagnosis.effects.effect import Site
-from smid.diagnosis.effects.parts.naming import is_brought, is_helper, signal_of
+from smid.diagnosis.effects.parts.naming import signal_of
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.symbols import number, plain_symbols, references, swapped
 
@@ -129,7 +129,8 @@ def output_signal(model: Model, site: Site) -> str:
         if name in owns:
             return name
         seen.add(name)
-        waiting += sorted(now.get(name, set()) - seen)
+        # In the order of the lines, whatever the signals are called.
+        waiting += [line.signal for line in model.lines if line.signal in now.get(name, set()) - seen]
     return measured
 
 
@@ -153,7 +154,7 @@ def state_lines(model: Model) -> tuple[StateLine, ...]:
     found = []
     numbers = {p.symbol: number(p.lower) for p in model.parameters if p.lower == p.upper}
     for line in model.lines:
-        own = None if is_helper(line.signal) else _own(model, line)
+        own = None if line.signal in model.origins else _own(model, line)
         if own is not None and references(line.expression):
             found.append(StateLine(line, own, numbers))
     return tuple(found)
@@ -186,7 +187,7 @@ def base_parameters(model: Model) -> tuple[Parameter, ...]:
     """List the parameters of the plant, fixed ones too: those its states depend on and that no effect brought in."""
     lines = {line.signal for line in _upstream(model)}
     used = {name for line in model.lines if line.signal in lines for name in plain_symbols(line.expression)}
-    return tuple(p for p in model.parameters if p.name in used and not is_brought(p.name))
+    return tuple(p for p in model.parameters if p.name in used and p.name not in model.origins)
 
 
 def _upstream(model: Model) -> Iterator[Line]:
@@ -196,7 +197,8 @@ def _upstream(model: Model) -> Iterator[Line]:
     for name in waiting:
         yield by_name[name]
         reads = sorted({other for other, _ in references(by_name[name].expression)})
-        waiting += [other for other in reads if other in by_name and other not in waiting and not is_helper(other)]
+        added = {*waiting, *model.origins}
+        waiting += [other for other in reads if other in by_name and other not in added]
 
 
 def let_vary(
