@@ -1,4 +1,4 @@
-"""From what a search found to causes with evidence, in words."""
+"""Causes with evidence and sentences, from the result of a search."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_ODDS = 1e12
 
 
 def causes(record: Record, found: Found, site: Site) -> list[Cause]:
-    """Return the named effects with evidence; an ambiguous last one names its equals as rivals."""
+    """Return the named effects with evidence; where ambiguous, the last lists the equally good effects as rivals."""
     named = [stage for stage in found.stages if stage.leader is not None]
     result = []
     for stage in named:
@@ -56,7 +56,7 @@ def _evidence(record: Record, stage: Stage) -> dict[str, float]:
 
 
 def _confidence(stage: Stage) -> float:
-    """Return the leader's share of the odds among all effects tried, less the chance that the gain is chance."""
+    """Return the leader's share of the odds among all effects tried, times the probability that the gain is real."""
     leader = stage.leader
     assert leader is not None
     behind = np.array([r.score - leader.score for r in stage.ranked if r is not leader])
@@ -115,7 +115,7 @@ def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
 
 
 def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.ndarray:
-    """Return standard deviations of the fitted numbers, infinite where the data say nothing."""
+    """Return standard deviations of the fitted numbers, infinite where the data do not determine them."""
     jacobian, residual = problem.jacobian(vector), problem.residual(vector)
     norms = np.linalg.norm(jacobian, axis=0)
     deviations = np.full(problem.n_free, np.inf)
@@ -129,7 +129,7 @@ def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.n
 
 
 def detected(effect: Effect, detection: Detection, site: Site, stage_rmse: float) -> Cause:
-    """Return the cause that an effect on the noise is."""
+    """Return the cause for a detected effect on the noise."""
     parameters = tuple(
         CauseParameter(name, "", float(value), None, None, None, False) for name, value in detection.values.items()
     )

@@ -63,9 +63,9 @@ class Rival:
     rmse
         Held out, in the output's unit.
     odds
-        How many times likelier the named effect makes the data, as Schwarz's criterion tells; at most 1e12.
+        Likelihood ratio of the named effect to this one, by Schwarz's criterion; at most 1e12.
     why
-        Why it lost, in words.
+        Why it was rejected, in words.
 
     Examples
     --------
@@ -94,9 +94,8 @@ class Cause(Result):
     rivals
         Best first.
     evidence
-        ``rmse_before``, ``rmse_after`` (held out, without and with it beside the other causes), ``chance``,
-        ``score_drop``, ``structure_before`` and
-        ``structure_after``; what a detection on the noise found instead.
+        ``rmse_before`` and ``rmse_after`` (held-out, without and with this cause beside the others), ``chance``,
+        ``score_drop``, ``structure_before`` and ``structure_after``; for effects on the noise those of `Detection`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What makes a model sound: one meaning per name, no unknown symbol, a scheme that exists."""
+"""Checks of a model: one meaning per name, no unknown symbol, a known scheme."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check_names(model: Model) -> None:
 
 
 def check_integration(model: Model) -> None:
-    """Refuse an unknown scheme, and a number of steps or a sampling time that is none."""
+    """Refuse an unknown scheme, and an invalid number of steps or sampling time."""
     refuse_unknown("scheme", [model.scheme], SCHEMES)
     if isinstance(model.substeps, bool) or not isinstance(model.substeps, int) or model.substeps < 1:
         raise ModelError(f"substeps = {model.substeps!r} is no number of steps: give a whole number of at least 1")
@@ -49,7 +49,7 @@ def check_integration(model: Model) -> None:
 
 
 def check_symbols(model: Model) -> None:
-    """Refuse a symbol that is no parameter, and a measured signal or a value that is not the model's."""
+    """Refuse a symbol that is not a parameter, and a measured signal or a value that the model does not have."""
     known = {parameter.name for parameter in model.parameters}
     expressions = [(f"the line of {line.signal!r}", line.expression) for line in model.lines]
     expressions += [(f"the constraint '{shown(constraint)} >= 0'", constraint) for constraint in model.constraints]

@@ -37,7 +37,7 @@ Transformation = Callable[[sympy.Indexed], sympy.Expr]
 
 
 def _resolve(model: Model, name: str) -> str:
-    """Give the signal of that name, or the one that the channel of that name measures."""
+    """Return the signal of that name, or the one that the channel of that name measures."""
     signals = (*model.inputs, *(line.signal for line in model.lines))
     measured = {measurement.channel: measurement.signal for measurement in model.measurements}
     if name not in signals and name not in measured:
@@ -85,8 +85,6 @@ def with_line(
 
     Parameters
     ----------
-    model
-        The model.
     name
         Name of the signal.
     expression
@@ -95,11 +93,6 @@ def with_line(
         Parameters the expression brings in.
     rate
         Whether the expression is the signal's derivative, per second.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
 
     Raises
     ------
@@ -116,23 +109,16 @@ def with_line(
 
 
 def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Give a signal another right-hand side; the line of a rate stays a rate.
+    """Return a signal another right-hand side; the line of a rate stays a rate.
 
     Parameters
     ----------
-    model
-        The model.
     name
         Signal, or channel that measures it.
     expression
         Its new value at time t, or its new derivative.
     parameters
         Parameters the expression brings in.
-
-    Returns
-    -------
-    Model
-        The model with the line replaced.
 
     Raises
     ------
@@ -157,19 +143,12 @@ def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Par
 
     Parameters
     ----------
-    model
-        The model.
     name
         Signal, or channel that measures it.
     term
         What to add, in signals at ``t - k`` and parameters.
     parameters
         Parameters the term brings in.
-
-    Returns
-    -------
-    Model
-        The model with the longer line.
 
     Raises
     ------
@@ -202,8 +181,6 @@ def insert_before(
 
     Parameters
     ----------
-    model
-        The model.
     name
         Signal, or channel that measures it.
     transformation
@@ -212,11 +189,6 @@ def insert_before(
         Parameters the transformation brings in.
     new_name
         Name of the new signal; by default ``<signal>_new``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
 
     Examples
     --------
@@ -249,8 +221,6 @@ def insert_after(
 
     Parameters
     ----------
-    model
-        The model.
     name
         Signal, or channel that measures it.
     transformation
@@ -259,11 +229,6 @@ def insert_after(
         Parameters the transformation brings in.
     raw_name
         Name for the line's own result; by default ``<signal>_raw``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
 
     Raises
     ------
@@ -297,8 +262,6 @@ def insert_sensor(
 
     Parameters
     ----------
-    model
-        The model.
     channel
         Output channel.
     transformation
@@ -307,11 +270,6 @@ def insert_sensor(
         Parameters the transformation brings in.
     new_name
         Name of what the sensor sees; by default ``<signal>_seen``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
 
     Raises
     ------
@@ -343,17 +301,10 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
 
     Parameters
     ----------
-    model
-        The model.
     channel
         Name of an input that was exact until now.
     noise
         Name of the noise; by default ``zeta``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model whose lines read the unseen true input.
 
     Raises
     ------

@@ -68,15 +68,8 @@ def with_parameter(model: Model, *parameters: Parameter) -> Model:
 
     Parameters
     ----------
-    model
-        The model to extend.
     *parameters
         New parameters.
-
-    Returns
-    -------
-    Model
-        The extended model.
 
     Examples
     --------
@@ -93,15 +86,8 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 
     Parameters
     ----------
-    model
-        The model.
     values
         Values in the parameters' units.
-
-    Returns
-    -------
-    Model
-        The model with a central value for each.
 
     Raises
     ------
@@ -122,15 +108,8 @@ def fix(model: Model, **values: float) -> Model:
 
     Parameters
     ----------
-    model
-        The model.
     **values
         Number for each parameter, within its box.
-
-    Returns
-    -------
-    Model
-        A model without these parameters.
 
     Raises
     ------
@@ -157,15 +136,8 @@ def bound(model: Model, **boxes: tuple[float, float]) -> Model:
 
     Parameters
     ----------
-    model
-        The model.
     **boxes
         ``(lower, upper)`` per parameter, in its unit.
-
-    Returns
-    -------
-    Model
-        The model with these boxes.
 
     Raises
     ------
@@ -198,19 +170,12 @@ def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: 
 
     Parameters
     ----------
-    model
-        The model.
     name
         Parameter to replace.
     expression
         What it becomes.
     new_parameters
         Parameters the expression brings in.
-
-    Returns
-    -------
-    Model
-        The model without the parameter.
 
     Raises
     ------
@@ -271,15 +236,8 @@ def with_constraint(model: Model, *expressions: sympy.Expr) -> Model:
 
     Parameters
     ----------
-    model
-        The model.
     *expressions
         Expressions in the parameters.
-
-    Returns
-    -------
-    Model
-        The model with these constraints.
 
     Raises
     ------

@@ -31,7 +31,7 @@ def Hammerstein(
     input_noise: bool = False,
     **priors: Any,
 ) -> Model:
-    """Give a Hammerstein model, equations (3.1)-(3.14).
+    """Return a Hammerstein model, equations (3.1)-(3.14).
 
     ``v[t] = K u[t]``, ``x[t] = sum_k gamma_k v[t]^p_k``, ``w[t] = -alpha w[t-1] + (1 + alpha) x[t-1]``,
     ``y[t] = w[t] + eta[t]``.

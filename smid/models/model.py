@@ -170,15 +170,10 @@ class Model:
         return any(line.rate for line in self.lines)
 
     def discretised(self) -> Model:
-        """Give the equivalent model of plain lines, which is what is simulated and bounded.
+        """Return the equivalent model of plain lines, which is what is simulated and bounded.
 
         Parameters whose box is one point are put into its lines as numbers, which can make them linear or polynomial;
         they stay among its parameters.
-
-        Returns
-        -------
-        Model
-            The model itself where it has no rate lines.
 
         Raises
         ------
@@ -223,11 +218,6 @@ class Model:
         name
             Name of the parameter.
 
-        Returns
-        -------
-        Parameter
-            That parameter.
-
         Raises
         ------
         ModelError
@@ -236,13 +226,7 @@ class Model:
         return edit_parameters.find_parameter(self, name)
 
     def equations(self) -> Equations:
-        """Give the model's equations, boxes, measurements and priors for print, LaTeX and notebooks.
-
-        Returns
-        -------
-        Equations
-            ``print(model.equations())`` shows one per line.
-        """
+        """Return the model's equations, boxes, measurements and priors for print, LaTeX and notebooks."""
         return Equations.of(self)
 
     def __str__(self) -> str:
@@ -252,13 +236,7 @@ class Model:
         return self.equations().html()
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the model as plain, JSON-ready content; infinite bounds become None.
-
-        Returns
-        -------
-        dict
-            Input of `from_dict`.
-        """
+        """Return the model as plain, JSON-ready content; infinite bounds become None."""
         integration = {
             "rates": [line.signal for line in self.lines if line.rate],
             "scheme": self.scheme,
@@ -302,11 +280,6 @@ class Model:
         ----------
         content
             What `to_dict` gave; its expressions are parsed, never executed.
-
-        Returns
-        -------
-        Model
-            An equal model.
 
         Raises
         ------

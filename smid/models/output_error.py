@@ -23,7 +23,7 @@ def OutputError(
     offset: bool = False,
     **priors: Any,
 ) -> Model:
-    r"""Give an output-error model, equations (2.3)-(2.5), (2.7).
+    r"""Return an output-error model, equations (2.3)-(2.5), (2.7).
 
     ``w[t] = -a1 w[t-1] - ... + b0 u[t-delay] + ... + b_nb u[t-delay-nb]``, ``y[t] = w[t] + eta[t]``.
 

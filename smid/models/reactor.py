@@ -28,7 +28,7 @@ def Reactor(
     substeps: int = 1,
     sampling_time: float | None = None,
 ) -> Model:
-    r"""Give the reactor of the hybrid thesis, equation (5.6), with the mismatches of its table 2 as parameters.
+    r"""Return the reactor of the hybrid thesis, equation (5.6), with the mismatches of its table 2 as parameters.
 
     ``d/dt w = (1/tau - r) u - a w^x / tau``, ``y[t] = w[t] + eta[t]``: a concentration of gain ``1 - r tau``.  First
     principles have a = x = 1.

@@ -32,7 +32,7 @@ def RotatingArm(
     substeps: int = 1,
     sampling_time: float | None = None,
 ) -> Model:
-    r"""Give the arm of the hybrid thesis, equations (5.7)-(5.9); without options Newton's law alone, (5.14).
+    r"""Return the arm of the hybrid thesis, equations (5.7)-(5.9); without options Newton's law alone, (5.14).
 
     ``d/dt angle = speed``, ``d/dt speed = theta (c u - W - b speed |speed|)``, with the friction (5.8)
     ``W = Ws speed / eps`` where ``|speed| < eps`` (sticking) and ``W = Wd sign(speed)`` elsewhere (gliding).
@@ -113,7 +113,7 @@ def RotatingArm(
 
 
 def _fixed(constants: dict[str, tuple[float, str]]) -> list[Parameter]:
-    """Give parameters whose box is one point; a torque of zero is no effect."""
+    """Return parameters whose box is one point; a torque of zero is no effect."""
     return [
         Parameter(name, value, value, unit, None if name == "eps" else 0.0) for name, (value, unit) in constants.items()
     ]

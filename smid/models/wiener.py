@@ -31,7 +31,7 @@ def Wiener(
     input_noise: bool = False,
     **priors: Any,
 ) -> Model:
-    """Give a Wiener model whose output curve is parametrised by its inverse.
+    """Return a Wiener model whose output curve is parametrised by its inverse.
 
     ``x[t] = -alpha x[t-1] + beta u[t-1]``, ``x[t] = z + s2 z^2 + s3 z^3`` with ``z = y[t] - eta[t]``.  The
     output curve exists where this inverse rises; simulation solves it per sample and refuses where it does

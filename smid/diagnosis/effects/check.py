@@ -1,4 +1,4 @@
-"""The contract every effect keeps, as checks that tell what is broken; run them on an effect of your own.
+"""The contract of an effect as checks, also for an effect of your own.
 
 Each effect is put on base models of every kind (difference equations of order one and two, with an input curve, a
 reactor, an arm and two tanks in derivatives, a record with a further channel) and must
@@ -99,23 +99,6 @@ def check_effect(effect: Effect) -> None:
 
 def check_on(effect: Effect, case: Case) -> bool:
     """Check an effect on one base model; see `check_effect`.
-
-    Parameters
-    ----------
-    effect
-        The effect.
-    case
-        One of `cases`.
-
-    Returns
-    -------
-    bool
-        Whether it applies there.
-
-    Raises
-    ------
-    AssertionError
-        With what is broken.
 
     Examples
     --------
@@ -238,7 +221,7 @@ def _new(model: Model, base: Model) -> tuple[Parameter, ...]:
 
 
 def _distance(model: Model, case: Case, found: Array, expected: Array) -> float:
-    """Give the largest difference over the samples the model computes, as a share of the output's scale."""
+    """Return the largest difference over the samples the model computes, as a share of the output's scale."""
     difference = (found - expected)[model.max_lag :]
     return float(np.abs(difference).max()) / case.site.scale(case.site.output)
 
@@ -253,7 +236,7 @@ def _run(model: Model, case: Case, values: Mapping[str, float]) -> Array:
 
 @lru_cache(maxsize=1)
 def cases() -> tuple[Case, ...]:
-    """Give the base models that effects are checked on, each with a record of its own.
+    """Return the base models that effects are checked on, each with a record of its own.
 
     Examples
     --------
@@ -280,7 +263,7 @@ def cases() -> tuple[Case, ...]:
 
 
 def _tanks() -> Model:
-    """Give two tanks, the first above the second, and a sensor whose zero is off."""
+    """Return two tanks, the first above the second, and a sensor whose zero is off."""
     pump, outflow, zero = Parameter("pump", 0.0, 9.0), Parameter("outflow", 0.0, 9.0), Parameter("zero", -9.0, 9.0)
     upper, w, u, k = signal("upper"), signal("w"), signal("u"), outflow.symbol
     lines = (

@@ -22,7 +22,7 @@ __all__ = ["EFFECT"]
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Bend the increment of each state, then let each parameter follow the input's direction."""
+    """Scale the increment of each state by its sign; then let parameters depend on the direction of output or input."""
     for state in state_lines(model):
         bend = fresh(model, f"{state.own}_directional", (-0.95, 0.95), "", 0.0)
         size = sympy.Abs(state.increment, evaluate=False)  # see `swapped`
@@ -38,13 +38,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         partial(_differs, site.output),
         label=f"with the direction of {site.output}",
         states_only=True,
-        kinds=("gain",),  # the pace is bent above
+        kinds=("gain",),  # the time constant varies in the extensions above
     )
     name = free_name(model, f"{site.input}_direction")
     u, d = signal(signal_of(model, site.input)), signal(name)
     way = sympy.sign(u[t] - u[t - 1])
     turned = model.with_line(name, way + (1 - sympy.Abs(way)) * d[t - 1])
-    # A gain that depends on the input's direction is a memory of the input at rest, another effect: hysteresis.
+    # A gain that depends on the input's direction is another effect, hysteresis.
     yield from extensions(
         turned,
         "with_direction",

@@ -1,8 +1,8 @@
-"""What an effect is: a rewrite of a symbolic model with new parameters that have a null value.
+"""An effect: a rewrite of a symbolic model with new parameters that have a null value.
 
-An effect does not know the model it is put on.  It asks the model for its input and output, and gives one or more
-*extensions*: models with a few parameters more that equal the old model where those with a null value sit at it.  The
-search fits them all and keeps the best; see `smid.diagnosis.search.search`.
+An effect applies to any model. It yields one or more *extensions*: models with a few more parameters that equal the old
+model where these parameters have their null values. The search fits the extensions and keeps the best; see
+`smid.diagnosis.search.search`. The model notes the effect as the origin of what it adds, see `Model.origins`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Describe = Callable[[Mapping[str, float], "Site"], str]
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """What an effect may know of the place it is put on.
+    """The data and channels that an effect is applied to.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ class Detection:
     confidence
         Between 0 and 1.
     evidence
-        The figures that tell.
+        The figures that show it.
     score_drop
-        Twice the logarithm by which it makes the residual likelier, to compare with effects that free runs show; 0
-        where it does not compete with them.
+        Twice the gain in log-likelihood of the residual, to compare with effects that free runs show; 0 where it does
+        not compete with them.
     glitches
-        Shape (n,). Per experiment, samples that no fit should see.
+        Shape (n,). Per experiment, samples to leave out of every fit.
 
     Examples
     --------
@@ -169,9 +169,9 @@ class Effect:
         One sentence, with sizes in units, from the values of the effect's parameters. None where every extension
         has its own.
     contains
-        Effects that are special cases of this one: where they do as well, the simpler name is the right one.
+        Effects that are special cases of this one: where such a case explains as much, it is named instead.
     needs
-        What must be there for it to apply, for the reader when it is skipped.
+        What the effect needs to apply, shown where it is skipped.
     detect
         For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
         has values; the site's residual is over the whole record.
@@ -213,5 +213,5 @@ class Effect:
 
 
 def on_the_noise(_model: Model, _site: Site) -> tuple[Extension, ...]:
-    """Give no extension: an effect on the noise is detected in the residual."""
+    """Return no extension: an effect on the noise is detected in the residual."""
     return ()

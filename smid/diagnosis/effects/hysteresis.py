@@ -1,16 +1,16 @@
-"""Hysteresis: a memory that does not depend on how fast, before the process or behind it.
+"""Hysteresis: a rate-independent memory, before the process or at the sensor.
 
 *Bouc-Wen* with n = 1 and gamma = 0 (Dahl): dz = r (dx - |dx| z), solved over a sample,
 ``z[t] = s + (z[t-1] - s) exp(-r |dx|)`` with s = sign(dx), so that z stays in [-1, 1] however far x jumps;
 ``x' = x + k z``, k = 0 without the effect.
 
-*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of six gaps up to the span, written with what
-each play keeps back. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
+*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of six gaps up to the span, written with
+stop operators. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
 c in all, c = 0 without it: two parameters for a loop that bends at every turn, however small the turn. At first every
 play is in the middle of its gap.
 
-Either loop leaves the ends of the recorded range where they are, as a memory between two stops does: what it takes off
-the range is given back about its middle, ``x'' = m + (x' - m) / (1 - share of the range taken)``.
+Either loop keeps the ends of the recorded range: the part of the range that it removes is restored about the middle,
+``x'' = m + (x' - m) / (1 - share of the range taken)``.
 
 A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
 and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
@@ -69,7 +69,7 @@ def _bouc_wen(model: Model, channel: str, stem: str, low: float, high: float, un
     x, z = signal(signal_of(model, channel)), signal(name)
     kept = 1 + 2 * width.symbol / number(span)
     extended = _put(model, channel, stem, lambda v: middle + (v - middle + width.symbol * z[t]) / kept, [width, rate])
-    # Added behind, the memory follows the raw signal and not its own effect.
+    # Added after the insertion, the memory reads the raw signal.
     extended = extended.with_line(name, _memory(x, z, rate))
     starts = tuple({width.name: k * span, rate.name: r / span} for k in (-0.1, 0.1) for r in (5.0, 20.0))
     return Extension(extended, starts, f"Bouc-Wen at the {stem}")

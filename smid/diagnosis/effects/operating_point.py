@@ -1,7 +1,7 @@
-"""Operating point: a parameter of the dynamics depends on the level, ``p -> p + p1 s``, or its pace or gain does.
+"""Operating point: a parameter, time constant or gain depends on the level, as in ``p -> p + p1 s``.
 
-s is the output over its scale, its square, or, for the pace, the input over its scale; or it grows from 0 to 1 between
-two levels of the output, and beyond them all stays as it is there.
+s is the output over its scale, or its square; for the time constant also the input over its scale. Or s grows from 0 to
+1 between two levels of the output and is constant beyond.
 Reference: Toth, Modeling and Identification of Linear Parameter-Varying Systems (2010), chapter 1 (quasi-LPV).
 """
 
@@ -27,7 +27,7 @@ _PLACES = ((0.0, 1.0), (0.0, 0.5), (0.25, 0.5), (0.5, 0.5))  # where it starts a
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Let each parameter of the states' lines, their pace and their gain follow the level."""
+    """Let each parameter, time constant and gain of the states' lines depend on the level."""
     w, u = signal(output_signal(model, site)), signal(signal_of(model, site.input))
     high, full = number(site.scale(site.output)), number(site.scale(site.input))
     for suffix, label, way, vary in (
@@ -37,7 +37,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield from extensions(
             model, suffix, vary, partial(_with_channel, site.output, way), label=label, states_only=True
         )
-    # What depends on the level often does so in a part of the range: a slack that is taken up, a pipe that is full.
+    # Often only a part of the range matters: a slack that is taken up, a pipe that is full.
     low, high = np.quantile(site.values(site.output), (0.01, 0.99)).tolist()
     unit, span = site.unit(site.output), (high - low) or 1.0
     start = fresh(model, "level_from", (low, low + span), unit)
@@ -52,7 +52,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         places=tuple({start.name: low + a * span, width.name: b * span} for a, b in _PLACES),
         parameters=False,
     )
-    # A gain that depends on the input is a curve of the input, another effect: only the pace is left.
+    # A gain that depends on the input is another effect, an input curve: only the time constant varies.
     yield from extensions(
         model,
         "with_input",

@@ -1,7 +1,7 @@
-"""Glitches: a few samples of the output that have nothing to do with the process.
+"""Glitches: a few wrong samples of the output.
 
-They are found in the residual, where a step of the input leaves no jump:
-`smid.diagnosis.evidence.faults.outlier_mask`. No fit may see them, or it would bend to them.
+They are found in the residual, where a step of the input makes no jump (`smid.diagnosis.evidence.faults.outlier_mask`),
+and left out of every fit.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Output saturation: the sensor is at its end, or a vessel is full.
+"""Output saturation: the sensor is at its limit, or a vessel is full.
 
-At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics go on from the limit. A
-rate is turned into the difference equation that integrates it for that: what overflows must not wind up. Of vessels in
+At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics continue from the limit.
+For this a rate becomes the difference equation that integrates it, so that the state does not wind up. Of vessels in
 succession, where what leaves one enters the next, the first may overflow too, and a share of that enters the next.
-The null values lie one span beyond the state, so that no limit touches the base model.
+The null values lie one span beyond the state, so that no limit acts in the base model.
 Reference: Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system identification, IFAC
 (2017) (cascaded tanks, which overflow).
 """
@@ -73,7 +73,7 @@ def _span(model: Model, site: Site, state: str) -> tuple[float, float]:
 
 
 def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") -> Iterator[Curve]:
-    """Give a limit above, one below, and both: label, map, parameters, and where a fit may begin."""
+    """Yield a limit above, one below, and both: label, map, parameters, and where a fit may begin."""
     low, high = span
     width = (high - low) or 1.0
     upper = fresh(model, f"{stem}_upper", (low, high + width), unit, high + width)

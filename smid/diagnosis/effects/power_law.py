@@ -1,11 +1,10 @@
 """Power law: the state decays as w^x, not as w.
 
-In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.  A
-model that has a known exponent already, as the reactor has, is asked about that one instead.  States that flow into one
-another, tanks in succession, have one exponent in common, and what leaves one along the bent law enters the next along
-it too.
-References: hybrid thesis, section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges
-in nonlinear system identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
+In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.
+Where a model has a known exponent, as the reactor, that one is released instead. States that flow into one another
+(tanks in succession) share one exponent, and the flow between them follows the same law. References: hybrid thesis,
+section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system
+identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ _TINY = 1e-9
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Release a known exponent, else bend the leak of each state."""
+    """Release a known exponent, else let the leak of each state follow a power."""
     known = tuple(_exponents(model))
     yield from known
     if known:
@@ -81,7 +80,7 @@ def _exponents(model: Model) -> Iterator[Extension]:
 
 
 def _of_any_sign(model: Model, exponent: Parameter) -> Model:
-    """Continue a power to negative numbers as an odd function: a concentration near zero is measured below it."""
+    """Continue a power to negative numbers as an odd function: measured values near zero may be negative."""
 
     def odd(power: sympy.Expr) -> sympy.Expr:
         return power.base * (sympy.Abs(power.base) + number(_TINY)) ** (power.exp - 1)

@@ -1,12 +1,12 @@
-"""What varies in a plant: a parameter, ``p -> p + dp s``, its pace or its gain, with s of order one.
+"""What varies in a plant: a parameter, ``p -> p + dp s``, or the time constant or gain of a state, with s of order one.
 
-The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
-varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
-``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.  Where s
-depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one step of
-the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).  The
-*gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp and
-c have the null value 0.
+The *time constant* is divided by ``exp(c s)``: this factor, the pace, multiplies all that its line adds, ``w[t] =
+w[t-1] + exp(c s) (f - w[t-1])``; the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be
+short, it is ``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.
+Where s depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one
+step of the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).
+The *gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp
+and c have the null value 0.
 """
 
 from __future__ import annotations
@@ -39,6 +39,9 @@ _MOST = math.log(100.0)  # the factor on a pace or a gain, either way: cold oil 
 _LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
 
 
+_SPOKEN = {"pace": "time constant", "gain": "gain"}
+
+
 @dataclass(frozen=True)
 class Varied:
     """What varies: a parameter, or the pace or gain of a state, and the parameter that is the amount."""
@@ -50,7 +53,7 @@ class Varied:
     @property
     def what(self) -> str:
         """The beginning of a sentence; the name of a parameter is left as it is."""
-        return self.name if self.kind == "parameter" else f"The {self.kind} of {self.name}"
+        return self.name if self.kind == "parameter" else f"The {_SPOKEN[self.kind]} of {self.name}"
 
     def much(self, values: Mapping[str, float], times: float = 1.0) -> str:
         """Return by how much it varies.
@@ -63,7 +66,9 @@ class Varied:
         'by the factor 1'
         """
         amount = times * values[self.amount]
-        return f"by {amount:+.3g}" if self.kind == "parameter" else f"by the factor {math.exp(amount):.3g}"
+        if self.kind == "parameter":
+            return f"by {amount:+.3g}"
+        return f"by the factor {math.exp(-amount if self.kind == 'pace' else amount):.3g}"
 
 
 def extensions(
@@ -83,26 +88,8 @@ def extensions(
 
     Parameters
     ----------
-    model
-        The model, with whatever signals `vary` reads.
-    suffix
-        Behind the parameter's name, to name its amount.
-    vary
-        What the parameter varies with, of order one, in a line that reads signals `lag` samples back.
-    describe
-        One sentence about what varies.
-    label
-        Behind the parameter's name in the label.
     shape
         Further parameters, those of `vary`.
-    places
-        Where these start.
-    states_only
-        Whether static lines keep the constant.
-    parameters
-        Whether the parameters vary each.
-    kinds
-        What may vary beside parameters: "pace", "gain".
     """
     found = []
     for parameter in base_parameters(model) if parameters else ():
@@ -151,7 +138,7 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
         pole = sympy.Max(_LEAST_POLE, pole)
 
         def seen(passed: sympy.Expr) -> sympy.Expr:
-            """Give the factor after a lag of pace one has gone on for a time, in samples."""
+            """Return the factor after a lag of pace one has gone on for a time, in samples."""
             return swapped(factor, {state.level: state.level + (1 - pole**passed) / (1 - pole) * state.increment})
 
         early = seen(factor / 2)
@@ -188,7 +175,7 @@ def _together(
 
 
 def _largest_beside(model: Model, parameter: Parameter) -> float:
-    """Give the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
+    """Return the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
     same = [q for q in base_parameters(model) if _factors(model, q) == _factors(model, parameter)]
     return max(abs(magnitude(model, q)) for q in same)
 
