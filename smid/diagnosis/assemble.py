@@ -81,11 +81,11 @@ def _rivals(stage: Stage) -> tuple[Rival, ...]:
 
 def _why(rival: Ranked, leader: Ranked, tied: bool) -> str:
     if tied:
-        return f"explains the data as well (held-out RMSE {rival.rmse:.4g} against {leader.rmse:.4g})"
+        return f"explains the data equally well: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
     more = len(rival.trial.parameters) - len(leader.trial.parameters)
     if rival.rmse <= 1.02 * leader.rmse and more > 0:
-        return f"needs {more} more parameter{'s' if more > 1 else ''} for the same error ({rival.rmse:.4g})"
-    return f"leaves a held-out RMSE of {rival.rmse:.4g} instead of {leader.rmse:.4g}"
+        return f"rejected: {more} more parameter{'s' if more > 1 else ''} for the same held-out RMSE {rival.rmse:.4g}"
+    return f"rejected: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
 
 
 def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:

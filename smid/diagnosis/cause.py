@@ -69,7 +69,7 @@ class Rival:
 
     Examples
     --------
-    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="leaves a held-out RMSE of 0.31 instead of 0.12").effect
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: held-out RMSE 0.31, against 0.12").effect
     'extra_lag'
     """
 
@@ -118,7 +118,7 @@ class Cause(Result):
             (
                 f"{self.effect} ({self.confidence:.0%}): {self.sentence}",
                 *(f"  {p}" for p in self.parameters),
-                *(f"  not {r.effect}: {r.why}" for r in self.rivals[:3]),
+                *(f"  {r.effect} {r.why}" for r in self.rivals[:3]),
             )
         )
 
