@@ -26,7 +26,7 @@ __all__ = ["schur_cohn"]
 def schur_cohn(
     coefficients: Sequence[sympy.Expr], radius: float = 1.0, *, positive_leading: bool = False
 ) -> tuple[sympy.Expr, ...]:
-    """Give expressions that are all > 0 exactly when every root lies strictly inside a circle.
+    """Return expressions that are all > 0 exactly when every root lies strictly inside a circle.
 
     Intervals are closed, so a model takes them as >= 0, the closure.
 
@@ -39,11 +39,6 @@ def schur_cohn(
     positive_leading
         Whether ``c_0 > 0`` is known; it then counts as given, and the conditions have lower degrees.  A
         positive number ``c_0`` is recognised without it.
-
-    Returns
-    -------
-    tuple of sympy.Expr
-        Polynomials in the parameters, in rational arithmetic.
 
     Examples
     --------
@@ -105,10 +100,9 @@ def _alternating(row: Sequence[sympy.Poly]) -> sympy.Poly:
 
 
 def _divided(row: Sequence[sympy.Poly], positive: Sequence[sympy.Poly]) -> list[sympy.Poly]:
-    """Divide polynomials by what is positive and divides them all; else the degree doubles at each step.
+    """Divide polynomials by positive common factors; otherwise the degree doubles at each step.
 
-    Trial division, not factorisation: sympy's multivariate factorisation draws random points, and now and
-    then takes minutes at degree five.
+    By trial division: sympy's multivariate factorisation sometimes takes minutes at degree five.
     """
     divided = list(row)
     for divisor in positive:
