@@ -81,18 +81,9 @@ def _line(model: Model, name: str) -> Line:
 def with_line(
     model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = (), *, rate: bool = False
 ) -> Model:
-    """Define a new signal (a state, a helper), or one that was an input.
+    """Return the model with a line for a new signal, or for one that was an input.
 
-    Parameters
-    ----------
-    name
-        Name of the signal.
-    expression
-        Its value at time t, or its derivative.
-    parameters
-        Parameters the expression brings in.
-    rate
-        Whether the expression is the signal's derivative, per second.
+    With `rate`, the expression is the derivative of the signal, per second.
 
     Raises
     ------
@@ -109,16 +100,7 @@ def with_line(
 
 
 def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Return a signal another right-hand side; the line of a rate stays a rate.
-
-    Parameters
-    ----------
-    name
-        Signal, or channel that measures it.
-    expression
-        Its new value at time t, or its new derivative.
-    parameters
-        Parameters the expression brings in.
+    """Return the model with another right-hand side of a signal; the line of a rate stays a rate.
 
     Raises
     ------
@@ -137,18 +119,9 @@ def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: It
 
 
 def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Add a term to the right-hand side of a signal.
+    """Return the model with a term added to the right-hand side of a signal.
 
-    In a rate the term is per second, and reads the state as ``x[t]``: there ``x[t - 1]`` is the sample before.
-
-    Parameters
-    ----------
-    name
-        Signal, or channel that measures it.
-    term
-        What to add, in signals at ``t - k`` and parameters.
-    parameters
-        Parameters the term brings in.
+    In a rate the term is per second and reads the state as ``x[t]``; ``x[t - 1]`` is the sample before.
 
     Raises
     ------
@@ -174,21 +147,10 @@ def insert_before(
     *,
     new_name: str | None = None,
 ) -> Model:
-    """Put a line between a signal and all that read it, as in ``u -> dead_zone(u)``.
+    """Return the model with a line between a signal and its readers, as in ``u -> dead_zone(u)``.
 
-    Every line that read the signal now reads the new one, at the same lags; the signal itself and what
-    measures it stay as they are.
-
-    Parameters
-    ----------
-    name
-        Signal, or channel that measures it.
-    transformation
-        From ``u[t]`` to the value of the new signal at t; it may read any signal, also its own past.
-    parameters
-        Parameters the transformation brings in.
-    new_name
-        Name of the new signal; by default ``<signal>_new``, numbered where taken.
+    Lines that read the signal now read the new one, at the same lags; measurements still read the signal.
+    `transformation` maps ``u[t]`` to the new signal, and may read any signal, also its own past.
 
     Examples
     --------
@@ -211,24 +173,10 @@ def insert_after(
     *,
     raw_name: str | None = None,
 ) -> Model:
-    """Transform what a line gives before anything sees it, as in ``w -> min(w, s)``.
+    """Return the model with the result of a line transformed, as in ``w -> min(w, s)``.
 
-    The line's own result gets a new name and the signal becomes its transformed value, which measurements,
-    other lines and the line's own feedback then read.
-
-    Of a rate line the raw signal is the one that is integrated, and the signal is a plain line of it: with
-    ``min(x, s)`` the integral winds up beyond s, and everything, its own rate included, sees at most s.
-
-    Parameters
-    ----------
-    name
-        Signal, or channel that measures it.
-    transformation
-        From ``w_raw[t]`` to the value of the signal at t.
-    parameters
-        Parameters the transformation brings in.
-    raw_name
-        Name for the line's own result; by default ``<signal>_raw``, numbered where taken.
+    The line's own result gets a new name. Measurements, other lines and the line itself read the transformed signal.
+    The raw signal of a rate line is integrated: ``min(x, s)`` winds up beyond s, while all readers see at most s.
 
     Raises
     ------
@@ -256,20 +204,9 @@ def insert_sensor(
     *,
     new_name: str | None = None,
 ) -> Model:
-    """Put a line between a signal and the channel that measures it, as in ``y = min(w, s) + eta``.
+    """Return the model with a line between a signal and its channel, as in ``y = min(w, s) + eta``.
 
-    All lines, the feedback included, still read the signal itself: only what is seen of it changes.
-
-    Parameters
-    ----------
-    channel
-        Output channel.
-    transformation
-        From ``w[t]`` to what the sensor sees at t; it may read any signal, also its own past.
-    parameters
-        Parameters the transformation brings in.
-    new_name
-        Name of what the sensor sees; by default ``<signal>_seen``, numbered where taken.
+    All lines, feedback included, still read the signal itself.
 
     Raises
     ------
@@ -297,14 +234,7 @@ def insert_sensor(
 
 
 def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Model:
-    """Take an input as measured with noise: ``u[t] = u_true[t] + zeta[t]`` (2.6).
-
-    Parameters
-    ----------
-    channel
-        Name of an input that was exact until now.
-    noise
-        Name of the noise; by default ``zeta``, numbered where taken.
+    """Return the model with an input measured with noise, ``u[t] = u_true[t] + zeta[t]`` (2.6).
 
     Raises
     ------
@@ -365,7 +295,7 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
     noises = [item.noise for item in model.measurements if item.noise]
     own = [*(name for name in model.inputs if name not in exact), *(line.signal for line in model.lines), *noises]
     taken = {*reserved, *channels.values(), *parameters}
-    # What is hidden from the data makes way for the channels.
+    # Signals and noises that the data do not show get other names than the channels.
     renamed: dict[str, str] = {}
     for name in own:
         renamed[name] = unused(name, {*taken, *own, *renamed.values()}) if name in taken else name
@@ -380,19 +310,12 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
     if not changed and all(old == new for old, new in channels.items()):
         return model
     lines = tuple(
-        replace(
-            line,
-            target=signal(renamed[line.signal])[t],
-            expression=rename_signals(line.expression, changed),
-        )
+        replace(line, target=signal(renamed[line.signal])[t], expression=rename_signals(line.expression, changed))
         for line in model.lines
     )
     measurements = (
         replace(
-            item,
-            channel=channels[item.channel],
-            signal=renamed[item.signal],
-            noise=None if item.noise is None else renamed[item.noise],
+            item, channel=channels[item.channel], signal=renamed[item.signal], noise=item.noise and renamed[item.noise]
         )
         for item in model.measurements
     )

@@ -66,11 +66,6 @@ def origins_with(model: Model, added: Iterable[str]) -> dict[str, str]:
 def with_parameter(model: Model, *parameters: Parameter) -> Model:
     """Add parameters, for later edits to use.
 
-    Parameters
-    ----------
-    *parameters
-        New parameters.
-
     Examples
     --------
     >>> from smid.models import OutputError
@@ -83,11 +78,6 @@ def with_parameter(model: Model, *parameters: Parameter) -> Model:
 
 def with_values(model: Model, values: Mapping[str, float]) -> Model:
     """Set parameter values, keeping those already set.
-
-    Parameters
-    ----------
-    values
-        Values in the parameters' units.
 
     Raises
     ------
@@ -105,11 +95,6 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 
 def fix(model: Model, **values: float) -> Model:
     """Replace parameters by numbers.
-
-    Parameters
-    ----------
-    **values
-        Number for each parameter, within its box.
 
     Raises
     ------
@@ -133,11 +118,6 @@ def fix(model: Model, **values: float) -> Model:
 
 def bound(model: Model, **boxes: tuple[float, float]) -> Model:
     """Replace the boxes of parameters.
-
-    Parameters
-    ----------
-    **boxes
-        ``(lower, upper)`` per parameter, in its unit.
 
     Raises
     ------
@@ -167,15 +147,6 @@ def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: 
     An expression in parameters keeps the old box and constraints, now as constraints on the new parameters.
     An expression that reads a signal varies in time: constraints on the old constant, and its box, no longer
     mean anything and are dropped, which can only enlarge the feasible set.
-
-    Parameters
-    ----------
-    name
-        Parameter to replace.
-    expression
-        What it becomes.
-    new_parameters
-        Parameters the expression brings in.
 
     Raises
     ------
@@ -233,11 +204,6 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
 
 def with_constraint(model: Model, *expressions: sympy.Expr) -> Model:
     """Add prior knowledge: each expression in the parameters is >= 0.
-
-    Parameters
-    ----------
-    *expressions
-        Expressions in the parameters.
 
     Raises
     ------
