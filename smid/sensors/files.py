@@ -1,4 +1,4 @@
-"""Sensors as JSON: what they are, and every number that training found, to the last bit."""
+"""Sensors as JSON files: the class and every trained number, exactly."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ Sensor = VirtualSensor | BoundedSensor
 def sensor_to_dict(sensor: Sensor) -> dict[str, Any]:
     """Return plain numbers, strings, lists and dictionaries.
 
-    Parameters
-    ----------
-    sensor
-        Trained or not.
+    Raises
+    ------
+    DataError
+        If another class of sensors has the same name.
 
     Examples
     --------
@@ -92,17 +92,12 @@ def _read_fields(made: type, record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
-    """Make the sensor that `sensor_to_dict` described.
-
-    Returns
-    -------
-    VirtualSensor or BoundedSensor
-        What it predicts is the same to the last bit.
+    """Return the sensor that `sensor_to_dict` described; its predictions are the same to the last bit.
 
     Raises
     ------
     DataError
-        If the record is of no known sensor.
+        If no known class has this name, or the record is damaged.
 
     Examples
     --------
@@ -125,14 +120,7 @@ def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
 
 
 def save_sensor(sensor: Sensor, path: str | Path) -> None:
-    """Write a sensor to a file.
-
-    Parameters
-    ----------
-    sensor
-        Trained or not.
-    path
-        Of the JSON file.
+    """Write a sensor, trained or not, to a JSON file.
 
     Examples
     --------
@@ -147,12 +135,7 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
 
 
 def load_sensor(path: str | Path) -> Sensor:
-    """Read a sensor from a file.
-
-    Parameters
-    ----------
-    path
-        Of a file that `save_sensor` wrote.
+    """Return the sensor of a file that `save_sensor` wrote.
 
     Raises
     ------
@@ -173,7 +156,7 @@ def load_sensor(path: str | Path) -> Sensor:
     except OSError:
         raise DataError(f"no file {str(path)!r} to read: give one that save_sensor wrote") from None
     except json.JSONDecodeError as error:
-        raise DataError(f"{Path(path).name} is no JSON ({error}): give a file that save_sensor wrote") from None
+        raise DataError(f"{Path(path).name} is not valid JSON ({error}): give a file that save_sensor wrote") from None
     if not isinstance(record, dict):
         raise DataError(f"{Path(path).name} holds no sensor: give a file that save_sensor wrote")
     return sensor_from_dict(record)
