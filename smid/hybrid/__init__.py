@@ -1,4 +1,20 @@
-"""Hybrid models: first principles and networks in one model, for any process."""
+"""Hybrid models: first principles and networks in one model, for any process.
+
+A topology is a function that returns a `HybridModel`. To add one from another package, write such a function and a
+subclass of `Topology` that tells the analysis what the network has to learn. No file of this package changes:
+
+    class Subtracting(Topology):
+        name = "subtracting"                    # HybridModel.topology
+
+        @staticmethod
+        def learned(plant, white):              # transfer functions
+            return white - plant
+
+If a name may be used before the class is imported, offer the class as an entry point:
+
+    [project.entry-points."smid.topologies"]
+    subtracting = "my_package:Subtracting"
+"""
 
 from smid.hybrid.analysis import Requirement, learned_response, network_alone, pulse_transfer, required, transfer
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
@@ -9,6 +25,7 @@ from smid.hybrid.neural import NeuralTerm, network_of, with_network
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
+from smid.hybrid.topology import Topology
 
 __all__ = [
     "EXTRA",
@@ -21,6 +38,7 @@ __all__ = [
     "HybridModel",
     "NeuralTerm",
     "Requirement",
+    "Topology",
     "embedded",
     "estimate",
     "learned_response",

@@ -209,7 +209,7 @@ def test_too_few_samples(name):
 def test_files_that_hold_no_sensor(tmp_path):
     with pytest.raises(DataError, match="no file"):
         load_sensor(tmp_path / "none.json")
-    for text, message in (("{", "is no JSON"), ("[1]", "holds no sensor"), ('{"kind": "XYZ"}', "kind 'XYZ'")):
+    for text, message in (("{", "is not valid JSON"), ("[1]", "holds no sensor"), ('{"kind": "XYZ"}', "kind 'XYZ'")):
         (tmp_path / "sensor.json").write_text(text)
         with pytest.raises(DataError, match=message):
             load_sensor(tmp_path / "sensor.json")
