@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.data.resample import resample
 from smid.display.table import Table
 from smid.networks import Array
@@ -108,7 +108,7 @@ def fresh(bounded: BoundedSensor) -> Table:
 
 def other_sizes(sensor: PTX) -> Table:
     """Return what sensors of other sizes reach on the held-out records."""
-    data = load_clutch_records(HELD_OUT)
+    data = load_clutch(HELD_OUT)
     rows = []
     for plays, neurons in OTHER_SIZES:
         _tell(f"training PTX with {plays} plays and {neurons} neurons")
@@ -127,7 +127,7 @@ def other_sizes(sensor: PTX) -> Table:
 
 def update_time(bounded: BoundedSensor) -> str:
     """Return how long a sample takes."""
-    data = load_clutch_records(HELD_OUT[0])
+    data = load_clutch(HELD_OUT[0])
     values, stream, seconds = data.experiments[0].values, bounded.stream(), []
     samples: list[tuple[Array, ...]] = list(zip(values["pressure"], values["temperature"], strict=True))
     for k, (pressure, temperature) in enumerate(samples):

@@ -28,7 +28,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from smid.data import DataError, Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Heading, Part, Result
 from smid.display.table import Table
 from smid.fitting.binding import bind
@@ -226,7 +226,7 @@ def hammerstein_study(
     ----------
     Clutch thesis, section 3.2.
     """
-    data = replace(load_clutch_records() if records is None else records, inputs=("current",), outputs=("pressure",))
+    data = replace(load_clutch() if records is None else records, inputs=("current",), outputs=("pressure",))
     record, steps = data.select(RECORD), data.select(STEPS)
     start, stop = part
     if start < 0 or stop < start + SHORTEST or stop > record.n_samples:

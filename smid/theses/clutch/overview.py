@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 
@@ -23,7 +23,7 @@ class RecordOverview(Tabular):
     Parameters
     ----------
     data
-        With the channels of `smid.theses.clutch.load_clutch_records`.
+        With the channels of `smid.theses.clutch.load_clutch`.
     """
 
     data: Dataset
@@ -94,4 +94,4 @@ def record_overview() -> RecordOverview:
     ----------
     Clutch thesis, sections 3.1 and 5.1.
     """
-    return RecordOverview(load_clutch_records())
+    return RecordOverview(load_clutch())

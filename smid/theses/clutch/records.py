@@ -41,7 +41,7 @@ def actuator_record(
     Returns
     -------
     Dataset
-        With the channels and roles of `load_clutch_records`.
+        With the channels and roles of `load_clutch`.
 
     Raises
     ------

@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Result
 from smid.display.table import Table, figure
 from smid.recursive import (
@@ -146,7 +146,7 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
 
     Examples
     --------
-    >>> study = recursive_study(load_clutch_records("20C_step_b").crop(0, 300))
+    >>> study = recursive_study(load_clutch("20C_step_b").crop(0, 300))
     >>> len(study.comparison.trackings), study.on_noise.largest_left_alone < 1e-12
     (8, True)
 
@@ -154,8 +154,8 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
     ----------
     Clutch thesis, section 3.3.3.
     """
-    data = _from_current_to_pressure(load_clutch_records() if records is None else records)
-    reference = _from_current_to_pressure(load_clutch_records("20C_ramp_a"))
+    data = _from_current_to_pressure(load_clutch() if records is None else records)
+    reference = _from_current_to_pressure(load_clutch("20C_ramp_a"))
     found = [compare([arx], _methods(arx, reference), data).trackings for arx in MODELS]
     per_record = [
         tracking

@@ -31,7 +31,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from smid.data import DataError, Dataset
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.identification.estimate import Estimate, round_down, round_up
@@ -268,7 +268,7 @@ def set_study(
 
     Examples
     --------
-    >>> study = set_study(load_clutch_records("20C_step_b").crop(0, 300), batch=150)
+    >>> study = set_study(load_clutch("20C_step_b").crop(0, 300), batch=150)
     >>> study.never_left, study.known.names
     (True, ('a1', 'b0_v5', 'b0_v4', 'b0_v3'))
 
@@ -276,7 +276,7 @@ def set_study(
     ----------
     Clutch thesis, section 6.2.
     """
-    data = load_clutch_records(CLUTCH_RECORDS) if records is None else records
+    data = load_clutch(CLUTCH_RECORDS) if records is None else records
     current = data.select(CURRENT).values("current")
     n = current.size
     if not 50 <= batch <= n:

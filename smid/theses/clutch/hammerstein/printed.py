@@ -271,10 +271,10 @@ def compare_with_printed(
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.theses.clutch.hammerstein.intervals import width_study
     >>> from smid.identification.error_bound import error_bound
-    >>> part = replace(load_clutch_records("20C_ramp_a").crop(2790, 2850), outputs=("pressure",))
+    >>> part = replace(load_clutch("20C_ramp_a").crop(2790, 2850), outputs=("pressure",))
     >>> widths = width_study(clutch_hammerstein(), part, error_bound(clutch_hammerstein(), part), factors=(1.05,))
     >>> compare_with_printed(part, widths).known["alpha"].width > 50 * PRINTED[0].width
     True

@@ -159,8 +159,8 @@ def choose_structure(
     Examples
     --------
     >>> from dataclasses import replace
-    >>> from smid.data.bundled import load_clutch_records
-    >>> record = replace(load_clutch_records("20C_ramp_a"), outputs=("pressure",))
+    >>> from smid.data.bundled import load_clutch
+    >>> record = replace(load_clutch("20C_ramp_a"), outputs=("pressure",))
     >>> found = choose_structure(record.crop(2790, 2850), record, [(1, (3,)), (1, (4, 3))])
     >>> found.choice.powers
     (4, 3)

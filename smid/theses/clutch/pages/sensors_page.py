@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.table import Table
 from smid.reports.chapter import chapter_page
 from smid.reports.content import Picture, Section
@@ -108,7 +108,7 @@ def sensors_page(chapter: SensorChapter, path: str | PathLike[str], settings: Ma
         "Clutch, chapter 5: virtual sensors of the position",
         f"{chapter.single.conclusion} {chapter.intervals.conclusion}",
         sections,
-        load_clutch_records(),
+        load_clutch(),
         document=study_document("clutch-sensors", chapter.to_dict()),
         not_compared=_NOT_COMPARED,
         settings=settings,

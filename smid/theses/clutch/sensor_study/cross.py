@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models import ModelError
@@ -92,12 +92,12 @@ def cross_errors(
     Examples
     --------
     >>> from smid.sensors import CFPX
-    >>> sensor = CFPX(5).fit(load_clutch_records("20C_step_a"), seed=1)
+    >>> sensor = CFPX(5).fit(load_clutch("20C_step_a"), seed=1)
     >>> cross_errors({"CFPX": sensor}).rmse.shape
     (11, 1)
     """
     if not sensors:
         raise ModelError("no sensor is given: give one or more, trained")
-    data = load_clutch_records() if data is None else data
+    data = load_clutch() if data is None else data
     columns = [list(sensor.predict(data).rmse(data).values()) for sensor in sensors.values()]
     return ErrorTable(caption, tuple(sensors), tuple(run.name for run in data.experiments), np.array(columns).T)

@@ -15,7 +15,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.sensors import BoundedSensor, IntervalPrediction, VirtualSensor, bound_error
@@ -132,17 +132,17 @@ def interval_study(sensor: VirtualSensor, records: Sequence[str] = HELD_OUT) -> 
     Examples
     --------
     >>> from smid.sensors import CFPX
-    >>> sensor = CFPX(10).fit(load_clutch_records("20C_ramp_a"), seed=1)
+    >>> sensor = CFPX(10).fit(load_clutch("20C_ramp_a"), seed=1)
     >>> study = interval_study(sensor, ["20C_ramp_b", "20C_step_b"])
     >>> len(study.rows), study.sensor.n_samples
     (8, 10002)
     """
     rows = []
     for left_out in records:
-        bound = bound_error(sensor, load_clutch_records([name for name in records if name != left_out]))
-        data = load_clutch_records(left_out)
+        bound = bound_error(sensor, load_clutch([name for name in records if name != left_out]))
+        data = load_clutch(left_out)
         for margin in MARGINS:
             said = replace(bound, margin=margin).predict(data)
             rows.append(IntervalRow(left_out, margin, said.coverage(data)[left_out], said.mean_width))
-    data = load_clutch_records(records)
+    data = load_clutch(records)
     return IntervalStudy(bound_error(sensor, data), tuple(rows), data)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.sensors import CFPX, CPX, PX, VirtualSensor
@@ -72,5 +72,5 @@ def train_thesis_sensors(
         if report is not None:
             report(f"training {name}")
         sensor, record = THESIS_SENSORS[name]
-        result[name] = sensor.fit(load_clutch_records(record), seed=seed)
+        result[name] = sensor.fit(load_clutch(record), seed=seed)
     return result

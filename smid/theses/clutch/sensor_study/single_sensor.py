@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.networks import ProgressCallback
 from smid.sensors import CPX, PTX, MedianFiltered, VirtualSensor
@@ -130,7 +130,7 @@ def train_single_sensor(
     ('20C_ramp_a', '20C_step_a', '60C_ramp_a', '60C_step_a', 'm20C_ramp_a', 'm20C_step_a')
     >>> sensor = train_single_sensor()  # doctest: +SKIP
     """
-    return (sensor or PTX()).fit(load_clutch_records(TRAINING), seed=seed, starts=starts, progress=progress)
+    return (sensor or PTX()).fit(load_clutch(TRAINING), seed=seed, starts=starts, progress=progress)
 
 
 def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report | None = None) -> SingleSensorStudy:
@@ -161,7 +161,7 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
     for key, words in _TRAINED_ON.items():
         for temperature in TEMPERATURES:
             tell(f"training CPX of {temperature} degC on {words}")
-            data = load_clutch_records(_records(key, temperature))
+            data = load_clutch(_records(key, temperature))
             plain = CPX().fit(data, seed=seed)
             forms: dict[str, VirtualSensor] = {
                 "": plain,
@@ -189,7 +189,7 @@ def _errors(
 ) -> ErrorTable:
     rows = []
     for name in names:
-        data = load_clutch_records(name)
+        data = load_clutch(name)
         temperature = name.split("C_")[0]
         used = [*(by_temperature[temperature] for by_temperature in rivals.values()), sensor]
         rows.append([each.predict(data).rmse(data)[name] for each in used])

@@ -15,7 +15,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.sensors import CFPX, CPX, PX, DeadZone, MedianFiltered, VirtualSensor
@@ -137,7 +137,7 @@ def _compare(
     seed: int,
     report: Report | None,
 ) -> StructureTable:
-    data = load_clutch_records(record)
+    data = load_clutch(record)
     rows = []
     for name, sensor, printed in sensors:
         if report is not None:

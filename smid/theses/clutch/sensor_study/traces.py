@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
@@ -155,7 +155,7 @@ def sensor_traces(
     given = dict(sensors or {})
     missing = tuple(name for name in names if name not in given)
     given |= train_thesis_sensors(missing, seed, report)
-    data = load_clutch_records(records)
+    data = load_clutch(records)
     return SensorTraces(
         number=number,
         records=records,
