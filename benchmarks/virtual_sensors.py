@@ -140,8 +140,8 @@ def update_time(bounded: BoundedSensor) -> str:
 
 def run() -> str:
     """Return all tables."""
-    parts: list[object] = [table(report=_tell) for table in (table_5_1, table_5_2, table_5_3, table_5_4)]
-    sensors = train_thesis_sensors(report=_tell)
+    parts: list[object] = [table(progress=_tell) for table in (table_5_1, table_5_2, table_5_3, table_5_4)]
+    sensors = train_thesis_sensors(progress=_tell)
     parts.append(cross_errors(sensors))
     rows = [
         (number, " and ".join(traces.records), name, f"{error:.3f}")
@@ -150,7 +150,7 @@ def run() -> str:
         for name, error in traces.rmse.items()
     ]
     parts.append(Table("Behind the figures.", ("figure", "record", "sensor", "RMSE [mm]"), tuple(rows), "lllr"))
-    study = single_sensor_study(report=_tell)
+    study = single_sensor_study(progress=_tell)
     intervals = interval_study(study.sensor)
     parts += [study, intervals, fresh(intervals.sensor), other_sizes(study.sensor), update_time(intervals.sensor)]
     return "## Virtual sensors\n\n```\n" + "\n\n".join(map(str, parts)) + "\n```"

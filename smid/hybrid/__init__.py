@@ -2,8 +2,10 @@
 
 from smid.hybrid.analysis import Requirement, learned_response, network_alone, pulse_transfer, required, transfer
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
+from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
 from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.free_run_error import FreeRunError, FreeRuns
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.hybrid.neural import NeuralTerm, network_of, with_network
 from smid.hybrid.parallel import parallel
@@ -17,10 +19,14 @@ __all__ = [
     "STATIC",
     "BackCouplingWarning",
     "BackCouplings",
+    "CostSurface",
+    "FreeRunError",
+    "FreeRuns",
     "HybridEstimate",
     "HybridModel",
     "NeuralTerm",
     "Requirement",
+    "cost_surface",
     "embedded",
     "estimate",
     "learned_response",

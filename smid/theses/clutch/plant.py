@@ -30,16 +30,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Channel, DataError, Dataset, Experiment
 from smid.signals import ramp, step
 from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
 
 __all__ = ["ClutchPlant", "clutch_record", "ramp_current", "simulate_clutch", "step_current"]
-
-Array = NDArray[np.float64]
 
 SAMPLING_TIME = 2e-3  # s
 INPUT_SCALE = 0.01  # 1/mA

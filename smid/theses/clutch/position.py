@@ -34,17 +34,16 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
 from smid.theses.clutch.plant import SAMPLING_TIME, oil_resistance
 
 __all__ = ["POSITION_NOISE_BOUND", "ReturnSpring", "simulate_position"]
-
-Array = NDArray[np.float64]
 
 POSITION_NOISE_BOUND = 0.05  # mm
 

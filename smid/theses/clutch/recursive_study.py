@@ -19,11 +19,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from smid.data import Dataset
 from smid.data.bundled import load_clutch
@@ -45,9 +43,10 @@ from smid.recursive import (
 )
 from smid.theses.clutch.plant import INPUT_SCALE, NOISE_BOUND
 
-__all__ = ["RecursiveStudy", "recursive_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["RecursiveStudy", "recursive_study"]
 
 MODELS = (Arx(input_scale=INPUT_SCALE), Arx(powers=(5, 4, 3), input_scale=INPUT_SCALE))
 FACTOR, GAIN, THESIS = 0.995, 1.0, 2e-14
@@ -74,10 +73,15 @@ class RecursiveStudy(Result):
     gains: GainStudy
 
     @property
+    def normalised(self) -> list[Tracking]:
+        """Return the runs of the estimator that was also given noise, on every record."""
+        same = (self.on_noise.arx, self.on_noise.method)
+        return [t for t in self.comparison.trackings if (t.arx, t.method) == same]
+
+    @property
     def meaning(self) -> str:
         """Return what the thesis's 2e-14 means, with this study's figures."""
-        same = (self.on_noise.arx, self.on_noise.method)
-        chosen = [t for t in self.comparison.trackings if (t.arx, t.method) == same]
+        chosen = self.normalised
         unit, seen = self.on_noise.unit, max(t.largest_left_alone for t in chosen)
         one_step, held = [t.one_step.rmse for t in chosen], [t.held.rmse for t in chosen]
         method = str(self.on_noise.method)
@@ -150,9 +154,6 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
     >>> len(study.comparison.trackings), study.on_noise.largest_left_alone < 1e-12
     (8, True)
 
-    References
-    ----------
-    Clutch thesis, section 3.3.3.
     """
     data = _from_current_to_pressure(load_clutch() if records is None else records)
     reference = _from_current_to_pressure(load_clutch("20C_ramp_a"))

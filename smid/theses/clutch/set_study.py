@@ -22,14 +22,14 @@ Reference: clutch thesis, sections 3.2.4 and 6.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
+from relaxations.search.hierarchy import Progress
 from smid.data import DataError, Dataset
 from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
@@ -45,9 +45,10 @@ from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.printed import printed_central_model
 from smid.theses.clutch.plant import INPUT_SCALE, NOISE_BOUND
 
-__all__ = ["RecordChanges", "SetStudy", "set_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["RecordChanges", "SetStudy", "set_study"]
 
 POWERS = (5, 4, 3)
 ARX = Arx(powers=POWERS, input_scale=INPUT_SCALE)
@@ -245,7 +246,7 @@ def set_study(
     *,
     batch: int = BATCH,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> SetStudy:
     """Run recursive set-membership estimation on known plants and on records.
 
@@ -258,8 +259,6 @@ def set_study(
         Samples of the comparison with batch intervals.
     seed
         Of the noise.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -272,9 +271,6 @@ def set_study(
     >>> study.never_left, study.known.names
     (True, ('a1', 'b0_v5', 'b0_v4', 'b0_v3'))
 
-    References
-    ----------
-    Clutch thesis, section 6.2.
     """
     data = load_clutch(CLUTCH_RECORDS) if records is None else records
     current = data.select(CURRENT).values("current")
@@ -331,7 +327,7 @@ def _follow(current: Array, pressure: Array, noise_bound: float = NOISE_BOUND) -
     return estimator
 
 
-def _batch(current: Array, pressure: Array, sampling_time: float, progress: Callable[[str], None] | None) -> Estimate:
+def _batch(current: Array, pressure: Array, sampling_time: float, progress: Progress | None) -> Estimate:
     # A free gain of the linear part, so that the coefficients are those of the difference equation.
     model = Hammerstein(powers=POWERS, input_scale=INPUT_SCALE, unit_dc_gain=False, fixed={"beta": 1.0}, stable=True)
     data = Dataset.from_arrays(input={"u": current}, output={"y": pressure}, sampling_time=sampling_time)

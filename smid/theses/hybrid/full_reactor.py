@@ -26,10 +26,10 @@ import sympy
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.reactor import REACTION_RATE
-from smid.networks import Array
 
 __all__ = ["FULL_REACTOR", "full_reactor", "simulate_full_reactor"]
 

@@ -22,9 +22,10 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import VALUE, Model, Reactor, RotatingArm, signal, t
 from smid.models.errors import refuse_unknown
@@ -41,8 +42,6 @@ __all__ = [
     "simulate_arm",
     "simulate_reactor",
 ]
-
-Array = NDArray[np.float64]
 
 ARM_STEP = 1e-4  # s; sticking decays at 870 1/s
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.fitting.validate import Validation, validate
 from smid.models import Model, ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["FreeRuns", "free_runs"]
 

@@ -11,13 +11,11 @@ Reference: clutch thesis, section 3.2.3; (2.15)-(2.17) and (3.18).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
-from relaxations.search.hierarchy import Reason
+from relaxations.search.hierarchy import Progress, Reason
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
@@ -27,9 +25,10 @@ from smid.identification.identify import identify
 from smid.models import Model, ModelError
 from smid.theses.clutch.hammerstein.finished import finished
 
-__all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Progress = Callable[[str], None]
+__all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,8 +103,6 @@ def order_study(
     ----------
     noise_bound
         In the output's unit.
-    progress
-        Called with a line of text now and then.
 
     Returns
     -------
@@ -128,9 +125,6 @@ def order_study(
     >>> study.orders, study.estimates[0]["a1"].width >= study.estimates[1]["a1"].width
     ((1, 2), True)
 
-    References
-    ----------
-    Clutch thesis, section 3.2.3.
     """
     for order in orders:
         if isinstance(order, bool) or not isinstance(order, int) or order < 1:
@@ -228,8 +222,6 @@ def width_study(
         What the upper end of the least bound is multiplied by.
     tolerance
         Stop once each gap is below this share of its interval's width.
-    progress
-        Called with a line of text now and then.
 
     Returns
     -------

@@ -17,13 +17,13 @@ Reference: clutch thesis, section 3.2.3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.search.hierarchy import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -34,6 +34,9 @@ from smid.models import Hammerstein, Model
 from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = [
     "PRINTED",
@@ -249,7 +252,7 @@ class PrintedComparison(Result):
 
 
 def compare_with_printed(
-    part: Dataset, widths: WidthStudy, *, seed: int = 1, progress: Callable[[str], None] | None = None
+    part: Dataset, widths: WidthStudy, *, seed: int = 1, progress: Progress | None = None
 ) -> PrintedComparison:
     """Hold the intervals that the thesis prints against what a certificate allows.
 
@@ -261,8 +264,6 @@ def compare_with_printed(
         On a bundled record.
     seed
         Of the noise.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -279,9 +280,6 @@ def compare_with_printed(
     >>> compare_with_printed(part, widths).known["alpha"].width > 50 * PRINTED[0].width
     True
 
-    References
-    ----------
-    Clutch thesis, section 3.2.3.
     """
     model = bind(printed_central_model(), part)
     free_run = model.simulate(part).outputs[0][part.output]

@@ -9,10 +9,11 @@ Reference: clutch thesis, section 3.2.1 ("this structure has been selected after
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from relaxations.search.hierarchy import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -136,7 +137,7 @@ def choose_structure(
     record: Dataset,
     structures: Sequence[tuple[int, Powers]] = STRUCTURES,
     *,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> StructureChoice:
     """Put candidates for the structure side by side.
 
@@ -146,8 +147,6 @@ def choose_structure(
         What is identified on: current in mA, pressure in bar.
     record
         The whole record.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -165,9 +164,6 @@ def choose_structure(
     >>> found.choice.powers
     (4, 3)
 
-    References
-    ----------
-    Clutch thesis, section 3.2.1.
     """
     if not any(poles == 1 for poles, _ in structures):
         raise ModelError("there is no structure with one pole to choose: give at least one pair such as (1, (5, 4, 3))")

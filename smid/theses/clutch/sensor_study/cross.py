@@ -5,20 +5,22 @@ Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models import ModelError
-from smid.networks import Array
 from smid.sensors import VirtualSensor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["ErrorTable", "cross_errors"]
 
@@ -48,6 +50,11 @@ class ErrorTable(Tabular):
             first, down, across, errors = "sensor", across, down, errors.T
         rows = tuple((name, *(f"{error:.3f}" for error in row)) for name, row in zip(down, errors, strict=True))
         return Table(self.caption, (first, *across), rows, "l" + "r" * len(across))
+
+    def only(self, sensors: Sequence[str]) -> ErrorTable:
+        """Return the errors of some of the sensors."""
+        places = [self.sensors.index(name) for name in sensors]
+        return ErrorTable(self.caption, tuple(sensors), self.records, self.rmse[:, places])
 
     def _content(self) -> Iterator[Part]:
         yield self.table

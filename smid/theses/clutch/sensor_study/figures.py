@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
-from smid.networks import Array
 
 if TYPE_CHECKING:
     from smid.theses.clutch.sensor_study.cross import ErrorTable

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
 from smid.data.bundled import load_clutch
@@ -20,6 +18,9 @@ from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.sensors import BoundedSensor, IntervalPrediction, VirtualSensor, bound_error
 from smid.theses.clutch.sensor_study.single_sensor import HELD_OUT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["IntervalRow", "IntervalStudy", "interval_study"]
 

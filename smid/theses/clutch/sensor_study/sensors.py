@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from relaxations.search.hierarchy import Progress
 from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.sensors import CFPX, CPX, PX, VirtualSensor
-from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, Report, final_form
+from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, final_form
 
 __all__ = ["THESIS_SENSORS", "train_thesis_sensors"]
 
@@ -37,7 +38,7 @@ Filtered stands for median and dead zone; enforced, and a polynomial's order, fo
 
 
 def train_thesis_sensors(
-    names: tuple[str, ...] = tuple(THESIS_SENSORS), seed: int = 1, report: Report | None = None
+    names: tuple[str, ...] = tuple(THESIS_SENSORS), seed: int = 1, progress: Progress | None = None
 ) -> dict[str, VirtualSensor]:
     """Train sensors of the thesis.
 
@@ -47,8 +48,6 @@ def train_thesis_sensors(
         Among `THESIS_SENSORS`.
     seed
         Of splits and starts.
-    report
-        Told what is being trained.
 
     Returns
     -------
@@ -69,8 +68,8 @@ def train_thesis_sensors(
     for name in names:
         if name not in THESIS_SENSORS:
             raise ModelError(f"no sensor {name!r} in the thesis; {name_hint(name, THESIS_SENSORS)}")
-        if report is not None:
-            report(f"training {name}")
+        if progress is not None:
+            progress(f"training {name}")
         sensor, record = THESIS_SENSORS[name]
         result[name] = sensor.fit(load_clutch(record), seed=seed)
     return result

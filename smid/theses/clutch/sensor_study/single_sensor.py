@@ -21,17 +21,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.search.hierarchy import Progress
 from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.networks import ProgressCallback
 from smid.sensors import CPX, PTX, MedianFiltered, VirtualSensor
 from smid.theses.clutch.sensor_study.cross import ErrorTable
-from smid.theses.clutch.sensor_study.structures import CPX_ORDER, Report, final_form
+from smid.theses.clutch.sensor_study.structures import CPX_ORDER, final_form
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["HELD_OUT", "TRAINING", "SingleSensorStudy", "single_sensor_study", "train_single_sensor"]
 
@@ -133,7 +136,9 @@ def train_single_sensor(
     return (sensor or PTX()).fit(load_clutch(TRAINING), seed=seed, starts=starts, progress=progress)
 
 
-def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report | None = None) -> SingleSensorStudy:
+def single_sensor_study(
+    sensor: PTX | None = None, seed: int = 1, progress: Progress | None = None
+) -> SingleSensorStudy:
     """Compare one sensor for all temperatures with a CPX for each.
 
     Parameters
@@ -142,8 +147,6 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
         Trained; by default, one is trained.
     seed
         Of splits and starts.
-    report
-        Told what is being trained.
 
     Examples
     --------
@@ -151,9 +154,9 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
 
     >>> HELD_OUT
     ('20C_ramp_b', '20C_step_b', '60C_ramp_b', '60C_step_c', 'm20C_step_c')
-    >>> print(single_sensor_study(report=print).conclusion)  # doctest: +SKIP
+    >>> print(single_sensor_study(progress=print).conclusion)  # doctest: +SKIP
     """
-    tell = report or (lambda _: None)
+    tell = progress or (lambda _: None)
     if sensor is None:
         tell("training PTX")
         sensor = train_single_sensor(seed)

@@ -10,20 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
+from relaxations.search.hierarchy import Progress
 from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models import ModelError
-from smid.networks import Array
 from smid.sensors import VirtualSensor
 from smid.theses.clutch.sensor_study.sensors import train_thesis_sensors
-from smid.theses.clutch.sensor_study.structures import Report
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["THESIS_FIGURES", "SensorTraces", "sensor_traces"]
 
@@ -124,7 +126,7 @@ class SensorTraces(Tabular):
 
 
 def sensor_traces(
-    number: str, sensors: Mapping[str, VirtualSensor] | None = None, seed: int = 1, report: Report | None = None
+    number: str, sensors: Mapping[str, VirtualSensor] | None = None, seed: int = 1, progress: Progress | None = None
 ) -> SensorTraces:
     """Give what is behind one figure of chapter 5.
 
@@ -136,8 +138,6 @@ def sensor_traces(
         Trained, from `train_thesis_sensors`; those that are missing are trained.
     seed
         Of splits and starts.
-    report
-        Told what is being trained.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def sensor_traces(
     names, records = THESIS_FIGURES[number]
     given = dict(sensors or {})
     missing = tuple(name for name in names if name not in given)
-    given |= train_thesis_sensors(missing, seed, report)
+    given |= train_thesis_sensors(missing, seed, progress)
     data = load_clutch(records)
     return SensorTraces(
         number=number,

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks import Iterate, Method, NetworkError, TanhNetwork, levenberg_marquardt
@@ -28,8 +28,6 @@ from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQU
 from smid.theses.hybrid.arm.input_error import Motion
 
 __all__ = ["Alternation", "alternate"]
-
-Array = NDArray[np.float64]
 
 STEPS, SETTLED = 2, 1e-7
 

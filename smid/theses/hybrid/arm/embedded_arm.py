@@ -14,16 +14,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
+from smid.hybrid.free_run_error import FreeRunError
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.neural import network_of
 from smid.models import RotatingArm, signal, t
 from smid.networks import TanhNetwork
+from smid.signals import TABLE_F1
 from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.arm.free_run_error import FreeRunError
+from smid.theses.hybrid.arm.records import held_record
 from smid.theses.hybrid.plants import arm_friction
 
 __all__ = [
@@ -32,12 +36,11 @@ __all__ = [
     "TORQUE_UNIT",
     "embedded_arm",
     "embedded_error",
+    "figure_6_9",
     "friction_curve",
     "random_start",
     "true_friction",
 ]
-
-Array = NDArray[np.float64]
 
 SPEED_UNIT, TORQUE_UNIT = 80.0, 16.0  # rad/s, Nm
 WEIGHT_BOX = (-1e4, 1e4)
@@ -181,3 +184,23 @@ def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
     v = np.asarray(speed, dtype=np.float64)
     law = [values[name] for name in ("Ws", "eps", "Wd", "b")]
     return np.array([arm_friction(item, *law) for item in v.ravel().tolist()]).reshape(v.shape)
+
+
+def figure_6_9(points: int = 81) -> CostSurface:
+    """Return the surface of the thesis's figure 6.9: one neuron without biases, the plant's inertia, one sine.
+
+    Parameters
+    ----------
+    points
+        Number of values of each weight: the neuron's, for speed in 80 rad/s, and the output's, for torque in 16 Nm.
+
+    Examples
+    --------
+    >>> figure_6_9(11).rmse.shape
+    (11, 11)
+    """
+    hybrid = embedded_arm((1,))
+    neuron, bias, output, offset = (parameter.name for parameter in hybrid.term.parameters)
+    problem = embedded_error(hybrid, held_record(TABLE_F1["one_sine"]))
+    grid = {neuron: np.linspace(-8.0, 8.0, points), output: np.linspace(-4.0, 4.0, points)}
+    return cost_surface(problem, {"theta": ARM["theta"], bias: 0.0, offset: 0.0}, grid)

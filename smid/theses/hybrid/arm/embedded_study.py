@@ -21,12 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
+from relaxations.search.hierarchy import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
@@ -48,9 +49,10 @@ from smid.theses.hybrid.arm.input_error import modulate_motion, quiet_filter
 from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
 from smid.theses.hybrid.arm.white import estimate_white, white_arm
 
-__all__ = ["COMPARED", "TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["COMPARED", "TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
 
 MODERATE, EVALUATIONS, AT_REST = 10.0, 100, 1.5  # times the white error, rad/s beyond which a jump is over
 HIDDEN, MORE = 5, 9
@@ -325,7 +327,7 @@ def embedded_study(
     ways: Iterable[str] = COMPARED,
     *,
     starts: int = 100,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> EmbeddedStudy:
     """Run several ways on several inputs.
 
@@ -337,8 +339,6 @@ def embedded_study(
         Of `WAYS`.
     starts
         Runs for each.
-    progress
-        Told what is run next.
 
     Raises
     ------

@@ -27,16 +27,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 
 __all__ = ["ARM", "exact_motion"]
-
-Array = NDArray[np.float64]
 
 ARM: dict[str, float] = {name: value for name, (value, _) in (MOTOR | DRAG | FRICTION).items()}
 """The thesis's values: theta, c, b, Ws, eps, Wd."""

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.networks import NetworkError, levenberg_marquardt, multistart
 from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQUE_UNIT, true_friction
@@ -25,7 +25,6 @@ from smid.theses.hybrid.certified import certify_arm
 
 __all__ = ["certified_start", "friction_start", "white_start"]
 
-Array = NDArray[np.float64]
 Seeds = Iterable[int | np.random.Generator]
 
 GRID, STARTS, ITERATIONS = 400, 2, 100

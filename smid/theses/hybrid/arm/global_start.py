@@ -21,9 +21,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
 from smid.networks import lockstep, nguyen_widrow
@@ -31,8 +31,6 @@ from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT
 from smid.theses.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error
 
 __all__ = ["global_start", "jump_start", "multistart_start"]
-
-Array = NDArray[np.float64]
 
 STEEPNESS = (0.5, 1600.0)  # of a neuron, per 80 rad/s: from nearly straight to a jump
 POPULATION = 5  # per number searched; scipy's own 15 leaves too few generations for so small a budget

@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.networks import (
     Descent,
@@ -31,13 +32,12 @@ from smid.networks import (
     stacked_normal_equations,
     sum_normal_equations,
 )
+from smid.signals import ModulatingFilter
 from smid.theses.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
 
 __all__ = ["INERTIA_UNIT", "InputError", "Motion", "estimate_by_input_error", "modulate_motion", "quiet_filter"]
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 ACCELERATION_UNIT = 400.0  # rad/s2

@@ -12,16 +12,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.signals import Sines
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.plants import arm_friction
 
 __all__ = ["SAMPLING_TIME", "held_record", "similar", "thesis_record"]
-
-Array = NDArray[np.float64]
 
 SAMPLING_TIME, KEPT, DURATION = 0.02, 10, 10.0  # s, of how many, s
 

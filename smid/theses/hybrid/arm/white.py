@@ -14,20 +14,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.result import Part, Result
+from smid.hybrid.free_run_error import FreeRunError
 from smid.models import Model, ModelError, RotatingArm
 from smid.models.errors import refuse_unknown
 from smid.networks import descend, levenberg_marquardt
 from smid.theses.hybrid.arm.exact_motion import exact_motion
-from smid.theses.hybrid.arm.free_run_error import FreeRunError
 
 __all__ = ["INTEGRATIONS", "TABLE_F2_START", "WhiteEstimate", "estimate_white", "white_arm", "white_free_run"]
-
-Array = NDArray[np.float64]
 
 INTEGRATIONS = ("exact", "rk4", "euler")
 TABLE_F2_START: dict[str, float] = {"theta": 16.0, "b": 0.0016, "Ws": 1.6, "Wd": 0.16}

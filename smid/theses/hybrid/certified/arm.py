@@ -23,25 +23,24 @@ Reference: hybrid thesis, (5.7)-(5.9) and section 7.4 ("an optimisation method t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from relaxations.algebra.intervals import Intervals
+from relaxations.search.hierarchy import Progress
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 from smid.theses.hybrid.certified.box import CONSTANTS, PRIOR, ArmBox
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
-from smid.theses.hybrid.certified.enclosure import Enclosure
 from smid.theses.hybrid.certified.relations import arm_problem
 from smid.theses.hybrid.certified.speeds import ArmRecord, enclose_speeds
 
 __all__ = ["CertifiedArm", "certify_arm"]
-
-Progress = Callable[[str], None]
 
 ROUNDS = 30
 WORTH = 0.02  # a round that takes less off every width is the last one
@@ -70,7 +69,7 @@ class CertifiedArm(Tabular):
 
     intervals: Mapping[str, tuple[float, float]]
     prior: Mapping[str, tuple[float, float]]
-    speeds: Enclosure
+    speeds: Intervals
     noise_bound: float
     parts: int
     rounds: int
@@ -169,8 +168,6 @@ def certify_arm(
         Torque per volt, in Nm/V.
     eps
         Speed below which the arm sticks, in rad/s.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -193,7 +190,7 @@ def certify_arm(
     started = time.perf_counter()
     record = arm_record(data, noise_bound, c, eps)
     box = ArmBox.of(prior or {})
-    nothing_known = Enclosure.of(np.full(record.n_samples, -np.inf), np.full(record.n_samples, np.inf))
+    nothing_known = Intervals.of(np.full(record.n_samples, -np.inf), np.full(record.n_samples, np.inf))
     waiting, found = [_Part(box, nothing_known)], []
     parts = rounds = 0
     while waiting:
@@ -251,7 +248,7 @@ def arm_record(data: Dataset, noise_bound: float, c: float, eps: float) -> ArmRe
         raise DataError(f"{len(angle)} samples for {len(CONSTANTS)} constants: give at least {len(CONSTANTS) + 3}")
     if not (np.isfinite(angle).all() and np.isfinite(voltage).all()):
         raise DataError("the voltage or the angle has gaps: crop the record, or fill them")
-    return ArmRecord(angle, Enclosure.of(voltage[:-1]) * c, float(noise_bound), data.sampling_time, eps)
+    return ArmRecord(angle, Intervals.of(voltage[:-1]) * c, float(noise_bound), data.sampling_time, eps)
 
 
 @dataclass(frozen=True)
@@ -259,7 +256,7 @@ class _Part:
     """A box, and where the speeds are if the constants lie in it."""
 
     box: ArmBox
-    speeds: Enclosure
+    speeds: Intervals
 
 
 @dataclass(frozen=True)
@@ -290,9 +287,9 @@ def _contract(record: ArmRecord, part: _Part) -> _Contraction:
     return _Contraction(_Part(box, speeds), k)
 
 
-def _quotients(record: ArmRecord, part: _Part) -> Enclosure:
+def _quotients(record: ArmRecord, part: _Part) -> Intervals:
     """Return the constants, b, Wd and Ws bounded as quotients by theta."""
     relaxed = relaxed_problem(arm_problem(record, part.box.products, part.speeds))
     known, theta = part.box.constants, part.box.products[0]
     found = [known[0]] + [quotient(relaxed, j, theta, known[j]) for j in range(1, len(CONSTANTS))]
-    return Enclosure(np.array([e.lower for e in found]), np.array([e.upper for e in found]))
+    return Intervals(np.array([e.lower for e in found]), np.array([e.upper for e in found]))

@@ -14,9 +14,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.intervals import Intervals
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure
 
 __all__ = ["CONSTANTS", "PRIOR", "ArmBox"]
 
@@ -45,8 +46,8 @@ class ArmBox:
         Shape (4,). theta, kappa, omega, sigma.
     """
 
-    constants: Enclosure
-    products: Enclosure = field(repr=False)
+    constants: Intervals
+    products: Intervals = field(repr=False)
 
     @staticmethod
     def of(prior: Mapping[str, tuple[float, float]]) -> ArmBox:
@@ -59,22 +60,22 @@ class ArmBox:
                     f"the prior of {name} is {low:g} to {high:g}: give finite ends in rising order, none negative "
                     "(theta positive)"
                 )
-        constants = Enclosure(pairs[:, 0], pairs[:, 1])
+        constants = Intervals(pairs[:, 0], pairs[:, 1])
         return ArmBox(constants, _products(constants))
 
-    def with_products(self, products: Enclosure) -> ArmBox:
+    def with_products(self, products: Intervals) -> ArmBox:
         """Return the box after its products have become known better."""
         both = self.products.meet(products)
         theta = both[:1]
-        quotients = Enclosure(
+        quotients = Intervals(
             np.nextafter(both.lower[1:] / theta.upper, -np.inf), np.nextafter(both.upper[1:] / theta.lower, np.inf)
         )
-        found = Enclosure(
+        found = Intervals(
             np.concatenate([theta.lower, quotients.lower]), np.concatenate([theta.upper, quotients.upper])
         )
         return ArmBox(self.constants.meet(found), both)
 
-    def with_constants(self, constants: Enclosure) -> ArmBox:
+    def with_constants(self, constants: Intervals) -> ArmBox:
         """Return the box after its constants have become known better."""
         both = self.constants.meet(constants)
         return ArmBox(both, self.products.meet(_products(both)))
@@ -91,14 +92,14 @@ class ArmBox:
         lower, upper = self.constants.lower.copy(), self.constants.upper.copy()
         lower[j] = upper[j] = middle
         return (
-            self.with_constants(Enclosure(self.constants.lower, upper)),
-            self.with_constants(Enclosure(lower, self.constants.upper)),
+            self.with_constants(Intervals(self.constants.lower, upper)),
+            self.with_constants(Intervals(lower, self.constants.upper)),
         )
 
 
-def _products(constants: Enclosure) -> Enclosure:
+def _products(constants: Intervals) -> Intervals:
     theta = constants[:1]
     rest = constants[1:] * theta
-    return Enclosure(
+    return Intervals(
         np.concatenate([theta.lower, np.maximum(rest.lower, 0.0)]), np.concatenate([theta.upper, rest.upper])
     )

@@ -29,7 +29,9 @@ from typing import Any
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from smid.data import DataError, Dataset
@@ -39,7 +41,6 @@ from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import A_BOX, LEAST_TAU, REACTION_RATE
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure
 
 __all__ = ["CertifiedReactor", "certify_reactor"]
 
@@ -152,11 +153,11 @@ def certify_reactor(
     u, y = _series(data, noise_bound, power)
     constants = _prior(prior or {}, reaction_rate)
     tau, a = constants[0], constants[1]
-    k = Enclosure(np.nextafter(1 / tau.upper, 0), np.nextafter(1 / tau.lower, np.inf))
+    k = Intervals(np.nextafter(1 / tau.upper, 0), np.nextafter(1 / tau.lower, np.inf))
     g = a * k
-    first = Enclosure(np.array([k.lower, g.lower]), np.array([k.upper, g.upper]))
+    first = Intervals(np.array([k.lower, g.lower]), np.array([k.upper, g.upper]))
 
-    def problem(box: Enclosure) -> PolynomialProblem:
+    def problem(box: Intervals) -> PolynomialProblem:
         return _problem(u, y, data.sampling_time, noise_bound, power, reaction_rate, box)
 
     left, parts = _split(problem, first)
@@ -166,7 +167,7 @@ def certify_reactor(
             f"{noise_bound:g}. Raise the noise bound, widen the prior, or extend the law (smid.diagnose)"
         )
     factors = [quotient(relaxed_problem(problem(box)), 1, box[0], a.meet(_ratio(box))) for box in left]
-    times = Enclosure.of(
+    times = Intervals.of(
         np.nextafter(1 / max(float(box.upper[0]) for box in left), 0),
         np.nextafter(1 / min(float(box.lower[0]) for box in left), np.inf),
     ).meet(tau)
@@ -181,7 +182,7 @@ def certify_reactor(
     )
 
 
-def _split(problem: Callable[[Enclosure], PolynomialProblem], first: Enclosure) -> tuple[list[Enclosure], int]:
+def _split(problem: Callable[[Intervals], PolynomialProblem], first: Intervals) -> tuple[list[Intervals], int]:
     """Contract the box, halve what stays coarse, the coarsest first, and drop what is proven empty."""
     waiting, parts = [first], 0
     while waiting:
@@ -196,7 +197,7 @@ def _split(problem: Callable[[Enclosure], PolynomialProblem], first: Enclosure) 
     return waiting, parts
 
 
-def _contract(problem: Callable[[Enclosure], PolynomialProblem], box: Enclosure) -> Enclosure | None:
+def _contract(problem: Callable[[Intervals], PolynomialProblem], box: Intervals) -> Intervals | None:
     for _ in range(ROUNDS):
         found = contracted(relaxed_problem(problem(box)), box)
         if found.empty:
@@ -208,22 +209,22 @@ def _contract(problem: Callable[[Enclosure], PolynomialProblem], box: Enclosure)
     return box
 
 
-def _coarseness(box: Enclosure) -> float:
+def _coarseness(box: Intervals) -> float:
     """Return by which factor the ends of a box differ at most; both its constants are positive."""
     return float((box.upper / box.lower).max())
 
 
-def _halves(box: Enclosure) -> tuple[Enclosure, Enclosure]:
+def _halves(box: Intervals) -> tuple[Intervals, Intervals]:
     """Return the box cut at the geometric middle of its coarser constant."""
     j = int((box.upper / box.lower).argmax())
     lower, upper = box.lower.copy(), box.upper.copy()
     lower[j] = upper[j] = np.sqrt(box.lower[j] * box.upper[j])
-    return Enclosure(box.lower, upper), Enclosure(lower, box.upper)
+    return Intervals(box.lower, upper), Intervals(lower, box.upper)
 
 
-def _ratio(box: Enclosure) -> Enclosure:
+def _ratio(box: Intervals) -> Intervals:
     """Return the second constant over the first."""
-    return Enclosure.of(np.nextafter(box.lower[1] / box.upper[0], 0), np.nextafter(box.upper[1] / box.lower[0], np.inf))
+    return Intervals.of(np.nextafter(box.lower[1] / box.upper[0], 0), np.nextafter(box.upper[1] / box.lower[0], np.inf))
 
 
 def _series(data: Dataset, noise_bound: float, power: int) -> tuple[Array, Array]:
@@ -243,37 +244,37 @@ def _series(data: Dataset, noise_bound: float, power: int) -> tuple[Array, Array
     return u, y
 
 
-def _prior(prior: Mapping[str, tuple[float, float]], reaction_rate: float) -> Enclosure:
+def _prior(prior: Mapping[str, tuple[float, float]], reaction_rate: float) -> Intervals:
     usual = {"tau": (LEAST_TAU, 1 / reaction_rate), "a": A_BOX}
     refuse_unknown("constant of the reactor", prior, usual)
     pairs = np.array([prior.get(name, usual[name]) for name in usual], dtype=np.float64)
     if not (np.isfinite(pairs).all() and (pairs[:, 0] > 0).all() and (pairs[:, 0] <= pairs[:, 1]).all()):
         raise ModelError(f"the prior {dict(prior)} makes no sense: give positive finite ends in rising order")
-    return Enclosure(pairs[:, 0], pairs[:, 1])
+    return Intervals(pairs[:, 0], pairs[:, 1])
 
 
 def _problem(
-    u: Array, y: Array, h: float, noise_bound: float, power: int, reaction_rate: float, box: Enclosure
+    u: Array, y: Array, h: float, noise_bound: float, power: int, reaction_rate: float, box: Intervals
 ) -> PolynomialProblem:
     """Return the linear problem in k, g and the noises."""
     n = len(y)
-    noise = Enclosure.within(noise_bound)
-    measured = Enclosure.of(y)
+    noise = Intervals.within(noise_bound)
+    measured = Intervals.of(y)
     true = measured + noise
     # y^x = curve - slope eta, for some curve in these, |eta| within the noise
     slope = power * y ** (power - 1)
     curve = _power(measured, power).hull(_curved(y, slope, noise_bound, power))
     psi = _psi(u, true, h, power, reaction_rate, box)
-    held = Enclosure.of(u[:-1])
+    held = Intervals.of(u[:-1])
     middle = float(0.5 * (box.lower[1] + box.upper[1]))
     # h g ((1 - psi) Y(0) + psi Y(1)), Y = curve - slope eta
     ends = ((1.0 - psi.upper, 1.0 - psi.lower, 0), (psi.lower, psi.upper, 1))
-    curves = Enclosure.of(np.zeros(n - 1))
+    curves = Intervals.of(np.zeros(n - 1))
     noises = []
     rest = np.zeros(n - 1)
     g = box[1]
     for low, high, side in ends:
-        share = Enclosure(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+        share = Intervals(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
         part = slice(side, n - 1 + side)
         curves = curves + share * curve[part]
         weight = middle * h * 0.5 * (low + high) * slope[part]
@@ -312,33 +313,33 @@ def _rows(inflow: Array, drain: Array, eta: list[Array], at: Index, free: Array,
     ).collect()
 
 
-def _power(values: Enclosure, power: int) -> Enclosure:
+def _power(values: Intervals, power: int) -> Intervals:
     """Return powers; those above the first are of positive numbers."""
-    result = Enclosure.of(np.ones_like(values.lower))
+    result = Intervals.of(np.ones_like(values.lower))
     for _ in range(power):
         result = result * values
     return result
 
 
-def _curved(y: Array, slope: Array, noise_bound: float, power: int) -> Enclosure:
+def _curved(y: Array, slope: Array, noise_bound: float, power: int) -> Intervals:
     """Return ``(y - eta)^x + slope eta`` at both ends of the noise: convex in eta, it is largest at one of them."""
-    both = [_power(Enclosure.of(y) - eta, power) + Enclosure.of(slope) * eta for eta in (-noise_bound, noise_bound)]
+    both = [_power(Intervals.of(y) - eta, power) + Intervals.of(slope) * eta for eta in (-noise_bound, noise_bound)]
     # Its least value is at eta = 0, up to the rounding of the slope.
     ends = both[0].hull(both[1])
-    return ends + Enclosure.within(1e-14 * np.abs(slope) * noise_bound)
+    return ends + Intervals.within(1e-14 * np.abs(slope) * noise_bound)
 
 
-def _psi(u: Array, true: Enclosure, h: float, power: int, reaction_rate: float, box: Enclosure) -> Enclosure:
+def _psi(u: Array, true: Intervals, h: float, power: int, reaction_rate: float, box: Intervals) -> Intervals:
     """Return where between its ends the mean of Y lies on each interval."""
     v = true[:-1].hull(true[1:])
     g = box[1]
     decay = _power(v, power - 1) * g * float(power)
     if power > 1:
-        rate = (box[0] - reaction_rate) * Enclosure.of(u[:-1]) - g * _power(v, power)
-        reciprocal = Enclosure(np.nextafter(1 / v.upper, 0), np.nextafter(1 / v.lower, np.inf))
+        rate = (box[0] - reaction_rate) * Intervals.of(u[:-1]) - g * _power(v, power)
+        reciprocal = Intervals(np.nextafter(1 / v.upper, 0), np.nextafter(1 / v.lower, np.inf))
         decay = decay - rate * reciprocal * float(power - 1)
     z = decay * h
-    return Enclosure(_phi(z.lower, -1), _phi(z.upper, 1))
+    return Intervals(_phi(z.lower, -1), _phi(z.upper, 1))
 
 
 def _phi(z: Array, direction: int) -> Array:

@@ -36,10 +36,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array, Mask
 from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure, Mask
 from smid.theses.hybrid.certified.speeds import ArmRecord, accelerations, between
 
 __all__ = ["arm_problem"]
@@ -48,7 +49,7 @@ PRODUCTS = ("theta", "kappa", "omega", "sigma")
 MOST_CUTS = 16  # places in one stretch of sticking between which the law is integrated
 
 
-def arm_problem(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> PolynomialProblem:
+def arm_problem(record: ArmRecord, products: Intervals, speeds: Intervals) -> PolynomialProblem:
     """Return the linear problem whose points hold all constants and noises that explain the angles.
 
     Parameters
@@ -88,17 +89,17 @@ class _Integrals:
     it is an unknown that both share, or its error would add up along the record instead of cancelling.
     """
 
-    gliding: Enclosure
-    sticking: Enclosure
-    drag: Enclosure
+    gliding: Intervals
+    sticking: Intervals
+    drag: Intervals
     slope: Array  # of Q in the angle's increment
-    lag: Enclosure
+    lag: Intervals
 
 
-def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynomials:
+def _hats(record: ArmRecord, products: Intervals, halves: _Integrals) -> Polynomials:
     n, h = record.n_samples, record.sampling_time
     first, last = slice(None, -1), slice(1, None)
-    angles = Enclosure.of(record.angle)
+    angles = Intervals.of(record.angle)
     increments = angles[1:] - angles[:-1]
     left, right = halves.slope[first], halves.slope[last]
     gliding = (halves.gliding[first] + halves.gliding[last]) * h
@@ -108,7 +109,7 @@ def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynom
     second = increments[last] - increments[first]
     # kappa slope eta about the middle of kappa
     middle = float(0.5 * (products.lower[1] + products.upper[1]))
-    exact = [(Enclosure.of(products.lower[1], products.upper[1]) * w) * h for w in (left, -left, right, -right)]
+    exact = [(Intervals.of(products.lower[1], products.upper[1]) * w) * h for w in (left, -left, right, -right)]
     weights = [middle * h * w for w in (left, -left, right, -right)]
     rest = sum(((e - w).magnitude for e, w in zip(exact, weights, strict=True)), start=np.zeros(n - 2))
     # eta(k-1), eta(k), eta(k), eta(k+1) in theta U - omega S - sigma Z - kappa Q - second + second difference of eta;
@@ -142,7 +143,7 @@ def _rows(constants: list[Array], noises: list[tuple[Index, Array]], free: Array
     ).collect()
 
 
-def _integrals(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> _Integrals:
+def _integrals(record: ArmRecord, products: Intervals, speeds: Intervals) -> _Integrals:
     """Return the integrals over each interval; those with both halves of a hat differ by the lag only."""
     h, eps = record.sampling_time, record.eps
     v = between(speeds)
@@ -151,50 +152,50 @@ def _integrals(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> _In
     sure = (forwards | backwards) & np.isfinite(v.width)
     sign = np.where(backwards, -1.0, 1.0)
     mean = _mean_speeds(record, products, speeds, a, sure)
-    gliding = Enclosure(
+    gliding = Intervals(
         np.where(forwards, 1.0, np.where(v.lower > -eps, 0.0, -1.0)),
         np.where(backwards, -1.0, np.where(v.upper < eps, 0.0, 1.0)),
     )
-    creeping = Enclosure(np.clip(v.lower, -eps, eps), np.clip(v.upper, -eps, eps)) / eps
+    creeping = Intervals(np.clip(v.lower, -eps, eps), np.clip(v.upper, -eps, eps)) / eps
     # A speed that may be outside counts nothing there.
-    sticking = Enclosure(
+    sticking = Intervals(
         np.where(sure, 0.0, np.where(v.upper >= eps, np.minimum(creeping.lower, 0.0), creeping.lower)),
         np.where(sure, 0.0, np.where(v.lower <= -eps, np.maximum(creeping.upper, 0.0), creeping.upper)),
     )
     # m^2 = slope m + chord, exactly for some chord in these
     slope = np.where(sure, mean.lower + mean.upper, 0.0)
-    low, high = Enclosure.of(mean.lower), Enclosure.of(mean.upper)
+    low, high = Intervals.of(mean.lower), Intervals.of(mean.upper)
     ends = (low.square() - low * slope).hull(high.square() - high * slope)
-    chord = Enclosure(-Enclosure.of(slope / 2).square().upper, ends.upper)
-    side = Enclosure.of(sign)
+    chord = Intervals(-Intervals.of(slope / 2).square().upper, ends.upper)
+    side = Intervals.of(sign)
     weight = 0.5 * h
     drag = ((chord * weight + _ripple(a, h)) * side).where(sure, v.signed_square() * weight)
     lag = mean * a * side * h * h / 6.0 * products[1:2]
-    none = Enclosure.of(np.zeros(len(sure)))
+    none = Intervals.of(np.zeros(len(sure)))
     return _Integrals(gliding * weight, sticking * weight, drag, sign * slope / 2, lag.where(sure, none))
 
 
-def _mean_speeds(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: Enclosure, sure: Mask) -> Enclosure:
+def _mean_speeds(record: ArmRecord, products: Intervals, speeds: Intervals, a: Intervals, sure: Mask) -> Intervals:
     """Return the mean speed over each interval: the trapezoid's, where nothing jumps, and the angle's."""
     h = record.sampling_time
     v = between(speeds)
     mean = v.meet(record.turned[1] / h)
     with np.errstate(invalid="ignore"):  # where nothing is known yet
         bend = 2 * products.upper[1] * v.magnitude * a.magnitude  # of the speed: |v''| = 2 kappa |v a|
-    trapezoid = (speeds[:-1] + speeds[1:]) * 0.5 + Enclosure.within(bend * h * h / 12 * (1 + 1e-12))
+    trapezoid = (speeds[:-1] + speeds[1:]) * 0.5 + Intervals.within(bend * h * h / 12 * (1 + 1e-12))
     return mean.meet(trapezoid).where(sure, mean)
 
 
-def _ripple(a: Enclosure, h: float) -> Enclosure:
+def _ripple(a: Intervals, h: float) -> Intervals:
     """Return the integral of half a hat times r^2, r the speed minus its mean, whose slope is a."""
     spread = a.square() * h * h * h / 24.0
-    half_width = Enclosure.within(a.width * 0.5)
-    odd = Enclosure.within(a.magnitude) * half_width + half_width * half_width
+    half_width = Intervals.within(a.width * 0.5)
+    odd = Intervals.within(a.magnitude) * half_width + half_width * half_width
     both = spread + odd * h * h * h / 8.0
-    return Enclosure(np.maximum(both.lower, 0.0), both.upper)
+    return Intervals(np.maximum(both.lower, 0.0), both.upper)
 
 
-def _stuck(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> list[Polynomials]:
+def _stuck(record: ArmRecord, products: Intervals, speeds: Intervals) -> list[Polynomials]:
     """Return the law integrated over stretches of certain sticking.
 
     From switch to switch the angle's error blurs the coefficient of sigma; from the beginning to every sample the noise
@@ -208,23 +209,23 @@ def _stuck(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> list[Po
     if not pairs:
         return []
     rays = [(start, k) for start, end in stretches for k in range(start + 1, end + 1)]
-    noise = Enclosure.within(2 * record.noise_bound)
+    noise = Intervals.within(2 * record.noise_bound)
     i, j = np.array(pairs).T
     blurred = _creep_rows(record, speeds, i, j, noise, [], np.zeros(len(i)))
     i, j = np.array(rays).T
     middle = float(0.5 * (products.lower[3] + products.upper[3])) / record.eps
-    rest = (Enclosure.of(products.lower[3], products.upper[3]) * _reciprocal(record.eps) - middle).magnitude
+    rest = (Intervals.of(products.lower[3], products.upper[3]) * _reciprocal(record.eps) - middle).magnitude
     slack = np.full(len(i), 2 * record.noise_bound * float(rest) * (1 + 1e-12))
     weight = np.full(len(i), middle)
-    return [blurred, _creep_rows(record, speeds, i, j, Enclosure.of(0.0), [(i, -weight), (j, weight)], slack)]
+    return [blurred, _creep_rows(record, speeds, i, j, Intervals.of(0.0), [(i, -weight), (j, weight)], slack)]
 
 
 def _creep_rows(
     record: ArmRecord,
-    speeds: Enclosure,
+    speeds: Intervals,
     i: Index,
     j: Index,
-    noise: Enclosure,
+    noise: Intervals,
     noises: list[tuple[Index, Array]],
     slack: Array,
 ) -> Polynomials:
@@ -232,10 +233,10 @@ def _creep_rows(
     h, eps = record.sampling_time, record.eps
     samples = np.arange(record.n_samples - 1)
     impulse = _dot((samples >= i[:, None]) & (samples < j[:, None]), record.torque) * h
-    turned = Enclosure.of(record.angle[j]) - record.angle[i] + noise
+    turned = Intervals.of(record.angle[j]) - record.angle[i] + noise
     creep = turned * _reciprocal(eps)
     change = speeds[j] - speeds[i]
-    drag = Enclosure.within((j - i) * h * eps * eps * (1 + 1e-12))
+    drag = Intervals.within((j - i) * h * eps * eps * (1 + 1e-12))
     nothing = np.zeros(len(i))
     most = [impulse.upper, -drag.lower, nothing, -creep.lower]
     least = [impulse.lower, -drag.upper, nothing, -creep.upper]
@@ -247,8 +248,8 @@ def _creep_rows(
     )
 
 
-def _reciprocal(value: float) -> Enclosure:
-    return Enclosure.of(np.nextafter(1 / value, 0), np.nextafter(1 / value, np.inf))
+def _reciprocal(value: float) -> Intervals:
+    return Intervals.of(np.nextafter(1 / value, 0), np.nextafter(1 / value, np.inf))
 
 
 def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:
@@ -260,8 +261,8 @@ def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:
     return [(a, b) for a in cuts for b in cuts if a < b]
 
 
-def _dot(spans: Mask, values: Enclosure) -> Enclosure:
+def _dot(spans: Mask, values: Intervals) -> Intervals:
     """Return sums over spans, with a bound on the rounding of a sum of n terms."""
     weights = spans.astype(np.float64)
     rounding = len(values.lower) * 2.0**-51 * (weights @ values.magnitude)
-    return Enclosure(weights @ values.lower - rounding, weights @ values.upper + rounding)
+    return Intervals(weights @ values.lower - rounding, weights @ values.upper + rounding)

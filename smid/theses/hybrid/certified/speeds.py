@@ -27,7 +27,8 @@ from functools import cached_property
 
 import numpy as np
 
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.intervals import Intervals
 
 __all__ = ["ArmRecord", "accelerations", "between", "enclose_speeds"]
 
@@ -54,7 +55,7 @@ class ArmRecord:
     """
 
     angle: Array
-    torque: Enclosure
+    torque: Intervals
     noise_bound: float
     sampling_time: float
     eps: float
@@ -69,20 +70,20 @@ class ArmRecord:
         return len(self.angle)
 
     @cached_property
-    def turned(self) -> dict[int, Enclosure]:
+    def turned(self) -> dict[int, Intervals]:
         """Return by how much the arm turned over windows of 1, 2, 3, 4, 6, 8, 12, ... intervals from each sample."""
         longest = max(1, min(round(LONGEST / self.sampling_time), self.n_samples - 1))
         lengths = sorted({1} | {k * 2**j for k in (2, 3) for j in range(20) if k * 2**j <= longest})
-        noise = Enclosure.within(2 * self.noise_bound)
-        return {m: Enclosure.of(self.angle[m:]) - self.angle[:-m] + noise for m in lengths}
+        noise = Intervals.within(2 * self.noise_bound)
+        return {m: Intervals.of(self.angle[m:]) - self.angle[:-m] + noise for m in lengths}
 
 
-def between(speeds: Enclosure) -> Enclosure:
+def between(speeds: Intervals) -> Intervals:
     """Return where the speed is on each interval, from where it is at the samples; shape (n - 1,)."""
     return speeds[:-1].hull(speeds[1:])
 
 
-def accelerations(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:
+def accelerations(record: ArmRecord, products: Intervals, speeds: Intervals) -> Intervals:
     """Return where the acceleration is, in rad/s2, while the speed is in `speeds`.
 
     Parameters
@@ -92,13 +93,13 @@ def accelerations(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> 
     speeds
         Shape (n - 1,). Between samples.
     """
-    friction = Enclosure(
+    friction = Intervals(
         -_largest_friction(record.eps, products, -speeds), _largest_friction(record.eps, products, speeds)
     )
     return record.torque * products[:1] - friction - speeds.signed_square() * products[1:2]
 
 
-def _largest_friction(eps: float, products: Enclosure, speeds: Enclosure) -> Array:
+def _largest_friction(eps: float, products: Intervals, speeds: Intervals) -> Array:
     """Return the largest friction times theta over intervals of speeds; at +-eps both kinds count."""
     low, high = speeds.lower, speeds.upper
     (omega_low, omega_high), (sigma_low, sigma_high) = zip(products.lower[2:], products.upper[2:], strict=True)
@@ -111,7 +112,7 @@ def _largest_friction(eps: float, products: Enclosure, speeds: Enclosure) -> Arr
     return np.where(low <= -eps, np.maximum(largest, -omega_low), largest)
 
 
-def enclose_speeds(record: ArmRecord, products: Enclosure, known: Enclosure) -> Enclosure:
+def enclose_speeds(record: ArmRecord, products: Intervals, known: Intervals) -> Intervals:
     """Return where the speed is at every sample; empty where no constants in the box explain the angles.
 
     Parameters
@@ -127,14 +128,14 @@ def enclose_speeds(record: ArmRecord, products: Enclosure, known: Enclosure) -> 
         a = accelerations(record, products, between(speeds))
         upper = _upper_ends(record, products, speeds, a)
         lower = -_upper_ends(mirror, products, -speeds, -a)
-        speeds = speeds.meet(Enclosure(lower, upper))
+        speeds = speeds.meet(Intervals(lower, upper))
         if speeds.empty:
             break
         speeds = _stepped(record, products, speeds)
     return speeds
 
 
-def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: Enclosure) -> Array:
+def _upper_ends(record: ArmRecord, products: Intervals, speeds: Intervals, a: Intervals) -> Array:
     """Return upper ends from windows, growth and escape."""
     h, eps = record.sampling_time, record.eps
     upper = speeds.upper.copy()
@@ -142,14 +143,14 @@ def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: En
     upper[1:] = np.minimum(upper[1:], np.maximum(mean, _terminal_speed(record, products)))
     rising = -_terminal_speed(record.mirrored(), products)
     upper[:-1] = np.where(rising > mean, np.minimum(upper[:-1], mean), upper[:-1])
-    growth = Enclosure.of((record.torque * products[:1]).magnitude)
-    drag = Enclosure.of(0.0, np.maximum(between(speeds).signed_square().upper, 0.0)) * products[1:2]
+    growth = Intervals.of((record.torque * products[:1]).magnitude)
+    drag = Intervals.of(0.0, np.maximum(between(speeds).signed_square().upper, 0.0)) * products[1:2]
     escaping = (record.torque * products[:1] - products[2:3] - drag).lower
-    unknown = Enclosure.within(np.inf)
-    runaway = Enclosure.of(escaping).where(escaping >= 0, unknown)
+    unknown = Intervals.within(np.inf)
+    runaway = Intervals.of(escaping).where(escaping >= 0, unknown)
     windows = zip(*(_windows(rates, h, record.turned) for rates in (a, growth, runaway)), strict=True)
     for (m, turned), (ahead, grown, run) in zip(record.turned.items(), windows, strict=True):
-        span = Enclosure.of(h) * m
+        span = Intervals.of(h) * m
         # v(k) T = turned - what later accelerations add
         upper[:-m] = np.minimum(upper[:-m], _quotient((turned - ahead.later).upper, span))
         # v(k+m) T = turned + what earlier accelerations lack
@@ -164,7 +165,7 @@ def _upper_ends(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: En
     return upper
 
 
-def _terminal_speed(record: ArmRecord, products: Enclosure) -> Array:
+def _terminal_speed(record: ArmRecord, products: Intervals) -> Array:
     """Return speeds above which the arm slows down for certain on each interval, shape (n - 1,)."""
     eps = record.eps
     kappa, omega, sigma = products[1], products[2], products[3]
@@ -179,7 +180,7 @@ def _terminal_speed(record: ArmRecord, products: Enclosure) -> Array:
     return np.where(known, -slowest * (1 - 1e-15), np.maximum(fastest * (1 + 1e-15), eps))
 
 
-def _quotient(values: Array, span: Enclosure) -> Array:
+def _quotient(values: Array, span: Intervals) -> Array:
     """Return an upper end of values over a positive span."""
     return np.nextafter(values / np.where(values >= 0, span.lower, span.upper), np.inf)
 
@@ -188,12 +189,12 @@ def _quotient(values: Array, span: Enclosure) -> Array:
 class _Window:
     """Integrals of rates over all windows of one length: whole, weighted by the time left, and by the time past."""
 
-    total: Enclosure
-    later: Enclosure
-    earlier: Enclosure
+    total: Intervals
+    later: Intervals
+    earlier: Intervals
 
 
-def _windows(rates: Enclosure, h: float, lengths: Iterable[int]) -> Iterator[_Window]:
+def _windows(rates: Intervals, h: float, lengths: Iterable[int]) -> Iterator[_Window]:
     """Yield the windows of each length in the order of `ArmRecord.turned`, each joined from two shorter ones."""
     half = rates * h * h * 0.5
     made = {1: _Window(rates * h, half, half)}
@@ -212,17 +213,17 @@ def _joined(left: _Window, m: int, right: _Window, n: int, h: float) -> _Window:
     return _Window(a.total + b.total, a.later + a.total * h * n + b.later, a.earlier + b.earlier + b.total * h * m)
 
 
-def _creep(drive: Enclosure, sigma: Enclosure, eps: float) -> Enclosure:
+def _creep(drive: Intervals, sigma: Intervals, eps: float) -> Intervals:
     """Return the speeds at which a sticking arm comes to rest in its creep, within eps."""
     with np.errstate(divide="ignore", invalid="ignore"):
         upper = drive.upper / np.where(drive.upper >= 0, sigma.lower, sigma.upper) * eps
         lower = drive.lower / np.where(drive.lower >= 0, sigma.upper, sigma.lower) * eps
     upper = np.where(np.isfinite(upper), upper + 1e-14 * np.abs(upper), eps)
     lower = np.where(np.isfinite(lower), lower - 1e-14 * np.abs(lower), -eps)
-    return Enclosure(np.clip(lower, -eps, eps), np.clip(upper, -eps, eps))
+    return Intervals(np.clip(lower, -eps, eps), np.clip(upper, -eps, eps))
 
 
-def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclosure:
+def _stepped(record: ArmRecord, products: Intervals, speeds: Intervals) -> Intervals:
     """Follow the speeds forwards from sample to sample, with sticking, then backwards."""
     h, eps = record.sampling_time, record.eps
     rates = accelerations(record, products, between(speeds))
@@ -256,4 +257,4 @@ def _stepped(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Enclo
     for k in range(len(rise) - 1, -1, -1):
         high[k] = min(high[k], math.nextafter(high[k + 1] - fall[k], math.inf))
         low[k] = max(low[k], math.nextafter(low[k + 1] - rise[k], -math.inf))
-    return Enclosure.of(low, high)
+    return Intervals.of(low, high)

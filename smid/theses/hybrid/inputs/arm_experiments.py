@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation, fisher_information
@@ -21,8 +22,6 @@ from smid.theses.hybrid.certified import certify_arm
 from smid.theses.hybrid.certified.box import CONSTANTS
 
 __all__ = ["arm_information", "arm_sines", "arm_tailored", "arm_widths"]
-
-Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-6  # of each constant
 CREEPING = 0.07  # V; c times it is just below Ws

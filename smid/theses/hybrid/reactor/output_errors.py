@@ -14,13 +14,13 @@ Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.search.hierarchy import Progress
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
@@ -28,6 +28,9 @@ from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
 from smid.theses.hybrid.reactor.records import PLANTS, free_run, reactor_record, white_reactor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["CELLS", "OutputErrors", "estimated_reactor", "output_errors"]
 
@@ -128,7 +131,7 @@ def output_errors(
     starts: int = 3,
     iterations: int = 300,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> OutputErrors:
     """Fill table 5.
 
@@ -140,8 +143,6 @@ def output_errors(
         Of each estimate.
     seed
         Of the input's noise and of the starts.
-    progress
-        Called with a line of text for each cell.
 
     Raises
     ------

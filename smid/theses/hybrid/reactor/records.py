@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.fitting.binding import bind
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.models import Model, Reactor, simulate
 from smid.models.errors import refuse_unknown
-from smid.networks import Array
 from smid.signals import constant, noisy_staircase, sine
 from smid.theses.hybrid.full_reactor import simulate_full_reactor
 from smid.theses.hybrid.plants import MISMATCHES, reactor_base, simulate_reactor

@@ -9,21 +9,24 @@ Reference: hybrid thesis, table 6, appendices B and D, figures B.2 to B.6 and D.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
+from relaxations.search.hierarchy import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.hybrid.analysis import Requirement, learned_response, required
 from smid.hybrid.estimate import ERRORS
-from smid.networks import Array
 from smid.theses.hybrid.plants import reactor_plant
 from smid.theses.hybrid.reactor.output_errors import CELLS, estimated_reactor
 from smid.theses.hybrid.reactor.records import SAMPLING_TIME, white_reactor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["LINEAR", "Learned", "RequirementStudy", "requirement_study"]
 
@@ -169,7 +172,7 @@ def requirement_study(
     starts: int = 3,
     iterations: int = 300,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> RequirementStudy:
     """Fill table 6.
 
@@ -183,8 +186,6 @@ def requirement_study(
         Of each estimate.
     seed
         Of the input's noise and of the starts.
-    progress
-        Called with a line of text for each network.
 
     Raises
     ------

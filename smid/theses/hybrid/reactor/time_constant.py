@@ -9,12 +9,13 @@ Reference: hybrid thesis, section 6.2.4, appendix E, (5.12)-(5.13), listings K.9
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from relaxations.search.hierarchy import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.hybrid.back_couplings import SIMPLE, STATIC, BackCouplings
@@ -111,7 +112,7 @@ def balance_with_network(white: Model, hidden: tuple[int, ...] = (1,)) -> Hybrid
 
 
 def time_constant_study(
-    *, starts: int = 5, iterations: int = 100, seed: int = 1, progress: Callable[[str], None] | None = None
+    *, starts: int = 5, iterations: int = 100, seed: int = 1, progress: Progress | None = None
 ) -> TimeConstants:
     """Estimate tau together with the network, from several starts.
 
@@ -123,8 +124,6 @@ def time_constant_study(
         Most steps from each start.
     seed
         Of the input's noise; the starts are numbered from it.
-    progress
-        Called with a line of text for each start.
 
     Examples
     --------
