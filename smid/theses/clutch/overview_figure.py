@@ -15,7 +15,7 @@ _COLOURS = {"current": INK, "pressure": BLUE, "position": GREEN}
 
 
 def overview_figure(data: Dataset) -> Figure:
-    """Draw current, pressure and position, each in percent of its largest value in all records."""
+    """Draw current, pressure and position of each record, in percent of the largest value of all records."""
     largest = {name: float(np.abs(data.stacked(name)).max()) or 1.0 for name in _COLOURS}
     rows = -(-len(data.experiments) // _COLUMNS)
     with style():

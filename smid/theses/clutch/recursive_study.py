@@ -1,16 +1,16 @@
-"""The recursive estimators of the clutch thesis on all its record sets: errors that tell, and the one that does not.
+"""The recursive estimators of the clutch thesis on all its record sets.
 
-From current to pressure, with the thesis's model of one pole and one gain (3.24), and with Hammerstein regressors of
-its powers (3.5).  Every setting is the thesis's or comes from the record ``20C_ramp_a`` alone:
+The models from current to pressure are the thesis's, one pole and one gain (3.24), and Hammerstein regressors with its
+powers (3.5). Every setting is the thesis's or follows from the record ``20C_ramp_a`` alone:
 
 - forgetting factor 0.995, normalised gradient with gain 1 and bias 2.2e-16, input scale 0.01 per mA: the thesis's;
-- scale of a parameter: what its regressor alone would need to make the RMS pressure; it starts with ten scales of
-  uncertainty and, for the Kalman filter, walks a thousandth of one per sample;
+- scale of a parameter: the value at which its regressor alone gives the RMS pressure; the start uncertainty is ten
+  scales, and the Kalman filter's drift is a thousandth of a scale per sample;
 - noise of the Kalman filter: that of the sensor, uniform within 0.3 bar;
-- gain of the unnormalised gradient: half of what its stability rule allows, for the thesis's gain 1 is beyond it.
+- gain of the unnormalised gradient: half of the limit of its stability rule; the thesis's gain 1 exceeds the limit.
 
-To tell what an a posteriori error of 2e-14 bar is worth, the normalised gradient is also given noise in place of the
-pressure.
+To show the meaning of an a posteriori error of 2e-14 bar, the normalised gradient is also run with noise in place of
+the pressure.
 
 Reference: clutch thesis, section 3.3, figures 3.8-3.20.
 """
@@ -61,7 +61,7 @@ class RecursiveStudy(Result):
     Parameters
     ----------
     comparison
-        Record by record, every method with every model.
+        Every method with every model, by record.
     on_noise
         The normalised gradient on the first record, its pressure replaced by noise.
     gains
@@ -80,27 +80,27 @@ class RecursiveStudy(Result):
 
     @property
     def meaning(self) -> str:
-        """Return what the thesis's 2e-14 means, with this study's figures."""
+        """Return the meaning of the thesis's 2e-14, with the numbers of this study."""
         chosen = self.normalised
         unit, seen = self.on_noise.unit, max(t.largest_left_alone for t in chosen)
         one_step, held = [t.one_step.rmse for t in chosen], [t.held.rmse for t in chosen]
         method = str(self.on_noise.method)
         return (
             f"{method[0].upper()}{method[1:]}, {self.on_noise.arx}: the a posteriori error is at most {figure(seen)} "
-            f"{unit} on these records where the stability rule leaves the poles alone (the thesis: {THESIS:g}), and "
-            f"{figure(self.on_noise.largest_left_alone)} {unit} when the pressure is replaced by noise that no model "
-            f"can follow. So it measures rounding, not a model. One step ahead the same estimator errs by "
-            f"{figure(min(one_step))} to {figure(max(one_step))} {unit} RMS, holding the last pressure by "
-            f"{figure(min(held))} to {figure(max(held))}, and on noise by {figure(self.on_noise.one_step.rmse)}."
+            f"{unit} on these records, where the stability rule does not move the poles (the thesis: {THESIS:g}). It "
+            f"is {figure(self.on_noise.largest_left_alone)} {unit} with noise in place of the pressure, which no model "
+            f"can follow. So this error measures rounding, not a model. One step ahead, the RMSE of the same estimator "
+            f"is {figure(min(one_step))} to {figure(max(one_step))} {unit}, and {figure(self.on_noise.one_step.rmse)} "
+            f"{unit} on noise. Holding the last pressure gives {figure(min(held))} to {figure(max(held))} {unit}."
         )
 
     @property
     def summary(self) -> Table:
-        """Return for each model and method the median over the records."""
+        """Return the median over the records for each model and method."""
         groups: dict[tuple[str, str], list[Tracking]] = {}
         for tracking in self.comparison.trackings:
             groups.setdefault((str(tracking.arx), str(tracking.method)), []).append(tracking)
-        header = ("model", "method", "a posteriori", "one step", "free run", "held", "runs without end")
+        header = ("model", "method", "a posteriori", "one step", "free run", "held", "diverged")
         rows = tuple(
             (
                 *names,
@@ -140,8 +140,7 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
     Parameters
     ----------
     records
-        With the channels ``current`` (mA) and ``pressure`` (bar); by default all bundled records, those with hysteresis
-        included.
+        With the channels ``current`` (mA) and ``pressure`` (bar); by default all records of the actuator.
 
     Raises
     ------
@@ -153,7 +152,6 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
     >>> study = recursive_study(load_clutch("20C_step_b").crop(0, 300))
     >>> len(study.comparison.trackings), study.on_noise.largest_left_alone < 1e-12
     (8, True)
-
     """
     data = _from_current_to_pressure(load_clutch() if records is None else records)
     reference = _from_current_to_pressure(load_clutch("20C_ramp_a"))
@@ -198,5 +196,5 @@ def _noise_for_pressure(data: Dataset) -> Dataset:
 
 
 def _median(values: Iterable[float]) -> str:
-    # What never ended counts as infinite: a median over the rest would flatter.
+    # A run that diverged counts as infinite; leaving it out would lower the median.
     return figure(float(np.median(np.nan_to_num(list(values), nan=np.inf))))

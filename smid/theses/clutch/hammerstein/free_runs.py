@@ -1,4 +1,4 @@
-"""Models side by side: free runs over the same records."""
+"""Free runs of several models over the same records."""
 
 from __future__ import annotations
 
@@ -22,24 +22,18 @@ __all__ = ["FreeRuns", "free_runs"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeRuns(Tabular):
-    """Free runs of several models over the same records.
-
-    Parameters
-    ----------
-    validations
-        By the name of the model; all over the same data.
-    """
+    """Free runs by the name of the model, all over the same records."""
 
     validations: Mapping[str, Validation]
 
     @property
     def data(self) -> Dataset:
-        """The records."""
+        """Return the records."""
         return next(iter(self.validations.values())).data
 
     @property
     def records(self) -> tuple[str, ...]:
-        """Their names."""
+        """Return the names of the records."""
         return tuple(run.name for run in self.data.experiments)
 
     def rmse(self, model: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -48,7 +42,7 @@ class FreeRuns(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return a row per record, a column per model."""
+        """Return a row per record and a column per model."""
         columns = [self.rmse(name) for name in self.validations]
         rows = tuple((record, *(f"{column[k]:.3f}" for column in columns)) for k, record in enumerate(self.records))
         unit = self.data.channel(self.data.output).unit
@@ -59,7 +53,7 @@ class FreeRuns(Tabular):
         yield self.table
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each model and record."""
+        """Return a row for each model and record."""
         for name, validation in self.validations.items():
             yield from ({"model": name, **row} for row in validation._rows())
 
@@ -80,11 +74,9 @@ def free_runs(models: Mapping[str, Model], records: Dataset, noise_bound: float 
     Parameters
     ----------
     models
-        With values, by the names to show.
-    records
-        With one input and one output.
+        With values, by name.
     noise_bound
-        In the output's unit, to count violations.
+        In the output's unit, to count samples beyond it.
 
     Raises
     ------

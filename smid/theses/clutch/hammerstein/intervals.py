@@ -1,10 +1,10 @@
-"""Intervals against the relaxation order, and against the noise bound.
+"""Parameter intervals over the relaxation order, and over the noise bound.
 
-A higher order is worth its price until every certified end meets its witness: then no order gives another interval, and
-the estimate at the next order is this one.
+A higher order is useful until every certified end meets its witness. Then no order gives other intervals, and the
+estimate of the next order is the same.
 
-At the least noise bound the feasible set shrinks to a point whatever the truth is.  So a narrow interval says little
-until one knows how it widens with the noise bound.
+At the least noise bound the feasible set shrinks to a point, whatever the true parameters are. The width of an
+interval is therefore meaningful only together with its growth over the noise bound.
 
 Reference: clutch thesis, section 3.2.3; (2.15)-(2.17) and (3.18).
 """
@@ -33,14 +33,14 @@ __all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrderStudy(Tabular):
-    """The intervals at several relaxation orders.
+    """Intervals at several relaxation orders.
 
     Parameters
     ----------
     orders
         Rising.
     estimates
-        One for each order; the same one again where the order below left no gap.
+        One per order; the same one again if the order below left no gap.
     """
 
     orders: tuple[int, ...]
@@ -59,8 +59,8 @@ class OrderStudy(Tabular):
         first = self.estimates[0]
         bounds = ", ".join(f"{b:.4g} {first.data.channel(c).unit}" for c, b in first.noise_bound.items())
         caption = (
-            f"Certified intervals on {first.data.n_samples} samples, noise of at most {bounds}. The gap is what is "
-            "undecided between an end and its witness."
+            f"Certified intervals on {first.data.n_samples} samples, noise of at most {bounds}. The gap is "
+            "between an end and its witness."
         )
         return Table(caption, header, tuple(rows), "rlrrrr")
 
@@ -70,7 +70,7 @@ class OrderStudy(Tabular):
         for order, estimate in zip(self.orders, self.estimates, strict=True):
             if estimate.reason is Reason.TIGHT:
                 return f"Order {order} suffices: every certified end meets a verified point within the tolerance."
-        return f"Order {self.orders[-1]} leaves gaps: a higher one, or branching, may narrow the intervals."
+        return f"Order {self.orders[-1]} leaves gaps: a higher order, or branching, may narrow the intervals."
 
     def _content(self) -> Iterator[Part]:
         yield self.table
@@ -104,17 +104,12 @@ def order_study(
     noise_bound
         In the output's unit.
 
-    Returns
-    -------
-    OrderStudy
-        From the lowest order to the highest.
-
     Raises
     ------
     ModelError
-        If an order is no whole number of at least 1, or there is none.
+        If an order is not a whole number of at least 1, or there is none.
     EmptyFeasibleSetError
-        Where no parameters explain the data, proven.
+        If it is proven that no parameters explain the data.
 
     Examples
     --------
@@ -124,7 +119,6 @@ def order_study(
     >>> study = order_study(OutputError(na=1, stable=True), data, 0.1, orders=(2, 1))
     >>> study.orders, study.estimates[0]["a1"].width >= study.estimates[1]["a1"].width
     ((1, 2), True)
-
     """
     for order in orders:
         if isinstance(order, bool) or not isinstance(order, int) or order < 1:
@@ -143,7 +137,7 @@ def order_study(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WidthStudy(Tabular):
-    """The widths of the intervals at several noise bounds.
+    """Widths of the intervals at several noise bounds.
 
     Parameters
     ----------
@@ -152,7 +146,7 @@ class WidthStudy(Tabular):
     factors
         Noise bounds as multiples of the upper end of the least one; rising.
     estimates
-        One for each factor.
+        One per factor.
     """
 
     least: ErrorBound
@@ -161,7 +155,7 @@ class WidthStudy(Tabular):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters."""
+        """Return the names of the parameters."""
         return tuple(i.name for i in self.estimates[0].intervals)
 
     def noise_bound(self, number: int) -> float:
@@ -217,16 +211,11 @@ def width_study(
     Parameters
     ----------
     least
-        Of this model on these data.
+        Least noise bound of this model on these data.
     factors
-        What the upper end of the least bound is multiplied by.
+        Multiples of the upper end of the least bound.
     tolerance
         Stop once each gap is below this share of its interval's width.
-
-    Returns
-    -------
-    WidthStudy
-        From the smallest factor to the largest.
 
     Raises
     ------

@@ -11,7 +11,7 @@ __all__ = ["clutch_hammerstein"]
 
 
 def clutch_hammerstein(poles: int = 1, powers: Sequence[int] = (5, 4, 3)) -> Model:
-    """Give a stable Hammerstein model of unit DC gain, its input scaled as the thesis scales it.
+    """Return a stable Hammerstein model of unit DC gain, with the input scaled as in the thesis.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def clutch_hammerstein(poles: int = 1, powers: Sequence[int] = (5, 4, 3)) -> Mod
     Raises
     ------
     ModelError
-        If poles or powers make no sense.
+        If poles or powers are not valid.
 
     Examples
     --------

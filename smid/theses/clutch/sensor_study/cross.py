@@ -1,4 +1,4 @@
-"""Every sensor of chapter 5 on every record: where it holds, and where temperature or hysteresis defeat it.
+"""Errors of every sensor of chapter 5 on every record, at all temperatures, with and without hysteresis.
 
 Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
 """
@@ -31,10 +31,8 @@ class ErrorTable(Tabular):
 
     Parameters
     ----------
-    caption
-        What is compared.
     rmse
-        Shape (records, sensors). Root mean squared errors, in mm.
+        Shape (records, sensors). In mm.
     """
 
     caption: str
@@ -44,7 +42,7 @@ class ErrorTable(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return the errors as text; what is more, sensors or records, runs down."""
+        """Return the errors as text, with the longer list, sensors or records, in the rows."""
         first, down, across, errors = "record", self.records, self.sensors, self.rmse
         if len(across) > len(down):
             first, down, across, errors = "sensor", across, down, errors.T
@@ -65,7 +63,7 @@ class ErrorTable(Tabular):
                 yield {"record": record, "sensor": sensor, "rmse": rmse}
 
     def plot(self) -> Figure:
-        """Draw the errors as a chart of shades."""
+        """Draw the errors as shades."""
         from smid.theses.clutch.sensor_study.figures import error_figure
 
         return error_figure(self)
@@ -80,16 +78,12 @@ def cross_errors(
     data: Dataset | None = None,
     caption: str = "RMSE of each sensor on each record, in mm.",
 ) -> ErrorTable:
-    """Compare sensors on records.
+    """Return the errors of trained sensors on records.
 
     Parameters
     ----------
-    sensors
-        Trained.
     data
-        With the position; all bundled records by default.
-    caption
-        Of the table.
+        With the position; by default all records of the actuator.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""How often the position lies within the bound that a sensor states, and how wide the bound is.
+"""Coverage and width of a sensor's error bound.
 
-Each record that did not train the sensor is left out in turn: the bound is found from the others, widened by a margin,
-and tried on it.
+Each record that did not train the sensor is left out in turn. The bound is found from the others, widened by a margin,
+and tested on it.
 
 Reference: `smid.sensors.bounded`.
 """
@@ -29,12 +29,12 @@ MARGINS = (0.0, 0.1, 0.2, 0.3)
 
 @dataclass(frozen=True)
 class IntervalRow:
-    """One record, left out of what the bound was found from.
+    """One record that the bound was not found from.
 
     Parameters
     ----------
     margin
-        By which share the bound was widened.
+        Relative increase of the bound.
     coverage
         Share of the record's positions inside.
     mean_width
@@ -54,16 +54,14 @@ class IntervalRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IntervalStudy(Tabular):
-    """The bound of a sensor's error, with what leaving out each record says of it.
+    """The error bound of a sensor, with the results for each record that was left out.
 
     Parameters
     ----------
     sensor
-        Its bound is from all records, with the default margin.
+        With the bound from all records and the default margin.
     rows
         A row for each record and margin.
-    data
-        The records.
     """
 
     sensor: BoundedSensor
@@ -88,14 +86,14 @@ class IntervalStudy(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence what the stated margin gives."""
+        """Return the coverage at the default margin in a few sentences."""
         chosen = [row for row in self.rows if row.margin == self.sensor.margin]
         return (
             f"With the margin of {100 * self.sensor.margin:.0f} %, at least "
-            f"{100 * min(row.coverage for row in chosen):.2f} % of a left-out record lies inside, "
-            f"{100 * sum(row.coverage for row in chosen) / len(chosen):.3f} % on average, in a mean width of "
-            f"{sum(row.mean_width for row in chosen) / len(chosen):.2f} mm. Were samples independent, at most "
-            f"{100 * self.sensor.violation:.3f} % would leave the bound without margin."
+            f"{100 * min(row.coverage for row in chosen):.2f} % of a left-out record lies inside the interval, and "
+            f"{100 * sum(row.coverage for row in chosen) / len(chosen):.3f} % on average. The mean width is "
+            f"{sum(row.mean_width for row in chosen) / len(chosen):.2f} mm. If samples were independent, at most "
+            f"{100 * self.sensor.violation:.3f} % would exceed the bound without margin."
         )
 
     def _content(self) -> Iterator[Part]:
@@ -106,7 +104,7 @@ class IntervalStudy(Tabular):
         return (dict(vars(row)) for row in self.rows)
 
     def predictions(self) -> IntervalPrediction:
-        """Return the intervals of the records with the bound from all of them."""
+        """Return the intervals of the records, with the bound from all of them."""
         return self.sensor.predict(self.data)
 
     def plot(self) -> Figure:
@@ -121,14 +119,14 @@ class IntervalStudy(Tabular):
 
 
 def interval_study(sensor: VirtualSensor, records: Sequence[str] = HELD_OUT) -> IntervalStudy:
-    """Try the error bound of a sensor on records left out in turn.
+    """Test the error bound of a sensor on records that are left out in turn.
 
     Parameters
     ----------
     sensor
         Trained on other records.
     records
-        Two or more bundled records.
+        Two or more records of the actuator.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""The sensors of chapter 5, trained on our records as the thesis trained them on its own.
+"""The sensors of chapter 5, trained on the bundled records.
 
-CPX20 is CPX trained on ``20C_step_a``; 60 and m20 stand for the other temperatures, H for a set with hysteresis.
+CPX20 is CPX trained on ``20C_step_a``; 60 and m20 are the other temperatures, H is a record with hysteresis.
 
 Reference: clutch thesis, 5.2.3, 5.3.3 and 5.3.4.
 """
@@ -33,7 +33,7 @@ THESIS_SENSORS: Mapping[str, tuple[VirtualSensor, str]] = {
 }
 """Name to sensor and the record that trains it.
 
-Filtered stands for median and dead zone; enforced, and a polynomial's order, for the dead zone alone.
+"filtered": with median and dead zone. "enforced", and a polynomial's order: with the dead zone alone.
 """
 
 
@@ -46,13 +46,6 @@ def train_thesis_sensors(
     ----------
     names
         Among `THESIS_SENSORS`.
-    seed
-        Of splits and starts.
-
-    Returns
-    -------
-    dict of str to VirtualSensor
-        Trained.
 
     Raises
     ------

@@ -1,8 +1,7 @@
-"""Tables 5.1 to 5.4 of the thesis: which structure a sensor needs, on our records.
+"""Tables 5.1 to 5.4 of the thesis on the bundled records: the errors of sensor structures.
 
-The thesis's errors are of normalised, confidential data: only how they compare from row to row can be held against
-ours, which are in mm^2 on simulated records.  Each error is over the whole record that trained the sensor, as in the
-thesis.
+The thesis's errors are of normalised, confidential data. Only their ratios can be compared with ours, which are in mm^2
+on simulated records. Each error is over the whole record that trained the sensor, as in the thesis.
 
 Reference: clutch thesis, tables 5.1 to 5.4.
 """
@@ -60,7 +59,7 @@ class StructureRow:
     name
         Its structure.
     n_parameters
-        Numbers that training found.
+        Number of trained parameters.
     mse
         Mean squared error on our record, in mm^2.
     printed
@@ -89,7 +88,7 @@ class StructureTable(Tabular):
     subject
         What is compared.
     record
-        What trained the sensors.
+        That trained the sensors.
     """
 
     number: str
@@ -119,7 +118,7 @@ class StructureTable(Tabular):
         )
 
     def plot(self) -> Figure:
-        """Draw our errors and the thesis's, each over that of its own first row."""
+        """Draw our errors and the thesis's, each divided by the error of its first row."""
         from smid.theses.clutch.sensor_study.figures import structure_figure
 
         return structure_figure(self)
@@ -158,8 +157,6 @@ def table_5_1(
 
     Parameters
     ----------
-    seed
-        Of splits and starts.
     structures
         Neurons of each hidden layer, among those of the thesis.
 
@@ -177,13 +174,6 @@ def table_5_2(
 ) -> StructureTable:
     """Compare networks for PX; the parameters are those of `table_5_1`.
 
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
-    structures
-        Neurons of each hidden layer, among those of the thesis.
-
     Examples
     --------
     >>> table_5_2(structures=[(2,)]).rows[0].n_parameters
@@ -194,12 +184,7 @@ def table_5_2(
 
 
 def table_5_3(seed: int = 1, progress: Progress | None = None) -> StructureTable:
-    """Compare orders of the polynomial of CFPX; the parameters are those of `table_5_1`.
-
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
+    """Compare orders of the polynomial of CFPX.
 
     Examples
     --------
@@ -211,15 +196,10 @@ def table_5_3(seed: int = 1, progress: Progress | None = None) -> StructureTable
 
 
 def table_5_4(seed: int = 1, progress: Progress | None = None) -> StructureTable:
-    """Compare CPX20, PX20 and CFPX20 with glitches filtered and the dead zone enforced; parameters as in `table_5_1`.
+    """Compare CPX20, PX20 and CFPX20 with the median filter and the dead zone enforced.
 
-    The thesis counts the parameters without the two of the dead zone.  Its median of order 250 takes half a second, as
-    long as our records hold a level: so CFPX20 stands there without it too.
-
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
+    The thesis does not count the two parameters of the dead zone. Its median of order 250 takes half a second, as
+    long as our records hold a level, so CFPX20 is also shown without it.
 
     Examples
     --------
@@ -236,5 +216,5 @@ def table_5_4(seed: int = 1, progress: Progress | None = None) -> StructureTable
 
 
 def final_form(sensor: VirtualSensor, order: int | None) -> VirtualSensor:
-    """Return a sensor with the median filter of that order, if any, and the dead zone enforced behind it."""
+    """Return a sensor with the median filter of an order, if any, and the dead zone enforced after it."""
     return DeadZone(sensor if order is None else MedianFiltered(sensor, order))

@@ -1,7 +1,7 @@
-"""Figures 5.2 to 5.29 of the thesis on our records: measured and simulated positions.
+"""Figures 5.2 to 5.29 of the thesis on the bundled records: measured and simulated positions.
 
-Figures 5.1, 5.10 and 5.15 are drawings of structures.  "Combined data sets" of a temperature are its ``step_a`` and its
-``ramp_a``, one after the other.
+Figures 5.1, 5.10 and 5.15 are drawings of structures. The "combined data sets" of a temperature are its ``step_a`` and
+its ``ramp_a``, one after the other.
 
 Reference: clutch thesis, figures 5.2 to 5.29.
 """
@@ -64,14 +64,12 @@ THESIS_FIGURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorTraces(Tabular):
-    """What is behind one figure.
+    """The data of one figure, its records one after the other.
 
     Parameters
     ----------
     number
         Of the thesis's figure.
-    records
-        One after the other.
     time
         Shape (n,). In seconds from the start of the first record.
     pressure
@@ -91,7 +89,7 @@ class SensorTraces(Tabular):
 
     @property
     def rmse(self) -> dict[str, float]:
-        """Root mean squared error of each sensor, in mm."""
+        """Return the RMSE of each sensor, in mm."""
         return {name: float(np.sqrt(np.mean((x - self.measured) ** 2))) for name, x in self.simulated.items()}
 
     @property
@@ -128,7 +126,7 @@ class SensorTraces(Tabular):
 def sensor_traces(
     number: str, sensors: Mapping[str, VirtualSensor] | None = None, seed: int = 1, progress: Progress | None = None
 ) -> SensorTraces:
-    """Give what is behind one figure of chapter 5.
+    """Return the data of one figure of chapter 5.
 
     Parameters
     ----------
@@ -136,8 +134,6 @@ def sensor_traces(
         Among `THESIS_FIGURES`.
     sensors
         Trained, from `train_thesis_sensors`; those that are missing are trained.
-    seed
-        Of splits and starts.
 
     Raises
     ------

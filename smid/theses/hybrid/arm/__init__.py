@@ -1,4 +1,4 @@
-"""The rotating arm: its exact motion, and the hybrid thesis's ways to estimate what is not known of it."""
+"""The rotating arm: its exact motion, and the hybrid thesis's methods to estimate its unknown parts."""
 
 from smid.theses.hybrid.arm.alternating import Alternation, alternate
 from smid.theses.hybrid.arm.arm_study import (

@@ -1,4 +1,4 @@
-"""The hybrid thesis's section 6.3 on the simulated arm, study by study, ours beside its numbers.
+"""Section 6.3 of the hybrid thesis on the simulated arm, compared with its numbers.
 
 - white: all four constants, by Euler's method as in table F.2 and by the exact motion;
 - alternating: 1/J and the network by turns, from random weights (section 6.3.4);
@@ -75,7 +75,7 @@ class NetworkRuns(Tabular):
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Each network's shape, see `shape_of`."""
+        """Return each network's shape, see `shape_of`."""
         return tuple(shape_of(network) for network in self.networks)
 
     def _content(self) -> Iterator[Part]:
@@ -95,18 +95,15 @@ class NetworkRuns(Tabular):
 
 
 def shape_of(network: TanhNetwork) -> str:
-    """Tell a network's shape by its step from -1.5 to 1.5 rad/s, beside the plant's of 0.87 Nm.
+    """Return a network's shape, by its step from -1.5 to 1.5 rad/s compared with the plant's of 0.87 Nm.
+
+    The shapes are `SHAPES`, figure 6.11: "right" within a half of the plant's step, "too smooth" below, "wrong" for a
+    step as large in the other direction, "too high" above.
 
     Parameters
     ----------
     network
         From speed in 80 rad/s to torque in 16 Nm.
-
-    Returns
-    -------
-    str
-        Of `SHAPES`, figure 6.11: "right" within a half of the plant's step, "too smooth" below, "wrong" where as large
-        a step goes down, "too high" beyond.
 
     Examples
     --------
@@ -120,16 +117,14 @@ def shape_of(network: TanhNetwork) -> str:
 
 
 def alternating_runs(seeds: Iterable[int], *, spread: float = 1.0, rounds: int = 1000) -> NetworkRuns:
-    """Alternate from random weights, as listing K.22: one sine, speed and its gradient off the simulated plant.
+    """Alternate from random weights, as listing K.22: one sine, speed and its gradient from the simulated plant.
 
     Parameters
     ----------
     seeds
         One run for each.
     spread
-        Weights begin uniform from 0 to this, in rad, s and Nm.
-    rounds
-        Most rounds of each run.
+        Weights start uniform from 0 to this, in rad, s and Nm.
 
     Examples
     --------
@@ -260,7 +255,7 @@ class ArmStudy(Chapter):
 
     @property
     def white_table(self) -> Table:
-        """Table F.2."""
+        """Return table F.2."""
         header = ("parameter", "plant", "start", "thesis, Euler", "thesis, ODE23", *self.white)
         rows = tuple(
             (
@@ -277,7 +272,7 @@ class ArmStudy(Chapter):
 
     @property
     def network_table(self) -> Table:
-        """Alternating and input error: 1/J, and the networks' shapes counted."""
+        """Return 1/J and the counts of the networks' shapes, by alternating and input error."""
         rows = []
         for label, runs, thesis in (
             ("alternating", self.alternating, "21.72 to 21.75, with and without jump"),
@@ -320,16 +315,14 @@ def arm_study(
     ways: Iterable[str] = COMPARED,
     progress: Progress | None = None,
 ) -> ArmStudy:
-    """Repeat section 6.3.
+    """Repeat section 6.3 of the thesis.
 
     Parameters
     ----------
     starts
         Random starts of every estimation with a network.
-    inputs
-        Of the embedded arm, from `smid.signals.TABLE_F1`.
-    ways
-        Of the embedded arm, from `WAYS`.
+    inputs, ways
+        Of the embedded arm, from `smid.signals.TABLE_F1` and `WAYS`.
 
     Raises
     ------

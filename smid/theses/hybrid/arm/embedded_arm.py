@@ -1,9 +1,9 @@
-"""The embedded arm: Newton's law with a network in the place of friction and drag, and the two estimated at once.
+"""The embedded arm: Newton's law with a network in place of friction and drag, estimated together with the inertia.
 
     d/dt angle = speed,    d/dt speed = (c u - 16 Nm N(speed / 80 rad/s)) / J
 
-Scaled so, the network's input and output stay within about +-1.  1/J and the weights are lowered in free-run error
-together: the topology in which the thesis met its local minima.
+With this scaling the network's input and output stay within about +-1. The free-run error is minimised over 1/J and the
+weights. With this topology the thesis found local minima.
 
 Reference: hybrid thesis, (5.15), (6.8), figures F.1.a and F.1.b, listings K.15, K.16, K.18 and K.22.
 """
@@ -48,19 +48,14 @@ INERTIA_START = 16.0  # 1/(kg m2), where every run of the thesis starts
 
 
 def embedded_arm(hidden: tuple[int, ...] = (3,), *, scheme: str = "rk4", substeps: int = 1) -> HybridModel:
-    """Give the arm with a network for its friction.
+    """Return the arm with a network for its friction; free are ``theta``, the reciprocal inertia, and the weights.
 
     Parameters
     ----------
     hidden
         Neurons of each hidden layer; the thesis has three.
     scheme, substeps
-        How the rates are integrated; see `Model`.
-
-    Returns
-    -------
-    HybridModel
-        Free are ``theta``, the reciprocal inertia, and the weights.
+        Of the integration; see `Model`.
 
     Examples
     --------
@@ -76,19 +71,14 @@ def embedded_arm(hidden: tuple[int, ...] = (3,), *, scheme: str = "rk4", substep
 
 
 def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
-    """Give the free-run error of an embedded arm over records that begin at rest.
+    """Return the free-run error of an embedded arm over records that begin at rest.
+
+    Its variables are 1/J in 16 / (kg m2) and the weights.
 
     Parameters
     ----------
-    hybrid
-        From `embedded_arm`.
     data
         With the channels of `held_record`.
-
-    Returns
-    -------
-    FreeRunError
-        Of (1/J in 16 / (kg m2), weights).
 
     Examples
     --------
@@ -105,7 +95,9 @@ def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
 
 
 def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Generator) -> Array:
-    """Draw a start as the thesis did: 1/J at 16, every weight uniform from 0 to a spread, in rad, s and Nm.
+    """Return a random start for `embedded_error` as in the thesis, shape (p,).
+
+    1/J is 16, every weight uniform from 0 to `spread`, in rad, s and Nm.
 
     Parameters
     ----------
@@ -113,13 +105,6 @@ def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Gener
         From `embedded_arm`, with one hidden layer.
     spread
         1 in listing K.22, 0.01 in listing K.18.
-    seed
-        Of the draw.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        For `embedded_error`.
 
     Examples
     --------
@@ -134,21 +119,12 @@ def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Gener
 
 
 def friction_curve(hybrid: HybridModel, values: Mapping[str, float], speed: ArrayLike) -> Array:
-    """Evaluate the torque that the network takes for friction and drag.
+    """Return the network's torque for friction and drag in Nm, shape (n,).
 
     Parameters
     ----------
-    hybrid
-        From `embedded_arm`.
-    values
-        Its parameters.
     speed
         Shape (n,). In rad/s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In Nm.
 
     Examples
     --------
@@ -162,19 +138,12 @@ def friction_curve(hybrid: HybridModel, values: Mapping[str, float], speed: Arra
 
 
 def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
-    """Evaluate friction and drag of the plant, (5.7)-(5.8), figure 6.8.
+    """Return friction and drag of the plant in Nm, (5.7)-(5.8), figure 6.8, shape (n,).
 
     Parameters
     ----------
     speed
         Shape (n,). In rad/s.
-    values
-        Constants of the plant.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In Nm.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The figures of the arm: where the runs of a study ended, friction curves, cost surfaces, the filter's response."""
+"""The figures of the arm: 1/J of the runs, friction curves, and the filter's response."""
 
 from __future__ import annotations
 
@@ -25,13 +25,7 @@ COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 
 
 def inertia_figure(study: EmbeddedStudy) -> Figure:
-    """Draw 1/J of every run, as figures F.3 and F.7 do; good, moderate and bad ones apart.
-
-    Returns
-    -------
-    Figure
-        Runs beyond 0 to 30 / (kg m2) stand at the edge.
-    """
+    """Draw 1/J of every run, as figures F.3 and F.7; runs outside 0 to 30 / (kg m2) are drawn at the edge."""
     rows = -(-len(study.runs) // COLUMNS)
     with style():
         figure = Figure(figsize=(WIDTH, 0.4 + 1.5 * rows), layout="constrained")
@@ -60,7 +54,7 @@ def inertia_figure(study: EmbeddedStudy) -> Figure:
 
 
 def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure:
-    """Draw networks beside the friction that they should learn, figure 6.8: all speeds, and those near rest.
+    """Draw networks and the plant's friction, figure 6.8: all speeds, and those near rest.
 
     Parameters
     ----------
@@ -86,18 +80,7 @@ def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure
 
 
 def response_figure(modulating: ModulatingFilter, sampling_time: float) -> Figure:
-    """Draw the frequency responses of a modulating filter as smoother, first and further differentiators.
-
-    Parameters
-    ----------
-    sampling_time
-        In seconds.
-
-    Returns
-    -------
-    Figure
-        Magnitudes, with the ideal differentiators dashed.
-    """
+    """Draw the magnitude of a modulating filter as smoother and differentiator, with ideal ones dashed."""
     omega = np.linspace(0.0, np.pi / sampling_time, 1001)[1:-1]
     with style():
         figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")

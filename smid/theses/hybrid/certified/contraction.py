@@ -1,4 +1,4 @@
-"""Bounds of the constants in a linear problem, each certified, and of their quotients."""
+"""Certified bounds of variables in a linear problem, and of their quotients."""
 
 from __future__ import annotations
 
@@ -20,15 +20,7 @@ def relaxed_problem(problem: PolynomialProblem) -> Relaxed:
 
 
 def contracted(relaxed: Relaxed, box: Intervals) -> Intervals:
-    """Return the certified box of the first variables; empty where the problem is proven to hold no point.
-
-    Parameters
-    ----------
-    relaxed
-        Of a linear problem.
-    box
-        Shape (count,). Of its first variables; those of no width are left alone.
-    """
+    """Return the certified box of the first variables of a linear problem; empty if it is proven infeasible."""
     lower, upper = box.lower.copy(), box.upper.copy()
     for j in np.flatnonzero(box.lower < box.upper).tolist():
         lower[j] = max(lower[j], _bound(relaxed, {(j,): 1.0}))
@@ -39,18 +31,9 @@ def contracted(relaxed: Relaxed, box: Intervals) -> Intervals:
 
 
 def quotient(relaxed: Relaxed, j: int, over: Intervals, known: Intervals) -> Intervals:
-    """Return the certified interval of the j-th variable divided by the first.
+    """Return the certified interval of the j-th variable divided by the first, which lies in `over`.
 
-    With q an end that is known already, ``x_j - q x_0 >= gap`` moves it by gap over some x_0: a linear program each.
-
-    Parameters
-    ----------
-    relaxed
-        Of a linear problem.
-    over
-        Of the first variable, which is positive.
-    known
-        Of the quotient.
+    For a known end q of the quotient, the bound ``x_j - q x_0 >= gap`` moves the end by gap / x_0.
     """
     ends = []
     for sign, end in ((1.0, float(known.lower)), (-1.0, float(known.upper))):

@@ -1,21 +1,20 @@
-r"""Certified intervals of the reactor's time constant and factor, from bounded errors on its concentration.
+"""Certified intervals of the reactor's time constant and factor, from bounded errors of its concentration.
 
-The law (5.11) with its power x known reads, with ``k = 1/tau`` and ``g = a/tau``, in which it is linear,
+The law (5.11) with a known power x is linear in ``k = 1/tau`` and ``g = a/tau``,
 
     y' = (k - r) u - g Y,     Y = y^x,     u held between samples.
 
-Over one interval h it integrates to ``y(1) - y(0) = h ((k - r) u - g mean(Y))``.  The concentration moves in one
-direction only, so mean(Y) lies between Y(0) and Y(1): at ``Y(0) + psi (Y(1) - Y(0))``.  The rate of Y decays like
-``Y'' / Y' = -L`` with
+Over one interval h, ``y(1) - y(0) = h ((k - r) u - g mean(Y))``. The concentration is monotonic, so mean(Y) lies
+between Y(0) and Y(1), at ``Y(0) + psi (Y(1) - Y(0))``. The rate of Y decays as ``Y'' / Y' = -L`` with
 
     L = g x y^(x-1) - (x - 1) y' / y,     phi(h L_least) <= psi <= phi(h L_largest),     phi(z) = 1/(1 - e^-z) - 1/z,
 
-for phi(h L) is psi where L is constant, and a rate that decays faster moves the mean further.  For x = 1 and a known g
-this is exact.  The noise stays an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x between
-its chord and the parallel tangent over the noise, and g times the noise linear about the middle of g.
+because phi(h L) is psi for a constant L, and a faster decay moves the mean further. For x = 1 and a known g this is
+exact. The noise is an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x lies between its
+chord and the parallel tangent over the noise, and g times the noise is linear about the middle of g.
 
-The box of k and g confines psi, linear programs the box, in turns; a box that stays coarse is halved, and dropped where
-it is proven empty.  There is no scheme and no starting value.
+The box of k and g bounds psi, and linear programs bound the box, by turns. A box that stays coarse is halved, and
+dropped if it is proven empty. There is no step size and no start value.
 
 Reference: hybrid thesis, (5.6), (5.10)-(5.13), table 2.
 """
@@ -47,14 +46,14 @@ __all__ = ["CertifiedReactor", "certify_reactor"]
 ROUNDS = 30
 COARSE = 1.02  # boxes whose ends differ by less than this factor are not halved
 MOST_PARTS = 60
-WORTH = 0.02  # a round that takes less off both widths is the last one
+WORTH = 0.02  # least relative reduction of a width for another round
 SERIES = 1e-2  # below it phi is taken between terms of its series
 UNITS = {"tau": "s", "a": ""}
 
 
 @dataclass(frozen=True, repr=False)
 class CertifiedReactor(Tabular):
-    """Intervals that hold every reactor that explains the concentrations.
+    """Intervals that contain the constants of every reactor that explains the concentrations.
 
     Parameters
     ----------
@@ -63,7 +62,7 @@ class CertifiedReactor(Tabular):
     noise_bound
         In the output's unit.
     parts
-        Boxes looked at.
+        Number of boxes.
     """
 
     intervals: Mapping[str, tuple[float, float]]
@@ -72,7 +71,7 @@ class CertifiedReactor(Tabular):
     seconds: float
 
     def relative_width(self, name: str) -> float:
-        """Return the width of a constant's interval as a share of its middle."""
+        """Return the width of a constant's interval relative to its centre."""
         low, high = self.intervals[name]
         return 2 * (high - low) / (high + low)
 
@@ -115,14 +114,14 @@ def certify_reactor(
     reaction_rate: float = REACTION_RATE,
     prior: Mapping[str, tuple[float, float]] | None = None,
 ) -> CertifiedReactor:
-    """Prove where the reactor's constants lie.
+    """Return certified intervals of the reactor's constants.
 
     Parameters
     ----------
     data
         One experiment: concentrations of inflow, held between samples, and outflow.
     noise_bound
-        Largest error of a measured concentration; less than the least one measured where the power is not 1.
+        Largest error of a measured concentration; below the least measured one if the power is not 1.
     power
         x, at least 1.
     reaction_rate
@@ -133,9 +132,9 @@ def certify_reactor(
     Raises
     ------
     DataError
-        Where the record does not fit, or no reactor explains it.
+        If the record does not fit, or no reactor explains it.
     ModelError
-        Where power or prior make no sense.
+        If power or prior are not valid.
 
     Examples
     --------
@@ -150,6 +149,7 @@ def certify_reactor(
     started = time.perf_counter()
     if power < 1 or power != int(power):
         raise ModelError(f"power = {power} is refused: certified intervals need a whole number of at least 1")
+    # The box of k and g from the prior.
     u, y = _series(data, noise_bound, power)
     constants = _prior(prior or {}, reaction_rate)
     tau, a = constants[0], constants[1]
@@ -166,6 +166,7 @@ def certify_reactor(
             f"proven: no reactor of power {power} within the prior explains these concentrations within "
             f"{noise_bound:g}. Raise the noise bound, widen the prior, or extend the law (smid.diagnose)"
         )
+    # The factor is the quotient g / k, the time constant 1 / k.
     factors = [quotient(relaxed_problem(problem(box)), 1, box[0], a.meet(_ratio(box))) for box in left]
     times = Intervals.of(
         np.nextafter(1 / max(float(box.upper[0]) for box in left), 0),
@@ -183,7 +184,7 @@ def certify_reactor(
 
 
 def _split(problem: Callable[[Intervals], PolynomialProblem], first: Intervals) -> tuple[list[Intervals], int]:
-    """Contract the box, halve what stays coarse, the coarsest first, and drop what is proven empty."""
+    """Contract the box, halve parts that stay coarse, the coarsest first, and drop those that are proven empty."""
     waiting, parts = [first], 0
     while waiting:
         waiting.sort(key=_coarseness)
@@ -210,12 +211,12 @@ def _contract(problem: Callable[[Intervals], PolynomialProblem], box: Intervals)
 
 
 def _coarseness(box: Intervals) -> float:
-    """Return by which factor the ends of a box differ at most; both its constants are positive."""
+    """Return the largest ratio of the ends of a box; both constants are positive."""
     return float((box.upper / box.lower).max())
 
 
 def _halves(box: Intervals) -> tuple[Intervals, Intervals]:
-    """Return the box cut at the geometric middle of its coarser constant."""
+    """Return the box cut at the geometric mean of its coarser constant."""
     j = int((box.upper / box.lower).argmax())
     lower, upper = box.lower.copy(), box.upper.copy()
     lower[j] = upper[j] = np.sqrt(box.lower[j] * box.upper[j])
@@ -223,7 +224,7 @@ def _halves(box: Intervals) -> tuple[Intervals, Intervals]:
 
 
 def _ratio(box: Intervals) -> Intervals:
-    """Return the second constant over the first."""
+    """Return the second constant divided by the first."""
     return Intervals.of(np.nextafter(box.lower[1] / box.upper[0], 0), np.nextafter(box.upper[1] / box.lower[0], np.inf))
 
 
@@ -281,9 +282,9 @@ def _problem(
         spread = share * g * h * slope[part]
         rest = rest + (spread - weight).magnitude * noise_bound
         noises.append(weight)
+    # k (h u) - r h u - g h curves + g h (weights eta) - step + (eta(1) - eta(0)) = 0
     concentration = held * h
     step = measured[1:] - measured[:-1]
-    # k (h u) - r h u - g h curves + g h (weights eta) - step + (eta(1) - eta(0)) = 0
     free = step + concentration * reaction_rate
     at = np.arange(n - 1)
     eta = [noises[0] - 1.0, noises[1] + 1.0]
@@ -314,7 +315,7 @@ def _rows(inflow: Array, drain: Array, eta: list[Array], at: Index, free: Array,
 
 
 def _power(values: Intervals, power: int) -> Intervals:
-    """Return powers; those above the first are of positive numbers."""
+    """Return powers; above the first power the numbers are positive."""
     result = Intervals.of(np.ones_like(values.lower))
     for _ in range(power):
         result = result * values
@@ -322,15 +323,15 @@ def _power(values: Intervals, power: int) -> Intervals:
 
 
 def _curved(y: Array, slope: Array, noise_bound: float, power: int) -> Intervals:
-    """Return ``(y - eta)^x + slope eta`` at both ends of the noise: convex in eta, it is largest at one of them."""
+    """Return ``(y - eta)^x + slope eta`` over the noise: it is convex in eta, so an end of the noise is the maximum."""
     both = [_power(Intervals.of(y) - eta, power) + Intervals.of(slope) * eta for eta in (-noise_bound, noise_bound)]
-    # Its least value is at eta = 0, up to the rounding of the slope.
+    # The minimum is at eta = 0, up to the rounding of the slope.
     ends = both[0].hull(both[1])
     return ends + Intervals.within(1e-14 * np.abs(slope) * noise_bound)
 
 
 def _psi(u: Array, true: Intervals, h: float, power: int, reaction_rate: float, box: Intervals) -> Intervals:
-    """Return where between its ends the mean of Y lies on each interval."""
+    """Return the place of the mean of Y between its ends, on each interval."""
     v = true[:-1].hull(true[1:])
     g = box[1]
     decay = _power(v, power - 1) * g * float(power)
@@ -347,10 +348,10 @@ def _phi(z: Array, direction: int) -> Array:
     size = np.abs(z)
     large = np.maximum(size, SERIES)
     closed = -1 / np.expm1(-large) - 1 / large
-    # 1/2 + z/12 - z^3/720 + ..., alternating and falling: a term bounds what follows.
+    # 1/2 + z/12 - z^3/720 + ... alternates and falls: a term bounds the rest of the series.
     series = 0.5 + size / 12
     half = np.where(size < SERIES, series, closed)
     value = np.where(z >= 0, half, 1 - half)
-    # expm1 is right to a few units in the last place, and 1/z is at most 1/SERIES.
+    # The error of expm1 is a few units in the last place, and 1/z is at most 1/SERIES.
     error = np.where(size < SERIES, size**3 / 720 + 1e-15, 1e-13)
     return np.asarray(np.clip(value + direction * error, 0.0, 1.0))

@@ -1,28 +1,27 @@
-r"""What the angles say about the arm's constants, as linear inequalities that lose almost nothing.
+r"""Linear inequalities for the arm's constants from the measured angles.
 
 With the hat function phi over two neighbouring intervals (a linear spline, zero at both ends and one in the middle)
-integration by parts gives, exactly and whatever happens between the samples,
+integration by parts gives, exactly for any motion between the samples,
 
     (angle(k-1) - 2 angle(k) + angle(k+1)) / h = \int phi v' dt
                                                = theta c \int phi u - omega S - sigma Z - kappa Q,
 
     S = \int phi sign(v) [glides],     Z = \int phi (v / eps) [sticks],     Q = \int phi v |v|.
 
-This is the spline-type modulating function of the thesis's appendix I, taken so short that it needs no values of the
-angle but the measured ones.  Since every longer spline is a sum of hats with positive weights, no others are needed.
+This is the shortest spline-type modulating function of the thesis's appendix I; it needs only the measured angles.
+Every longer spline is a sum of hats with positive weights, so no others are needed.
 
-The angle is measurement minus noise, and the noises eta stay unknowns, shared by the relations of neighbouring samples.
-Where the speed has one sign s, with the mean speed m over an interval, itself a difference of angles, and r = v - m,
+The angle is measurement minus noise. The noises eta stay unknowns, shared by the relations of neighbouring samples. If
+the speed has one sign s, with the mean speed m over an interval, a difference of angles, and r = v - m,
 
     \int phi v |v| = s (m^2 h/2  +- 2 m \tilde a h^2/12  +  \int phi r^2),
 
-with m^2 between its chord and the parallel tangent over the enclosure of m, \tilde a some mean of the acceleration, and
-\int r^2 between the least and the largest a^2 h^3/12: what is not linear in the angles is tiny.  The product kappa eta
-is linear about the middle of kappa's interval, the rest bounded.  Where the sign is not known, S, Z, Q are intervals.
+with m^2 between its chord and the parallel tangent over the interval of m, \tilde a some mean of the acceleration, and
+\int r^2 between the least and the largest a^2 h^3/12: the nonlinear part is small. The product kappa eta is linear
+about the middle of kappa's interval, and the rest is bounded. If the sign is not known, S, Z, Q are intervals. No
+constant is negative, so a relation with interval coefficients is equivalent to two inequalities.
 
-Since no constant is negative, a relation with interval coefficients is two inequalities, nothing lost.
-
-Where the arm sticks all along, the law itself is integrated from switch to switch, (v/eps being linear in the angle),
+Where the arm sticks, the law is integrated between changes of the torque (v/eps is linear in the angle):
 
     v(j) - v(i) = theta c \int u - (sigma / eps) (angle(j) - angle(i)) - kappa \int v |v|.
 
@@ -46,23 +45,20 @@ from smid.theses.hybrid.certified.speeds import ArmRecord, accelerations, betwee
 __all__ = ["arm_problem"]
 
 PRODUCTS = ("theta", "kappa", "omega", "sigma")
-MOST_CUTS = 16  # places in one stretch of sticking between which the law is integrated
+MOST_CUTS = 16  # most samples of one stretch of sticking between which the law is integrated
 
 
 def arm_problem(record: ArmRecord, products: Intervals, speeds: Intervals) -> PolynomialProblem:
-    """Return the linear problem whose points hold all constants and noises that explain the angles.
+    """Return the linear problem of all constants and noises that explain the angles.
+
+    Its variables are the four products, the noise of each sample, and the lag of each interval.
 
     Parameters
     ----------
     products
-        Shape (4,). theta, kappa, omega, sigma: its box.
+        Shape (4,). Box of theta, kappa, omega, sigma.
     speeds
-        Shape (n,). At the samples, `enclose_speeds`.
-
-    Returns
-    -------
-    PolynomialProblem
-        Variables: the four products, then the noise of each sample, and the lag of each interval.
+        Shape (n,). At the samples, from `enclose_speeds`.
     """
     n = record.n_samples
     noise = np.full(n, record.noise_bound)
@@ -83,16 +79,16 @@ def arm_problem(record: ArmRecord, products: Intervals, speeds: Intervals) -> Po
 
 @dataclass(frozen=True)
 class _Integrals:
-    """Over each interval, of shape (n - 1,), with either half of a hat; what the angles tell of Q, and the lag, apart.
+    """Integrals over each interval with half a hat, shape (n - 1,); of Q, the part linear in the angles is apart.
 
-    The lag, kappa times the odd part of Q, adds to the relation of the later sample what it takes from the earlier one:
-    it is an unknown that both share, or its error would add up along the record instead of cancelling.
+    The lag is kappa times the odd part of Q. It has opposite signs in the relations of the two samples of an interval.
+    It is an unknown that both share, so that its error cancels along the record.
     """
 
     gliding: Intervals
     sticking: Intervals
     drag: Intervals
-    slope: Array  # of Q in the angle's increment
+    slope: Array  # of Q in the increment of the angle
     lag: Intervals
 
 
@@ -117,7 +113,7 @@ def _hats(record: ArmRecord, products: Intervals, halves: _Integrals) -> Polynom
     at = np.arange(n - 2)
     noises = [(at, 1.0 - weights[0]), (at + 1, -2.0 - weights[1] - weights[2]), (at + 2, 1.0 - weights[3])]
     noises += [(n + at, np.full(n - 2, -h)), (n + at + 1, np.full(n - 2, h))]
-    # The weights of one noise are added in floating point, and so is this.
+    # A bound on the rounding of the summed weights.
     rounding = 1e-14 * (2.0 + np.abs(np.stack(weights)).sum(axis=0))
     slack = record.noise_bound * (rest + rounding) * (1 + 1e-12)
     most = [torque.upper, -drag.lower, -gliding.lower, -sticking.lower]
@@ -144,7 +140,7 @@ def _rows(constants: list[Array], noises: list[tuple[Index, Array]], free: Array
 
 
 def _integrals(record: ArmRecord, products: Intervals, speeds: Intervals) -> _Integrals:
-    """Return the integrals over each interval; those with both halves of a hat differ by the lag only."""
+    """Return the integrals over each interval; those with both halves of a hat differ only by the lag."""
     h, eps = record.sampling_time, record.eps
     v = between(speeds)
     a = accelerations(record, products, v)
@@ -157,7 +153,7 @@ def _integrals(record: ArmRecord, products: Intervals, speeds: Intervals) -> _In
         np.where(backwards, -1.0, np.where(v.upper < eps, 0.0, 1.0)),
     )
     creeping = Intervals(np.clip(v.lower, -eps, eps), np.clip(v.upper, -eps, eps)) / eps
-    # A speed that may be outside counts nothing there.
+    # A speed that may be outside the sticking range contributes zero there.
     sticking = Intervals(
         np.where(sure, 0.0, np.where(v.upper >= eps, np.minimum(creeping.lower, 0.0), creeping.lower)),
         np.where(sure, 0.0, np.where(v.lower <= -eps, np.maximum(creeping.upper, 0.0), creeping.upper)),
@@ -176,7 +172,7 @@ def _integrals(record: ArmRecord, products: Intervals, speeds: Intervals) -> _In
 
 
 def _mean_speeds(record: ArmRecord, products: Intervals, speeds: Intervals, a: Intervals, sure: Mask) -> Intervals:
-    """Return the mean speed over each interval: the trapezoid's, where nothing jumps, and the angle's."""
+    """Return the mean speed over each interval: from the angles and, where no event occurs, the trapezoid."""
     h = record.sampling_time
     v = between(speeds)
     mean = v.meet(record.turned[1] / h)
@@ -187,7 +183,7 @@ def _mean_speeds(record: ArmRecord, products: Intervals, speeds: Intervals, a: I
 
 
 def _ripple(a: Intervals, h: float) -> Intervals:
-    """Return the integral of half a hat times r^2, r the speed minus its mean, whose slope is a."""
+    """Return the integral of half a hat times r^2, with r the speed minus its mean and its slope a."""
     spread = a.square() * h * h * h / 24.0
     half_width = Intervals.within(a.width * 0.5)
     odd = Intervals.within(a.magnitude) * half_width + half_width * half_width
@@ -198,8 +194,9 @@ def _ripple(a: Intervals, h: float) -> Intervals:
 def _stuck(record: ArmRecord, products: Intervals, speeds: Intervals) -> list[Polynomials]:
     """Return the law integrated over stretches of certain sticking.
 
-    From switch to switch the angle's error blurs the coefficient of sigma; from the beginning to every sample the noise
-    is shared and sigma times it linear about the middle.  The one serves a wide interval of sigma, the other a narrow.
+    Between changes of the torque, the noise widens the coefficient of sigma. From the beginning to every sample, the
+    noise is shared, and sigma times it is linear about the middle. The first suits a wide interval of sigma, the second
+    a narrow one.
     """
     v = between(speeds)
     inside = np.concatenate([[False], (v.lower >= -record.eps) & (v.upper <= record.eps), [False]])
@@ -253,7 +250,7 @@ def _reciprocal(value: float) -> Intervals:
 
 
 def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:
-    """Return between which samples of a stretch to integrate: its ends and where the torque changes, or evenly."""
+    """Return pairs of samples of a stretch: its ends and changes of the torque, or evenly spaced samples."""
     torque = record.torque.lower
     cuts = [start, *(k for k in range(start + 1, end) if torque[k] != torque[k - 1]), end]
     if len(cuts) > MOST_CUTS:

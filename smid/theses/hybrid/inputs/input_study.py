@@ -1,4 +1,4 @@
-"""What each input tells of the arm: excitation, Fisher's information, and certified intervals side by side."""
+"""Excitation, Fisher's information and certified intervals for every input of the arm."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ NARROW: Mapping[str, tuple[float, float]] = {
     "Wd": (0.0, 2.0),
     "Ws": (0.0, 5.0),
 }
-"""Where the search for an input looks, whose arm is known: the intervals are as narrow, and found sooner."""
+"""Prior of the search for an input. The arm is known, and a narrow prior gives the same intervals in less time."""
 
 TAILORED = (0.5, 1.5, 0.1, 0.05, 0.5, 1 / 3, 1 / 3)
-"""By hand, as section 7.4 asks: the constant slow enough to brake soon, the switching one below Ws / c = 0.075 V."""
+"""Choice by hand, as in section 7.4: a low constant, so that braking is short, and switching below Ws / c = 0.075 V."""
 
 TITLES = {"theta": "1/J", "b": "b", "Wd": "Wd", "Ws": "Ws"}
 
@@ -59,8 +59,8 @@ class InputRow:
     input, angle
         Shape (n,). Voltage in V, measured angle in rad.
     order
-        Up to which the input is persistently exciting, at most `MOST_ORDER`; sines sampled as finely as these are so
-        nearly dependent that fewer than two orders each can be told in floating point.
+        Order of persistent excitation, at most `MOST_ORDER`. Such finely sampled sines are nearly dependent, so
+        fewer than two orders per sine are found in floating point.
     information
         For noise as large as that of the record.
     """
@@ -101,7 +101,7 @@ class InputStudy(Chapter, Tabular):
 
     @property
     def table(self) -> Table:
-        """Return the relative widths, and the least deviations, of all constants under every input."""
+        """Return relative widths and least deviations of all constants under every input."""
         header = (
             *("input", "max |u| [V]", "order"),
             *(f"{TITLES[k]} width" for k in CONSTANTS),
@@ -129,15 +129,15 @@ class InputStudy(Chapter, Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence or two which constants the inputs tell."""
+        """Return in a few sentences which constants the inputs determine."""
         untold = [row.name for row in self.rows if not row.arm.told("Ws")]
         told = [row.name for row in self.rows if row.arm.told("Ws")]
         inside = sum(row.arm.holds(ARM) for row in self.rows)
         return (
             f"The arm that made the data lies inside all four intervals for {inside} of {len(self.rows)} inputs. "
             f"Ws is proven within a factor of two under {', '.join(told) or 'none'}, and not under "
-            f"{', '.join(untold) or 'none'}. The intervals are outer ones: the least deviations say what the best of "
-            "estimators could know."
+            f"{', '.join(untold) or 'none'}. The intervals are outer bounds. The least deviations are those of the "
+            "best possible estimator."
         )
 
     def records(self) -> Dataset:
@@ -169,7 +169,7 @@ class InputStudy(Chapter, Tabular):
         )
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each input and constant."""
+        """Return a row for each input and constant."""
         for row in self.rows:
             deviations = dict(zip(CONSTANTS, row.information.relative_deviations.tolist(), strict=True))
             for constant in row.arm._rows():
@@ -200,23 +200,18 @@ class InputStudy(Chapter, Tabular):
         return intervals_figure(self)
 
     def plot_spread(self) -> Figure:
-        """Draw every input with its spread against the angle and its autocovariance."""
+        """Draw every input with its spread over the angle and its autocovariance."""
         records = {row.name: (row.input, row.angle) for row in self.rows}
         return plot_spread(records, self.sampling_time, input_label="voltage [V]", output_label="angle [rad]")
 
 
 def arm_inputs(samples: int = SAMPLES, sampling_time: float = SAMPLING_TIME) -> dict[str, Array]:
-    """Give the sums of table F.1 and the tailored signal.
+    """Return the sums of sines of table F.1 and the tailored signal, in V, by name.
 
     Parameters
     ----------
     sampling_time
         In seconds.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Voltages in V, by name.
 
     Examples
     --------
@@ -236,18 +231,18 @@ def input_study(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> InputStudy:
-    """Compare inputs of the arm by what they tell.
+    """Compare inputs of the arm.
 
     Parameters
     ----------
     inputs
         Shape (n,). Voltages in V, held for 0.02 s each; by default `arm_inputs`.
     samples
-        Of the records that are made here.
+        Of the default inputs.
     noise_bound
-        In rad; the noise is uniform within it.
+        Of the uniform noise, in rad.
     budget
-        Inputs to look at for the one whose intervals are the narrowest; 0 leaves it out.
+        Number of inputs in the search for the narrowest intervals; 0 for no search.
     seed
         Of noise and search.
 
@@ -266,9 +261,10 @@ def input_study(
     if samples < 100:
         raise ModelError(f"samples = {samples} are too few for the slowest sine: give at least 100")
     signals = {name: np.asarray(u, dtype=np.float64) for name, u in (inputs or arm_inputs(samples)).items()}
+    # Search the tailored signal with the narrowest intervals.
     if budget:
         if progress:
-            progress(f"searching the tailored signals, {budget} of them")
+            progress(f"searching {budget} tailored signals")
         widths = partial(
             arm_widths, sampling_time=SAMPLING_TIME, noise_bound=noise_bound, seed=seed + 1, prior=dict(NARROW)
         )

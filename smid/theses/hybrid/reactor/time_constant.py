@@ -1,8 +1,8 @@
-"""Section 6.2.4: a time constant and a network at once, on the plant of (5.12).
+"""Section 6.2.4: a time constant and a network estimated at once, on the plant of (5.12).
 
-The plant has tau = 2 and a = 2; the model begins at tau = 4 and a = 1, and the network is to give the missing y.  Three
-ways: the network in the balance, reading the concentration (listing K.11); a static network beside the model; and a
-dynamic one beside the model, which the thesis tried first.
+The plant has tau = 2 and a = 2. The model starts at tau = 4 and a = 1, and the network must learn the missing y. There
+are three ways: the network in the balance, reading the concentration (listing K.11); a static network parallel to the
+model; and a dynamic one parallel to the model, the thesis's first attempt.
 
 Reference: hybrid thesis, section 6.2.4, appendix E, (5.12)-(5.13), listings K.9 to K.11.
 """
@@ -41,16 +41,16 @@ WAYS: Mapping[str, BackCouplings | None] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TimeConstants(Tabular):
-    """Estimates of the time constant, one for each start.
+    """Estimates of the time constant by way, one for each start, shape (n_starts,).
 
     Parameters
     ----------
     tau
-        Shape (n_starts,). In seconds, for each way.
+        In seconds.
     rmse
-        Shape (n_starts,). Of the free run on the training record.
+        Of the free run on the training record.
     largest
-        Shape (n_starts,). Output error under the constant input.
+        Output error under the constant input.
     """
 
     tau: Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
@@ -73,18 +73,18 @@ class TimeConstants(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence what became of the time constant."""
-        true, told = MISMATCHES[PLANT].tau, []
+        """Return the estimated time constants in a sentence."""
+        true, ranges = MISMATCHES[PLANT].tau, []
         for way, values in self.tau.items():
-            told.append(f"{_range(values)} s with a network that is {way}")
-        return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(told)}."
+            ranges.append(f"{_range(values)} s with a network, {way}")
+        return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(ranges)}."
 
     def _content(self) -> Iterator[Part]:
         yield self.table
         yield self.conclusion
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each way and start."""
+        """Return a row for each way and start."""
         for way in self.tau:
             columns = (values[way].tolist() for values in (self.tau, self.rmse, self.largest))
             for start, (tau, rmse, largest) in enumerate(zip(*columns, strict=True)):
@@ -99,15 +99,7 @@ class TimeConstants(Tabular):
 
 
 def balance_with_network(white: Model, hidden: tuple[int, ...] = (1,)) -> HybridModel:
-    """Put a network into the reactor's balance: ``tau y' + y + N(y) = K(tau) u``.
-
-    Parameters
-    ----------
-    white
-        A `Reactor`.
-    hidden
-        Neurons of each hidden layer.
-    """
+    """Return the reactor with a network in its balance: ``tau y' + y + N(y) = K(tau) u``."""
     return embedded(white, {"w": -1 / white.parameter("tau").symbol}, [signal("w")[t]], hidden)
 
 
@@ -118,10 +110,8 @@ def time_constant_study(
 
     Parameters
     ----------
-    starts
-        For each way.
-    iterations
-        Most steps from each start.
+    starts, iterations
+        Of each way.
     seed
         Of the input's noise; the starts are numbered from it.
 
