@@ -25,7 +25,7 @@ def overview_figure(data: Dataset) -> Figure:
             axes.set_axis_off()
         for k, (axes, run) in enumerate(zip(panels.flat, data.experiments, strict=False)):
             for name, colour in _COLOURS.items():
-                label = f"{name}, of {largest[name]:.3g} {data.channel(name).unit}"
+                label = f"{name} (largest: {largest[name]:.3g} {data.channel(name).unit})"
                 axes.plot(data.time(k), 100 * run.values[name] / largest[name], color=colour, label=label)
             axes.set_title(run.name, loc="left", fontsize=8)
             axes.grid(True, linewidth=0.4, color=GRID)

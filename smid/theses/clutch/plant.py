@@ -35,8 +35,8 @@ from numpy.typing import ArrayLike
 from relaxations.algebra.arrays import Array
 from smid.data import Channel, DataError, Dataset, Experiment
 from smid.signals import ramp, step
-from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
+from smid.theses.series import finite_series
 
 __all__ = ["ClutchPlant", "clutch_record", "ramp_current", "simulate_clutch", "step_current"]
 
@@ -117,10 +117,7 @@ def simulate_clutch(
     array([ 0.   ,  0.   , 10.073])
     """
     plant = ClutchPlant() if plant is None else plant
-    u = np.asarray(current, dtype=np.float64)
-    if u.ndim != 1 or not u.size or not np.isfinite(u).all():
-        raise DataError(f"the current has shape {u.shape} or is not finite: give a series of finite samples, in mA")
-    check_samples(u.size, sampling_time)
+    u = finite_series(current, sampling_time, "current", "mA")
     # The sizes of the effects that are switched on.
     warmth = temperature - 20.0 if plant.temperature else 0.0
     friction = oil_resistance(warmth)
@@ -151,11 +148,6 @@ def _curve(current: Array) -> Array:
 def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
     """Return a current in mA that ramps up and down between 0 and 900 mA, every 2 ms, shape (n,).
 
-    Parameters
-    ----------
-    scale
-        Factor of the current.
-
     Raises
     ------
     DataError
@@ -172,11 +164,6 @@ def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
 
 def step_current(n: int = 600, scale: float = 1.0) -> Array:
     """Return a current in mA of steps between 0 and 900 mA, every 2 ms, shape (n,).
-
-    Parameters
-    ----------
-    scale
-        Factor of the current.
 
     Raises
     ------

@@ -38,9 +38,9 @@ from scipy.signal import lfilter
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
 from smid.theses.clutch.plant import SAMPLING_TIME, oil_resistance
+from smid.theses.series import finite_series
 
 __all__ = ["POSITION_NOISE_BOUND", "ReturnSpring", "simulate_position"]
 
@@ -150,10 +150,7 @@ def simulate_position(
     array([0.  , 0.  , 2.72, 8.41])
     """
     spring = ReturnSpring() if spring is None else spring
-    p = np.asarray(pressure, dtype=np.float64)
-    if p.ndim != 1 or not p.size or not np.isfinite(p).all():
-        raise DataError(f"the pressure has shape {p.shape} or is not finite: give a series of finite samples, in bar")
-    check_samples(p.size, sampling_time)
+    p = finite_series(pressure, sampling_time, "pressure", "bar")
     target = spring.static_position(trailing(p, spring.friction, 2.0 * spring.friction), temperature)
     decay = math.exp(-sampling_time / (spring.lag * oil_resistance(temperature - 20.0)))
     position, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], target, zi=target[:1])

@@ -26,11 +26,11 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from relaxations.algebra.arrays import Array
-from smid.data import DataError
 from smid.models import VALUE, Model, Reactor, RotatingArm, signal, t
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import REACTION_RATE
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+from smid.theses.series import finite_series
 
 __all__ = [
     "MISMATCHES",
@@ -165,19 +165,10 @@ def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: floa
     if isinstance(mismatch, str):
         refuse_unknown("mismatch", [mismatch], MISMATCHES)
         mismatch = MISMATCHES[mismatch]
-    inputs = _series(u, sampling_time)
+    inputs = finite_series(u, sampling_time)
     first = float(inputs[0]) if start is None else float(start)
     y = _tank(inputs, sampling_time, mismatch.tau, mismatch.a, mismatch.x, mismatch.second_tau, first)
     return y if mismatch.curve is None else np.asarray(sympy.lambdify(VALUE, mismatch.curve, "numpy")(y))
-
-
-def _series(u: ArrayLike, sampling_time: float) -> Array:
-    inputs = np.asarray(u, dtype=np.float64)
-    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
-        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
-    if not (np.isfinite(sampling_time) and sampling_time > 0):
-        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
-    return inputs
 
 
 def _tank(
@@ -279,7 +270,7 @@ def simulate_arm(
     array([0.     , 0.01995, 0.01995])
     """
     refuse_unknown("signal", [measured], ("angle", "speed"))
-    inputs = _series(u, sampling_time)
+    inputs = finite_series(u, sampling_time)
     theta, c = MOTOR["theta"][0], MOTOR["c"][0]
     ws, eps, wd = (FRICTION[name][0] if friction else 0.0 for name in ("Ws", "eps", "Wd"))
     b = DRAG["b"][0] if drag else 0.0

@@ -69,28 +69,7 @@ class FreeRuns(Tabular):
 
 
 def free_runs(models: Mapping[str, Model], records: Dataset, noise_bound: float | None = None) -> FreeRuns:
-    """Simulate models freely over records.
-
-    Parameters
-    ----------
-    models
-        With values, by name.
-    noise_bound
-        In the output's unit, to count samples beyond it.
-
-    Raises
-    ------
-    ModelError, DataError
-        If there is no model, or a model does not fit the records.
-
-    Examples
-    --------
-    >>> from smid.models import OutputError
-    >>> data = Dataset.from_arrays(input=[1.0, 1, 1], output=[0.0, 1, 1.5], sampling_time=1.0)
-    >>> model = OutputError().with_values({"a1": -0.5, "b0": 1.0})
-    >>> free_runs({"true": model}, data).rmse("true").tolist()
-    [0.0]
-    """
+    """Return free runs of models over records; ModelError if there is no model."""
     if not models:
         raise ModelError("there is nothing to simulate: give at least one model")
     return FreeRuns({name: validate(model, records, noise_bound) for name, model in models.items()})

@@ -97,29 +97,7 @@ def order_study(
     *,
     progress: Progress | None = None,
 ) -> OrderStudy:
-    """Identify at several relaxation orders.
-
-    Parameters
-    ----------
-    noise_bound
-        In the output's unit.
-
-    Raises
-    ------
-    ModelError
-        If an order is not a whole number of at least 1, or there is none.
-    EmptyFeasibleSetError
-        If it is proven that no parameters explain the data.
-
-    Examples
-    --------
-    >>> from smid.models import OutputError
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> study = order_study(OutputError(na=1, stable=True), data, 0.1, orders=(2, 1))
-    >>> study.orders, study.estimates[0]["a1"].width >= study.estimates[1]["a1"].width
-    ((1, 2), True)
-    """
+    """Identify at several relaxation orders; ModelError unless these are positive whole numbers."""
     for order in orders:
         if isinstance(order, bool) or not isinstance(order, int) or order < 1:
             raise ModelError(f"order = {order!r} is no relaxation order: give whole numbers of at least 1")
@@ -206,32 +184,9 @@ def width_study(
     tolerance: float = 1e-2,
     progress: Progress | None = None,
 ) -> WidthStudy:
-    """Identify at several noise bounds.
+    """Identify at noise bounds that are multiples of the upper end of the least one, to a tolerance of each width.
 
-    Parameters
-    ----------
-    least
-        Least noise bound of this model on these data.
-    factors
-        Multiples of the upper end of the least bound.
-    tolerance
-        Stop once each gap is below this share of its interval's width.
-
-    Raises
-    ------
-    ModelError
-        If a factor is below one, or there is none.
-
-    Examples
-    --------
-    >>> from smid.identification.error_bound import error_bound
-    >>> from smid.models import OutputError
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> model = OutputError(na=1, stable=True)
-    >>> study = width_study(model, data, error_bound(model, data), factors=(1.1, 2.0))
-    >>> study.estimates[0]["a1"].width < study.estimates[1]["a1"].width
-    True
+    ModelError if a factor is below one, or there is none.
     """
     for factor in factors:
         if not 1.0 <= factor < float("inf"):

@@ -234,29 +234,7 @@ def compare_with_printed(
 ) -> PrintedComparison:
     """Compare the intervals that the thesis prints with certified ones.
 
-    Parameters
-    ----------
-    part
-        Its current drives the thesis's central model.
-    widths
-        On a bundled record.
-    seed
-        Of the noise.
-
-    Raises
-    ------
-    DataError, ModelError
-        If the part does not fit the model.
-
-    Examples
-    --------
-    >>> from smid.data.bundled import load_clutch
-    >>> from smid.theses.clutch.hammerstein.intervals import width_study
-    >>> from smid.identification.error_bound import error_bound
-    >>> part = replace(load_clutch("20C_ramp_a").crop(2790, 2850), outputs=("pressure",))
-    >>> widths = width_study(clutch_hammerstein(), part, error_bound(clutch_hammerstein(), part), factors=(1.05,))
-    >>> compare_with_printed(part, widths).known["alpha"].width > 50 * PRINTED[0].width
-    True
+    The current of the part drives the thesis's central model; the widths are those on the same part.
     """
     # Data of the thesis's central model with noise up to its bound.
     model = bind(printed_central_model(), part)

@@ -123,31 +123,7 @@ def choose_structure(
     *,
     progress: Progress | None = None,
 ) -> StructureChoice:
-    """Compare candidates for the structure.
-
-    Parameters
-    ----------
-    part
-        Samples to identify on: current in mA, pressure in bar.
-    record
-        The whole record.
-
-    Raises
-    ------
-    ModelError
-        If there is no candidate with one pole, or poles or powers are not valid.
-    DataError
-        If the data do not fit.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from smid.data.bundled import load_clutch
-    >>> record = replace(load_clutch("20C_ramp_a"), outputs=("pressure",))
-    >>> found = choose_structure(record.crop(2790, 2850), record, [(1, (3,)), (1, (4, 3))])
-    >>> found.choice.powers
-    (4, 3)
-    """
+    """Compare pairs of poles and powers, identified on a part of a record; ModelError if no pair has one pole."""
     if not any(poles == 1 for poles, _ in structures):
         raise ModelError("there is no structure with one pole to choose: give at least one pair such as (1, (5, 4, 3))")
     models = [clutch_hammerstein(poles, powers) for poles, powers in structures]

@@ -152,15 +152,15 @@ def single_sensor_study(
     ('20C_ramp_b', '20C_step_b', '60C_ramp_b', '60C_step_c', 'm20C_step_c')
     >>> print(single_sensor_study(progress=print).conclusion)  # doctest: +SKIP
     """
-    tell = progress or (lambda _: None)
+    say = progress or (lambda _: None)
     if sensor is None:
-        tell("training PTX")
+        say("training PTX")
         sensor = train_single_sensor(seed)
     # For each temperature and training set, a CPX in four forms.
     rivals: dict[str, dict[str, VirtualSensor]] = {}
     for key, words in _TRAINED_ON.items():
         for temperature in TEMPERATURES:
-            tell(f"training CPX of {temperature} degC on {words}")
+            say(f"training CPX of {temperature} degC on {words}")
             data = load_clutch(_records(key, temperature))
             plain = CPX().fit(data, seed=seed)
             forms: dict[str, VirtualSensor] = {

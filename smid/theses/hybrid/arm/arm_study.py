@@ -119,12 +119,7 @@ def shape_of(network: TanhNetwork) -> str:
 def alternating_runs(seeds: Iterable[int], *, spread: float = 1.0, rounds: int = 1000) -> NetworkRuns:
     """Alternate from random weights, as listing K.22: one sine, speed and its gradient from the simulated plant.
 
-    Parameters
-    ----------
-    seeds
-        One run for each.
-    spread
-        Weights start uniform from 0 to this, in rad, s and Nm.
+    There is one run per seed. Weights start uniform from 0 to `spread`, in rad, s and Nm.
 
     Examples
     --------
@@ -144,14 +139,7 @@ def alternating_runs(seeds: Iterable[int], *, spread: float = 1.0, rounds: int =
 
 
 def input_error_runs(seeds: Iterable[int], *, input: str = "one_sine") -> NetworkRuns:
-    """Estimate by input error from random weights, as listing K.23: J from 1, weights from 0 to 10.
-
-    Parameters
-    ----------
-    seeds
-        One run for each.
-    input
-        Of `smid.signals.TABLE_F1`.
+    """Estimate by input error, as listing K.23: J from 1, weights uniform from 0 to 10, one run per seed.
 
     Examples
     --------
@@ -315,14 +303,7 @@ def arm_study(
     ways: Iterable[str] = COMPARED,
     progress: Progress | None = None,
 ) -> ArmStudy:
-    """Repeat section 6.3 of the thesis.
-
-    Parameters
-    ----------
-    starts
-        Random starts of every estimation with a network.
-    inputs, ways
-        Of the embedded arm, from `smid.signals.TABLE_F1` and `WAYS`.
+    """Repeat section 6.3 of the thesis; `inputs` and `ways` are those of the embedded arm.
 
     Raises
     ------

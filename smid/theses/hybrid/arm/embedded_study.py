@@ -324,14 +324,7 @@ def embedded_study(
     starts: int = 100,
     progress: Progress | None = None,
 ) -> EmbeddedStudy:
-    """Run several ways on several inputs.
-
-    Parameters
-    ----------
-    inputs, ways
-        From `smid.signals.TABLE_F1` and `WAYS`.
-    starts
-        Runs for each.
+    """Run several ways of `WAYS` on several inputs of `TABLE_F1`, from so many starts each.
 
     Raises
     ------

@@ -30,10 +30,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from relaxations.algebra.arrays import Array
-from smid.data import DataError
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+from smid.theses.series import finite_series
 
 __all__ = ["ARM", "exact_motion"]
 
@@ -75,11 +75,7 @@ def exact_motion(
     >>> exact_motion([0.05, 0.05, 0.05], 0.1)[:, 1].round(6)
     array([0.     , 0.01995, 0.01995])
     """
-    inputs = np.asarray(u, dtype=np.float64)
-    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
-        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
-    if not (math.isfinite(sampling_time) and sampling_time > 0):
-        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
+    inputs = finite_series(u, sampling_time)
     refuse_unknown("constant of the arm", values or (), ARM)
     arm = ARM | (values or {})
     for name in ("theta", "b", "eps"):

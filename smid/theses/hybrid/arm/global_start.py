@@ -42,16 +42,8 @@ JUMP, DESCENT = 3.0 * SPEED_UNIT, 100  # steepness per 80 rad/s, iterations
 def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed: int | np.random.Generator) -> Array:
     """Return 1/J and the weights from a global search in input error, shape (3 hidden + 2,).
 
-    They are scaled for `embedded_error` with as many neurons.
-
-    Parameters
-    ----------
-    motion
-        See `modulate_motion`.
-    hidden
-        Number of neurons.
-    budget
-        Number of evaluations of the input error.
+    They are scaled for `embedded_error` with as many neurons. The budget is the number of evaluations of the input
+    error.
 
     Raises
     ------

@@ -30,10 +30,11 @@ import numpy as np
 from relaxations.algebra.intervals import Intervals
 from relaxations.search.hierarchy import Progress
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Tabular
+from smid.display.result import Part
 from smid.display.table import Table
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 from smid.theses.hybrid.certified.box import CONSTANTS, PRIOR, ArmBox
+from smid.theses.hybrid.certified.constants import CertifiedConstants
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
 from smid.theses.hybrid.certified.relations import arm_problem
 from smid.theses.hybrid.certified.speeds import ArmRecord, enclose_speeds
@@ -48,7 +49,7 @@ UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
 @dataclass(frozen=True, repr=False)
-class CertifiedArm(Tabular):
+class CertifiedArm(CertifiedConstants):
     """Intervals that contain the constants of every arm that explains the angles.
 
     Parameters
@@ -65,7 +66,6 @@ class CertifiedArm(Tabular):
         Number of boxes, and of contractions, each with eight linear programs.
     """
 
-    intervals: Mapping[str, tuple[float, float]]
     prior: Mapping[str, tuple[float, float]]
     speeds: Intervals
     noise_bound: float
@@ -73,27 +73,13 @@ class CertifiedArm(Tabular):
     rounds: int
     seconds: float
 
-    def centre(self, name: str) -> float:
-        """Return the centre of a constant's interval."""
-        low, high = self.intervals[name]
-        return 0.5 * (low + high)
-
-    def relative_width(self, name: str) -> float:
-        """Return the width of a constant's interval relative to its centre."""
-        low, high = self.intervals[name]
-        return (high - low) / self.centre(name)
-
-    def told(self, name: str) -> bool:
+    def determined(self, name: str) -> bool:
         """Tell whether the constant is proven within a factor of two.
 
         The intervals are outer ones: the data may determine a constant better than is proven here.
         """
         low, high = self.intervals[name]
         return low > 0 and high <= 2 * low
-
-    def holds(self, values: Mapping[str, float]) -> bool:
-        """Tell whether all the given constants lie inside."""
-        return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
     @property
     def table(self) -> Table:
@@ -121,19 +107,19 @@ class CertifiedArm(Tabular):
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for name, (lower, upper) in self.intervals.items():
-            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name], "told": self.told(name)}
+            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name], "told": self.determined(name)}
 
     def _verdict(self, name: str) -> str:
         if self.intervals[name][1] >= self.prior[name][1]:
             return "no: as large as the prior allows"
-        return "yes" if self.told(name) else "no"
+        return "yes" if self.determined(name) else "no"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {
             "noise_bound": self.noise_bound,
             "intervals": {
-                name: {"lower": low, "upper": high, "unit": UNITS[name], "told": self.told(name)}
+                name: {"lower": low, "upper": high, "unit": UNITS[name], "told": self.determined(name)}
                 for name, (low, high) in self.intervals.items()
             },
             "prior": {name: list(ends) for name, ends in self.prior.items()},

@@ -34,11 +34,12 @@ from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Tabular
+from smid.display.result import Part
 from smid.display.table import Table
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import A_BOX, LEAST_TAU, REACTION_RATE
+from smid.theses.hybrid.certified.constants import CertifiedConstants
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
 
 __all__ = ["CertifiedReactor", "certify_reactor"]
@@ -52,7 +53,7 @@ UNITS = {"tau": "s", "a": ""}
 
 
 @dataclass(frozen=True, repr=False)
-class CertifiedReactor(Tabular):
+class CertifiedReactor(CertifiedConstants):
     """Intervals that contain the constants of every reactor that explains the concentrations.
 
     Parameters
@@ -65,19 +66,9 @@ class CertifiedReactor(Tabular):
         Number of boxes.
     """
 
-    intervals: Mapping[str, tuple[float, float]]
     noise_bound: float
     parts: int
     seconds: float
-
-    def relative_width(self, name: str) -> float:
-        """Return the width of a constant's interval relative to its centre."""
-        low, high = self.intervals[name]
-        return 2 * (high - low) / (high + low)
-
-    def holds(self, values: Mapping[str, float]) -> bool:
-        """Tell whether all the given constants lie inside."""
-        return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
     @property
     def table(self) -> Table:

@@ -117,8 +117,8 @@ def arm_information(
     Examples
     --------
     >>> from smid.signals import TABLE_F1
-    >>> told = arm_information(TABLE_F1["six_equal"].signal(300, 0.02), 0.02, 0.001)
-    >>> bool(told.relative_deviations[0] < told.relative_deviations[3])
+    >>> information = arm_information(TABLE_F1["six_equal"].signal(300, 0.02), 0.02, 0.001)
+    >>> bool(information.relative_deviations[0] < information.relative_deviations[3])
     True
     """
     inputs = np.asarray(u, dtype=np.float64)

@@ -36,7 +36,7 @@ def intervals_figure(study: InputStudy) -> Figure:
                 ends = 100 * (ends / ARM[name] - 1)
                 axis.set_xlabel(f"{TITLES[name]}: off by [%]")
                 axis.axvline(0, color=INK, linewidth=0.6)
-            colours = [BLUE if row.arm.told(name) else ORANGE for row in rows]
+            colours = [BLUE if row.arm.determined(name) else ORANGE for row in rows]
             axis.hlines(places, ends[:, 0], ends[:, 1], colors=colours, linewidth=4)
         axes[0].set_yticks(places, [row.name for row in rows])
     return figure

@@ -130,13 +130,13 @@ class InputStudy(Chapter, Tabular):
     @property
     def conclusion(self) -> str:
         """Return in a few sentences which constants the inputs determine."""
-        untold = [row.name for row in self.rows if not row.arm.told("Ws")]
-        told = [row.name for row in self.rows if row.arm.told("Ws")]
+        open_ = [row.name for row in self.rows if not row.arm.determined("Ws")]
+        determined = [row.name for row in self.rows if row.arm.determined("Ws")]
         inside = sum(row.arm.holds(ARM) for row in self.rows)
         return (
             f"The arm that made the data lies inside all four intervals for {inside} of {len(self.rows)} inputs. "
-            f"Ws is proven within a factor of two under {', '.join(told) or 'none'}, and not under "
-            f"{', '.join(untold) or 'none'}. The intervals are outer bounds. The least deviations are those of the "
+            f"Ws is proven within a factor of two under {', '.join(determined) or 'none'}, and not under "
+            f"{', '.join(open_) or 'none'}. The intervals are outer bounds. The least deviations are those of the "
             "best possible estimator."
         )
 

@@ -132,16 +132,7 @@ def output_errors(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> OutputErrors:
-    """Fill table 5.
-
-    Parameters
-    ----------
-    plants
-        Of `PLANTS`.
-    starts, iterations
-        Of each estimate.
-    seed
-        Of the input's noise and of the starts.
+    """Fill table 5; `starts` and `iterations` are those of each estimate.
 
     Raises
     ------

@@ -82,13 +82,6 @@ def reactor_study(
 ) -> ReactorStudy:
     """Run all studies of the reactor; it takes some minutes.
 
-    Parameters
-    ----------
-    starts, iterations
-        Of each estimate.
-    seed
-        Of the input's noise and of the starts.
-
     Raises
     ------
     ModelError

@@ -87,7 +87,7 @@ def white_reactor(plant: str) -> Model:
 
 
 def free_run(hybrid: HybridModel, data: Dataset) -> Array:
-    """Return the free run of an estimated hybrid reactor from the plant's start, shape (n,); not finite if it diverges."""
+    """Return the free run of an estimated hybrid reactor from the plant's start, shape (n,); not finite if unstable."""
     model, u = hybrid.model, data.values("u")
     white = bind(hybrid.white, data)
     values = {p.name: model.values[p.name] for p in white.parameters if p.name in model.values}

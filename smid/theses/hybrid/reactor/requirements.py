@@ -174,18 +174,7 @@ def requirement_study(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> RequirementStudy:
-    """Fill table 6.
-
-    Parameters
-    ----------
-    plants
-        Linear mismatches.
-    columns
-        Of `CELLS`.
-    starts, iterations
-        Of each estimate.
-    seed
-        Of the input's noise and of the starts.
+    """Fill table 6 for linear mismatches and columns of `CELLS`.
 
     Raises
     ------

@@ -106,14 +106,7 @@ def balance_with_network(white: Model, hidden: tuple[int, ...] = (1,)) -> Hybrid
 def time_constant_study(
     *, starts: int = 5, iterations: int = 100, seed: int = 1, progress: Progress | None = None
 ) -> TimeConstants:
-    """Estimate tau together with the network, from several starts.
-
-    Parameters
-    ----------
-    starts, iterations
-        Of each way.
-    seed
-        Of the input's noise; the starts are numbered from it.
+    """Estimate tau together with the network, from several starts for each way.
 
     Examples
     --------

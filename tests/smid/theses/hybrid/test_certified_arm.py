@@ -127,12 +127,12 @@ def test_a_fast_sine_tells_nothing_of_sticking_and_a_creeping_arm_does():
     near = {"theta": (15, 30), "b": (0, 0.01), "Wd": (0, 2)}
     fast = certify_arm(_record(TABLE_F1["six_unequal"].signal(150, H), 0.002, 1)[0], 0.002, prior=near)
     slow = certify_arm(_record(_creeping(200), 0.002, 1)[0], 0.002, prior=near)
-    assert not fast.told("Ws")
+    assert not fast.determined("Ws")
     assert fast.intervals["Ws"][1] == 10
     assert "as large as the prior allows" in str(fast)
-    assert slow.told("Ws")
-    assert fast.told("theta")
-    assert slow.told("theta")
+    assert slow.determined("Ws")
+    assert fast.determined("theta")
+    assert slow.determined("theta")
 
 
 def test_a_prior_without_the_arm_and_a_disturbed_record_are_proven_infeasible():
