@@ -17,7 +17,7 @@ from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.options import json_option
 from smid.cli.outputs import Outputs, pdf_warnings_printed
 from smid.data import Dataset
-from smid.data.bundled import load_clutch, load_clutch_records, true_parameters
+from smid.data.bundled import load_clutch, true_parameters
 from smid.diagnosis import Diagnosis, diagnose
 from smid.fitting.validate import Validation, validate
 from smid.identification.error_bound import ErrorBound, error_bound
@@ -29,8 +29,8 @@ from smid.reports import report as write_report
 from smid.reports.documents import identify_document
 from smid.reports.page import capitalised
 
-RECORD, OTHER = "clutch_20C_ramp_a", "clutch_20C_ramp_b"
-STEPS = "clutch_20C_steps"
+RECORD, OTHER = "hammerstein_20C_ramp_a", "hammerstein_20C_ramp_b"
+STEPS = "varying_pole_20C_steps"
 ACTUATOR, SAMPLES_OF_ACTUATOR = ("20C_ramp_a", "20C_step_b", "60C_ramp_a", "m20C_ramp_a"), 1000
 SAMPLES = 200  # two ramps: enough for narrow intervals, few enough for some seconds
 NOISE_BOUND = 0.3  # bar; data/README.md: the simulated noise keeps this bound
@@ -124,7 +124,7 @@ def _identified(outputs: Outputs, steps: Dataset) -> Identified | None:
             return None
         estimate = identify(model, data, NOISE_BOUND, order=2, progress=progress)
     outputs.say(f"{estimate}\n\n{_against(truth, estimate)}\n")
-    actuator = replace(load_clutch_records(ACTUATOR).crop(0, SAMPLES_OF_ACTUATOR), outputs=("pressure",))
+    actuator = replace(load_clutch(ACTUATOR).crop(0, SAMPLES_OF_ACTUATOR), outputs=("pressure",))
     runs = [validate(estimate.model, record, NOISE_BOUND) for record in (rest, load_clutch(OTHER), actuator, steps)]
     outputs.say("Free runs of the central model over other samples:")
     for run in runs:

@@ -18,8 +18,10 @@ If a name may be used before the class is imported, offer the class as an entry 
 
 from smid.hybrid.analysis import Requirement, learned_response, network_alone, pulse_transfer, required, transfer
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
+from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
 from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.free_run_error import FreeRunError, FreeRuns
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.hybrid.neural import NeuralTerm, network_of, with_network
 from smid.hybrid.parallel import parallel
@@ -34,11 +36,15 @@ __all__ = [
     "STATIC",
     "BackCouplingWarning",
     "BackCouplings",
+    "CostSurface",
+    "FreeRunError",
+    "FreeRuns",
     "HybridEstimate",
     "HybridModel",
     "NeuralTerm",
     "Requirement",
     "Topology",
+    "cost_surface",
     "embedded",
     "estimate",
     "learned_response",

@@ -172,9 +172,9 @@ class IntervalStream:
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> data = load_clutch_records("20C_ramp_a")
+    >>> data = load_clutch("20C_ramp_a")
     >>> sensor = PX(hidden=(3,)).fit(data, seed=1, starts=1)
     >>> now = bound_error(sensor, data, margin=0.0).stream().update(0.0, pressure=0.0)
     >>> now.lower <= now.position <= now.upper
@@ -237,11 +237,11 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> sensor = PX(hidden=(3,)).fit(load_clutch_records("20C_ramp_a"), seed=1, starts=1)
-    >>> bounded = bound_error(sensor, load_clutch_records("20C_ramp_b"), margin=0.0)
-    >>> bounded.predict(load_clutch_records("20C_ramp_b")).coverage(load_clutch_records("20C_ramp_b"))
+    >>> sensor = PX(hidden=(3,)).fit(load_clutch("20C_ramp_a"), seed=1, starts=1)
+    >>> bounded = bound_error(sensor, load_clutch("20C_ramp_b"), margin=0.0)
+    >>> bounded.predict(load_clutch("20C_ramp_b")).coverage(load_clutch("20C_ramp_b"))
     {'20C_ramp_b': 1.0}
     """
     trained(sensor.sampling_time, sensor)

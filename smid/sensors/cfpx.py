@@ -45,8 +45,8 @@ class CFPX(VirtualSensor):
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
-    >>> data = load_clutch_records("20C_step_a")
+    >>> from smid.data.bundled import load_clutch
+    >>> data = load_clutch("20C_step_a")
     >>> errors = [CFPX(order).fit(data, seed=1).predict(data).mse(data) for order in (5, 20, 100)]
     >>> sorted(errors, reverse=True) == errors
     True

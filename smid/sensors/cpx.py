@@ -38,8 +38,8 @@ class CPX(VirtualSensor):
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
-    >>> data = load_clutch_records("20C_step_a")
+    >>> from smid.data.bundled import load_clutch
+    >>> data = load_clutch("20C_step_a")
     >>> sensor = CPX(hidden=(4,)).fit(data, seed=1, starts=1)
     >>> sensor.n_parameters, sensor.predict(data).mse(data) < 0.02
     (25, True)

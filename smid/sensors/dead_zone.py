@@ -38,9 +38,9 @@ class DeadZone(VirtualSensor):
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import CFPX
-    >>> data = load_clutch_records("20C_step_a")
+    >>> data = load_clutch("20C_step_a")
     >>> plain = CFPX(10).fit(data, seed=1)
     >>> sensor = DeadZone(CFPX(10)).fit(data, seed=1)
     >>> sensor.predict(data).mse(data) < plain.predict(data).mse(data)

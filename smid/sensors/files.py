@@ -47,7 +47,7 @@ def _class_named(kind: object) -> type[Sensor] | None:
     """Return the class of a sensor, also of another package."""
     if kind == BoundedSensor.__name__:
         return BoundedSensor
-    return find_subclass(VirtualSensor, str(kind), GROUP, lambda item: item.__name__)  # type: ignore[type-abstract]
+    return find_subclass(VirtualSensor, str(kind), GROUP, lambda item: item.__name__)
 
 
 def _fields(value: Any) -> dict[str, Any]:

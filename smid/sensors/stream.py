@@ -42,9 +42,9 @@ class Stream:
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> sensor = PX(hidden=(3,)).fit(load_clutch_records("20C_ramp_a"), seed=1, starts=1)
+    >>> sensor = PX(hidden=(3,)).fit(load_clutch("20C_ramp_a"), seed=1, starts=1)
     >>> stream = sensor.stream()
     >>> stream.update(0.0, pressure=0.0).time
     0.0

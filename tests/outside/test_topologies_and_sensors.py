@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.hybrid import (
     EXTRA,
     SIMPLE,
@@ -112,7 +112,7 @@ def test_a_model_of_such_a_topology_is_estimated_and_checked_against_the_plant()
 
 
 def test_a_sensor_of_another_package_is_written_and_read(tmp_path):
-    data = load_clutch_records("20C_ramp_a")
+    data = load_clutch("20C_ramp_a")
     for sensor in (StraightSensor(), DeadZone(StraightSensor())):
         trained = sensor.fit(data, seed=1)
         save_sensor(trained, tmp_path / "sensor.json")

@@ -1,10 +1,11 @@
-"""The output error of a model that was at rest, as a least-squares problem for the methods of `smid.networks`.
+"""The free-run error of a model as a least-squares problem for the methods of `smid.networks`.
 
-    r(theta) = angle of the free run at the parameters ``units * theta``, minus the measured one
+    r(theta) = output of the free run at the parameters ``units * theta``, minus the measured output
 
-Many points are run in lockstep.  Derivatives come from `smid.models.sensitivities`, along the runs that there are
-already.  Where a run leaves the finite range there is no error, and no method steps there; where only its sensitivities
-do, that direction is left out of the step.
+Many points are run in lockstep. Derivatives come from `smid.models.sensitivities`, along the same runs.
+
+Safeguards: where a run diverges, the error is infinite, so no method steps there. Where only a sensitivity diverges,
+its column of the Jacobian is zero.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
@@ -24,7 +26,6 @@ from smid.networks import NormalEquations, lockstep, stacked_normal_equations
 
 __all__ = ["FreeRunError", "FreeRuns"]
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 RUNAWAY, STEEPEST = 1e8, 1e100  # squares beyond overflow
@@ -32,16 +33,14 @@ RUNAWAY, STEEPEST = 1e8, 1e100  # squares beyond overflow
 
 @dataclass(frozen=True, eq=False)
 class FreeRunError:
-    """Free-run error of one output, of a plant that is at rest, with its inputs at zero, before the first sample.
+    """Free-run error of one output. The plant is at rest, with zero inputs, before the first sample.
 
     Parameters
     ----------
     model
-        With one output; its free parameters are those whose box is not a point.
-    data
-        One or more records.
+        With one output. Its free parameters are those whose box is not a point.
     units
-        Shape (p,). What one unit of each number stands for, in the order of the model's free parameters.
+        Shape (p,). Unit of each number theta, in the order of the model's free parameters.
 
     Raises
     ------
@@ -75,23 +74,22 @@ class FreeRunError:
         return compile_free_run(self.model)
 
     def values(self, theta: Array) -> dict[str, float]:
-        """Return the parameters that numbers stand for."""
+        """Return the parameters of the scaled numbers theta."""
         return dict(zip(self.run.parameters, (theta * self.units).tolist(), strict=True))
 
     def theta(self, values: dict[str, float]) -> Array:
-        """Return the numbers that stand for parameters."""
+        """Return the scaled numbers theta of parameters."""
         return np.array([values[name] for name in self.run.parameters]) / self.units
 
     @cached_property
     def box(self) -> tuple[Array, Array]:
-        """The sides of the box of theta, shape (p,) each."""
+        """Lower and upper ends of theta, shape (p,) each."""
         parameters = [self.model.parameter(name) for name in self.run.parameters]
-        return np.array([p.lower for p in parameters]) / self.units, np.array(
-            [p.upper for p in parameters]
-        ) / self.units
+        ends = np.array([(p.lower, p.upper) for p in parameters]).T / self.units
+        return ends[0], ends[1]
 
     def runs(self, thetas: Array) -> FreeRuns:
-        """Run freely at many points, shape (B, p)."""
+        """Return the free runs at many points, shape (B, p)."""
         names = list(zip(self.model.inputs, self.model.input_channels, strict=True))
         rest = dict.fromkeys([*self.run.states, *((name, 1) for name in self.model.inputs)], 0.0)
         values = dict(zip(self.run.parameters, (thetas * self.units).T, strict=True))
@@ -104,7 +102,7 @@ class FreeRunError:
         return self.runs(thetas).errors
 
     def error(self, theta: Array) -> float:
-        """Return the mean squared error; infinite outside the box, and where the run leaves the finite range."""
+        """Return the mean squared error; infinite outside the box, and where the run diverges."""
         return float(self.errors(theta[None])[0])
 
     def normal_equations(self, theta: Array) -> NormalEquations:
@@ -114,19 +112,9 @@ class FreeRunError:
         return NormalEquations(float(runs.errors[0]), gradient[0], gram[0])
 
     def lower(self, starts: Array, *, evaluations: int = 100) -> Array:
-        """Descend from one start or many, in lockstep; see `smid.networks.lockstep`.
+        """Return the points that descents from one start (p,) or many (B, p) reach, in lockstep.
 
-        Parameters
-        ----------
-        starts
-            Shape (p,) or (B, p).
-        evaluations
-            At most so many for each start.
-
-        Returns
-        -------
-        ndarray, shape (p,) or (B, p)
-            A start itself where its error is not finite.
+        A start whose error is not finite is returned unchanged. See `smid.networks.lockstep`.
         """
         lower, upper = self.box
         found, _ = lockstep(self.runs, np.atleast_2d(starts), lower, upper, evaluations=evaluations)
@@ -142,7 +130,7 @@ class FreeRuns:
     thetas
         Shape (B, p).
     known
-        Per record, every signal, from before the first sample.
+        For each record, every signal, from before the first sample.
 
     Examples
     --------
@@ -159,7 +147,7 @@ class FreeRuns:
 
     @cached_property
     def residuals(self) -> Array:
-        """Simulated minus measured, all records in a row, shape (B, n); not finite where a run leaves that range."""
+        """Simulated minus measured, all records in a row, shape (B, n); not finite where a run diverges."""
         shown, run = self.problem.model.measurements[0], self.problem.run
         simulated = [run.cut({"y": known[shown.signal]}, time=1)["y"] for known in self.known]
         measured = [record.values[shown.channel] for record in self.problem.data.experiments]
@@ -167,7 +155,7 @@ class FreeRuns:
 
     @cached_property
     def errors(self) -> Array:
-        """Mean squared errors, shape (B,); infinite outside the box, and where the run leaves the finite range."""
+        """Mean squared errors, shape (B,); infinite outside the box, and where a run diverges."""
         lower, upper = self.problem.box
         inside = np.all((self.thetas >= lower) & (self.thetas <= upper), axis=1)
         for known in self.known:
@@ -177,7 +165,7 @@ class FreeRuns:
             return np.where(inside, np.mean(self.residuals**2, axis=1), np.inf)
 
     def jacobian(self, rows: Rows) -> Array:
-        """Return the derivatives of some runs' residuals by theta, shape (K, n, p); a column that overflows is zero."""
+        """Return the derivatives of the residuals of some runs, shape (K, n, p); a column that overflows is zero."""
         problem, p = self.problem, self.problem.units.size
         values = dict(zip(problem.run.parameters, (self.thetas[rows] * problem.units).T, strict=True))
         parts = []

@@ -1,7 +1,4 @@
-"""The cost over any two parameters, all others held: figure 6.9.
-
-A network of one neuron without biases leaves two weights.  With them the thesis drew the free-run error of the
-embedded arm, to see why its estimates got stuck.
+"""The free-run error over two parameters, all others fixed.
 
 Reference: hybrid thesis, section 6.3.2, figure 6.9.
 """
@@ -10,22 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
+from smid.hybrid.free_run_error import FreeRunError
 from smid.models import ModelError
-from smid.signals import TABLE_F1
-from smid.theses.hybrid.arm.embedded_arm import embedded_arm, embedded_error
-from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.arm.free_run_error import FreeRunError
-from smid.theses.hybrid.arm.records import held_record
 
-__all__ = ["CostSurface", "cost_surface", "figure_6_9"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["CostSurface", "cost_surface"]
 
 BATCH = 500  # runs at once
 
@@ -36,12 +31,10 @@ class CostSurface(Result):
 
     Parameters
     ----------
-    names
-        Of the parameters.
     first, second
-        Shape (n,) and (m,). Their values.
+        Shape (n,) and (m,). Values of the two parameters.
     rmse
-        Shape (n, m). Free-run error, infinite where the run leaves the finite range.
+        Shape (n, m). RMSE in the output's unit, infinite where the run diverges.
     """
 
     names: tuple[str, str]
@@ -51,20 +44,20 @@ class CostSurface(Result):
 
     @property
     def least(self) -> tuple[float, float]:
-        """Where the error is least."""
+        """Return the values at which the error is smallest."""
         row, column = np.unravel_index(int(np.argmin(self.rmse)), self.rmse.shape)
         return float(self.first[row]), float(self.second[column])
 
     def _content(self) -> Iterator[Part]:
         where = ", ".join(f"{name} = {value:.4g}" for name, value in zip(self.names, self.least, strict=True))
-        yield f"Free-run error at {self.rmse.size} points: least at {where}, {self.rmse.min():.3g} rad RMS."
+        yield f"Free-run error at {self.rmse.size} points: RMSE is smallest, {self.rmse.min():.3g}, at {where}."
 
     def _picture(self) -> Figure:
         return self.plot()
 
     def plot(self) -> Figure:
-        """Draw the surface, and its contours with the least point."""
-        from smid.theses.hybrid.arm.figures import surface_figure  # the figures know the results
+        """Draw the surface, and its contours with the smallest error."""
+        from smid.hybrid.figures import surface_figure
 
         return surface_figure(self)
 
@@ -74,12 +67,10 @@ def cost_surface(problem: FreeRunError, values: Mapping[str, float], grid: Mappi
 
     Parameters
     ----------
-    problem
-        Model and data.
     values
-        The other free parameters of the model, in its units.
+        The other free parameters, in the model's units.
     grid
-        Two parameters and their values.
+        Two parameters and their values, finite and rising.
 
     Raises
     ------
@@ -102,38 +93,14 @@ def cost_surface(problem: FreeRunError, values: Mapping[str, float], grid: Mappi
         raise ModelError(f"a grid of {', '.join(series) or 'nothing'}: give two of {', '.join(free)}")
     for name, samples in series.items():
         if samples.ndim != 1 or not np.isfinite(samples).all() or not (np.diff(samples) > 0).all():
-            raise ModelError(f"the values of {name} are no rising, finite series: give one, by np.linspace for example")
+            raise ModelError(f"the values of {name} are not finite and rising: give a series, as from np.linspace")
     missing = [name for name in free if name not in series and name not in values]
     if missing:
         raise ModelError(f"no value for {', '.join(missing)}: give one for every free parameter beside the grid's two")
+    # Every point of the grid, scaled as the problem is.
     (one, first), (two, second) = series.items()
     points = np.tile(problem.theta({**values, one: 0.0, two: 0.0}), (first.size * second.size, 1))
     points[:, free.index(one)] = np.repeat(first, second.size) / problem.units[free.index(one)]
     points[:, free.index(two)] = np.tile(second, first.size) / problem.units[free.index(two)]
     errors = [problem.errors(points[k : k + BATCH]) for k in range(0, len(points), BATCH)]
     return CostSurface((one, two), first, second, np.sqrt(np.concatenate(errors)).reshape(first.size, second.size))
-
-
-def figure_6_9(points: int = 81) -> CostSurface:
-    """Evaluate the thesis's surface: one neuron without biases, the plant's inertia, one sine.
-
-    Parameters
-    ----------
-    points
-        Of each weight.
-
-    Returns
-    -------
-    CostSurface
-        Over the neuron's weight, for speed in 80 rad/s, and the output's, for torque in 16 Nm.
-
-    Examples
-    --------
-    >>> figure_6_9(11).rmse.shape
-    (11, 11)
-    """
-    hybrid = embedded_arm((1,))
-    neuron, bias, output, offset = (parameter.name for parameter in hybrid.term.parameters)
-    problem = embedded_error(hybrid, held_record(TABLE_F1["one_sine"]))
-    grid = {neuron: np.linspace(-8.0, 8.0, points), output: np.linspace(-4.0, 4.0, points)}
-    return cost_surface(problem, {"theta": ARM["theta"], bias: 0.0, offset: 0.0}, grid)

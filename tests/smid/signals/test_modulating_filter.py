@@ -8,7 +8,7 @@ from scipy.interpolate import BSpline
 
 from smid.data import DataError
 from smid.models import ModelError
-from smid.theses.hybrid.arm import ModulatingFilter
+from smid.signals import ModulatingFilter
 
 STEP = 0.05
 

@@ -1,22 +1,17 @@
 r"""Derivatives of a noisy signal by spline-type modulating functions.
 
-Shinbrot multiplies a differential equation by a function phi that vanishes, with its derivatives, at both ends of a
-window, and integrates: by parts, every derivative of the signal goes over to phi, which is known exactly.
+The signal y is convolved with a derivative of a B-spline phi of order n, a chain of n moving averages of width w
+(integration by parts moves the derivative from y to phi):
 
-    y_i(t) = (-1)^i \int phi^(i)(tau - t) y(tau) d tau
+    y_i(t) = (-1)^i \int phi^(i)(tau - t) y(tau) d tau = D^i A^(n-i) y,
+    A y = (1/w) \int_{t-w/2}^{t+w/2} y,    D y = (y(t + w/2) - y(t - w/2)) / w
 
-Maletinsky takes for phi the B-spline of order n, a chain of n moving averages of width w.  Its i-th derivative is i
-differences and n - i averages, so the whole filter is
-
-    y_i = D^i A^(n-i) y,    A y = (1/w) \int_{t-w/2}^{t+w/2} y,    D y = (y(t + w/2) - y(t - w/2)) / w
-
-Averages are taken by the trapezoidal rule over the samples.  With w = m T, z = exp(j omega T) and s = omega w / 2, the
-frequency responses are
+Averages use the trapezoidal rule over the samples. With w = m T and s = omega w / 2, the frequency responses are
 
     A:  sin(s) / (m tan(omega T / 2))        D:  2 j sin(s) / w
 
-real and imaginary, so nothing is delayed, and their ratio D / A is ``j (2 / T) tan(omega T / 2)``: applied to every
-signal of an equation the filter is exact up to the trapezoidal rule, though each signal alone is smoothed.
+A is real and D imaginary, so the filter adds no delay. Their ratio D / A is ``j (2 / T) tan(omega T / 2)``: applied to
+every signal of an equation, the filter is exact up to the trapezoidal rule, although each signal alone is smoothed.
 
 References: hybrid thesis, appendix I, (i.1)-(i.9), figure 6.10; Maletinsky, "Identification of continuous dynamical
 systems with spline-type modulating functions method", IFAC (1979); Preisig, Rippin, Computers and Chemical Engineering
@@ -30,22 +25,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
 
 __all__ = ["ModulatingFilter"]
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class ModulatingFilter:
-    """A spline-type modulating function, to be run over samples.
+    """A spline-type modulating function that differentiates and smooths samples.
 
     Parameters
     ----------
     order
-        Of the spline, n: derivatives below it are smoothed.
+        n, of the spline. Derivatives up to n - 1 are smoothed.
     width
         Samples between its knots, even.
 
@@ -70,25 +64,18 @@ class ModulatingFilter:
 
     @property
     def margin(self) -> int:
-        """Samples that are lost at each end."""
+        """Number of samples lost at each end."""
         return self.order * self.width // 2
 
     def derivative(self, samples: ArrayLike, sampling_time: float, derivative: int) -> Array:
-        """Differentiate.
+        """Return a derivative at the samples from `margin` on, shape (n - 2 margin,).
 
         Parameters
         ----------
-        samples
-            Shape (n,).
         sampling_time
             In seconds.
         derivative
-            How often, from 0, which smooths only, to the order less one.
-
-        Returns
-        -------
-        ndarray, shape (n - 2 margin,)
-            At the samples from `margin` on; per second for each derivative.
+            From 0 (smoothing only) to `order` - 1.
 
         Raises
         ------
@@ -108,13 +95,13 @@ class ModulatingFilter:
             if number < derivative:
                 y = (y[m:] - y[:-m]) / (m * sampling_time)
             else:
-                # The mean about the first sample; sums of large angles would lose digits.
+                # Relative to the first sample: sums of large numbers would lose digits.
                 sums = np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2.0 - y[0])])
                 y = (sums[m:] - sums[:-m]) / m + y[0]
         return y
 
     def response(self, frequency: ArrayLike, sampling_time: float, derivative: int) -> NDArray[np.complex128]:
-        """Return the frequency response.
+        """Return the frequency response; ideal would be ``(j frequency)^derivative``.
 
         Parameters
         ----------
@@ -122,13 +109,6 @@ class ModulatingFilter:
             Shape (k,). In rad/s, below half the sampling rate.
         sampling_time
             In seconds.
-        derivative
-            As in `derivative`.
-
-        Returns
-        -------
-        ndarray of complex, shape (k,)
-            What a sine of that frequency is multiplied by; ``(j frequency)^derivative`` would be ideal.
 
         Raises
         ------
@@ -142,7 +122,7 @@ class ModulatingFilter:
         """
         self._check(derivative)
         omega, window = np.asarray(frequency, dtype=np.float64), self.width * sampling_time
-        # sin(s) / (m tan(s / m)) is 0/0 at zero frequency, where the mean passes unchanged.
+        # sin(s) / (m tan(s / m)) is 0/0 at zero frequency, where the response is 1.
         half, tangent = omega * window / 2.0, self.width * np.tan(omega * sampling_time / 2.0)
         mean = np.where(omega == 0.0, 1.0, np.sin(half) / np.where(omega == 0.0, 1.0, tangent))
         return np.asarray((2j * np.sin(half) / window) ** derivative * mean ** (self.order - derivative))
