@@ -55,7 +55,7 @@ def row(name: str, found: list[CertifiedArm]) -> tuple[str, ...]:
     widths = [f"{100 * np.median([f.relative_width(k) for f in found]):.3g}%" for k in CONSTANTS]
     lowest = min(f.intervals["Ws"][0] for f in found)
     highest = max(f.intervals["Ws"][1] for f in found)
-    told = sum(f.told("Ws") for f in found)
+    told = sum(f.determined("Ws") for f in found)
     return (
         name,
         f"{inside} of {len(found)}",

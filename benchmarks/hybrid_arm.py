@@ -45,13 +45,12 @@ from smid.hybrid import BackCouplings, embedded, estimate, parallel, series
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.rotating_arm import MOTOR
 from smid.networks import Array, NetworkError, descend, levenberg_marquardt, nguyen_widrow
-from smid.signals import TABLE_F1
+from smid.signals import TABLE_F1, ModulatingFilter
 from smid.theses.hybrid import simulate_arm
 from smid.theses.hybrid.arm import (
     ARM,
     COMPARED,
     WAYS,
-    ModulatingFilter,
     arm_study,
     embedded_arm,
     embedded_error,

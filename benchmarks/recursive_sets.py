@@ -393,7 +393,7 @@ def clutch() -> str:
     began = time.perf_counter()
     rows = []
     arx = Arx(powers=(5, 4, 3), input_scale=0.01)
-    for name in ("clutch_20C_ramp_a", "clutch_20C_ramp_b", "clutch_20C_steps"):
+    for name in ("hammerstein_20C_ramp_a", "hammerstein_20C_ramp_b", "varying_pole_20C_steps"):
         data = load_clutch(name)
         run = data.experiments[0].values
         estimator = RecursiveSet(arx, 0.3, {name: (-1.0, 1.0) for name in arx.names[1:]})

@@ -34,7 +34,7 @@ from smid.display.style import style
 # is found can be compared with what made it. With a record of your own, give the path of your file.
 
 # %%
-record = smid.Dataset.from_csv(record_path("clutch_20C_ramp_a.csv"), input="current", output="pressure")
+record = smid.Dataset.from_csv(record_path("hammerstein_20C_ramp_a"), input="current", output="pressure")
 print(record)
 
 # %% [markdown]
@@ -83,7 +83,7 @@ print(estimate)
 # The record is simulated, so the parameters that made it are known. They must lie inside.
 
 # %%
-truth = true_parameters("clutch_20C_ramp_a")
+truth = true_parameters("hammerstein_20C_ramp_a")
 for name, value in truth.items():
     interval = estimate[name]
     assert interval.lower <= value <= interval.upper
@@ -141,8 +141,8 @@ for factor in (1.001, 1.2):
 
 # %%
 validations = [smid.validate(estimate.model, rest, noise_bound=0.3)]
-for name in ("clutch_20C_ramp_b", "clutch_60C_ramp_a", "clutch_20C_steps"):
-    other = smid.Dataset.from_csv(record_path(f"{name}.csv"), input="current", output="pressure")
+for name in ("hammerstein_20C_ramp_b", "hammerstein_60C_ramp_a", "varying_pole_20C_steps"):
+    other = smid.Dataset.from_csv(record_path(name), input="current", output="pressure")
     validations.append(smid.validate(estimate.model, other, noise_bound=0.3))
 for validation in validations:
     print(f"{validation}\n")

@@ -48,7 +48,7 @@ from smid.display.style import BLUE, GREEN, INK, ORANGE, RED, style
 
 # %%
 START, STOP, BOUND = 15, 35, 0.3
-record, truth = load_clutch("clutch_20C_ramp_a"), true_parameters("clutch_20C_ramp_a")
+record, truth = load_clutch("hammerstein_20C_ramp_a"), true_parameters("hammerstein_20C_ramp_a")
 data = record.crop(START, STOP)
 boxes = {"gamma1": (-0.01, 0.0), "gamma2": (0.0, 0.1), "gamma3": (-0.2, 0.0)}
 model = smid.Hammerstein(poles=1, powers=(5, 4, 3), input_scale=0.01, stable=True, bounds=boxes)

@@ -25,12 +25,12 @@
 # %matplotlib inline
 import matplotlib.pyplot as plt
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.hammerstein_study import PART, hammerstein_study
 from smid.theses.clutch.overview import record_overview
 
 # %%
-records = load_clutch_records()
+records = load_clutch()
 print(record_overview())
 
 # %%

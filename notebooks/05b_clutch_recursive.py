@@ -20,12 +20,12 @@
 
 # %%
 # %matplotlib inline
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.recursive_study import recursive_study
 from smid.theses.clutch.set_study import set_study
 
 # %%
-study = recursive_study(load_clutch_records(("20C_ramp_a", "20C_step_a", "20C_step_b")))
+study = recursive_study(load_clutch(("20C_ramp_a", "20C_step_a", "20C_step_b")))
 print(study.meaning)
 
 # %%

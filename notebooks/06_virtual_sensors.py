@@ -17,7 +17,7 @@
 
 # %%
 # %matplotlib inline
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.sensor_study import (
     cross_errors,
     interval_study,
@@ -54,7 +54,7 @@ print(table_5_3())
 
 # %%
 single = train_single_sensor()
-held_out = load_clutch_records(("20C_ramp_b", "20C_step_b", "60C_ramp_b", "60C_step_c", "m20C_step_c"))
+held_out = load_clutch(("20C_ramp_b", "20C_step_b", "60C_ramp_b", "60C_step_c", "m20C_step_c"))
 print(cross_errors({"CPX20 filtered": sensors["CPX20 filtered"], "PTX": single}, held_out))
 
 # %% [markdown]

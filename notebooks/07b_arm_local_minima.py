@@ -20,11 +20,10 @@
 # %matplotlib inline
 import numpy as np
 
-from smid.signals import TABLE_F1
+from smid.hybrid import FreeRunError
+from smid.signals import TABLE_F1, ModulatingFilter
 from smid.theses.hybrid.arm import (
     ARM,
-    FreeRunError,
-    ModulatingFilter,
     alternating_runs,
     embedded_arm,
     embedded_error,

@@ -1,4 +1,4 @@
-"""What a simulation gets wrong, why, what to add to the model, and what it gains."""
+"""Diagnosis of a model: misfit, cause, extended model, and gain on held-out data."""
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.diagnose import diagnose

@@ -1,8 +1,6 @@
-"""From what a search found to causes with evidence, in words."""
+"""Causes with evidence and sentences, from the result of a search."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,8 +17,8 @@ _MOST_RIVALS = 5
 _MOST_ODDS = 1e12
 
 
-def causes(record: Record, found: Found, effects: Mapping[str, Effect], site: Site) -> list[Cause]:
-    """Return the named effects with evidence; an ambiguous last one names its equals as rivals."""
+def causes(record: Record, found: Found, site: Site) -> list[Cause]:
+    """Return the named effects with evidence; where ambiguous, the last lists the equally good effects as rivals."""
     named = [stage for stage in found.stages if stage.leader is not None]
     result = []
     for stage in named:
@@ -31,7 +29,7 @@ def causes(record: Record, found: Found, effects: Mapping[str, Effect], site: Si
             Cause(
                 trial.effect,
                 trial.label,
-                effects[trial.effect].describe(values, site),
+                trial.describe(values, site) if trial.describe else "",
                 _confidence(stage),
                 _parameters(record, trial),
                 _rivals(stage),
@@ -58,7 +56,7 @@ def _evidence(record: Record, stage: Stage) -> dict[str, float]:
 
 
 def _confidence(stage: Stage) -> float:
-    """Return the leader's share of the odds among all effects tried, less the chance that the gain is chance."""
+    """Return the leader's share of the odds among all effects tried, times the probability that the gain is real."""
     leader = stage.leader
     assert leader is not None
     behind = np.array([r.score - leader.score for r in stage.ranked if r is not leader])
@@ -83,11 +81,11 @@ def _rivals(stage: Stage) -> tuple[Rival, ...]:
 
 def _why(rival: Ranked, leader: Ranked, tied: bool) -> str:
     if tied:
-        return f"explains the data as well (held-out RMSE {rival.rmse:.4g} against {leader.rmse:.4g})"
+        return f"explains the data equally well: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
     more = len(rival.trial.parameters) - len(leader.trial.parameters)
     if rival.rmse <= 1.02 * leader.rmse and more > 0:
-        return f"needs {more} more parameter{'s' if more > 1 else ''} for the same error ({rival.rmse:.4g})"
-    return f"leaves a held-out RMSE of {rival.rmse:.4g} instead of {leader.rmse:.4g}"
+        return f"rejected: {more} more parameter{'s' if more > 1 else ''} for the same held-out RMSE {rival.rmse:.4g}"
+    return f"rejected: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
 
 
 def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
@@ -117,7 +115,7 @@ def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
 
 
 def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.ndarray:
-    """Return standard deviations of the fitted numbers, infinite where the data say nothing."""
+    """Return standard deviations of the fitted numbers, infinite where the data do not determine them."""
     jacobian, residual = problem.jacobian(vector), problem.residual(vector)
     norms = np.linalg.norm(jacobian, axis=0)
     deviations = np.full(problem.n_free, np.inf)
@@ -131,11 +129,10 @@ def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.n
 
 
 def detected(effect: Effect, detection: Detection, site: Site, stage_rmse: float) -> Cause:
-    """Return the cause that an effect on the noise is."""
+    """Return the cause for a detected effect on the noise."""
     parameters = tuple(
         CauseParameter(name, "", float(value), None, None, None, False) for name, value in detection.values.items()
     )
     evidence = {"rmse_before": stage_rmse, "rmse_after": stage_rmse, **detection.evidence}
-    return Cause(
-        effect.name, "", effect.describe(detection.values, site), detection.confidence, parameters, (), evidence
-    )
+    said = effect.describe(detection.values, site) if effect.describe else ""
+    return Cause(effect.name, "", said, detection.confidence, parameters, (), evidence)

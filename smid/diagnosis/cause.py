@@ -63,13 +63,13 @@ class Rival:
     rmse
         Held out, in the output's unit.
     odds
-        How many times likelier the named effect makes the data, as Schwarz's criterion tells; at most 1e12.
+        Likelihood ratio of the named effect to this one, by Schwarz's criterion; at most 1e12.
     why
-        Why it lost, in words.
+        Why it was rejected, in words.
 
     Examples
     --------
-    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="leaves a held-out RMSE of 0.31 instead of 0.12").effect
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: held-out RMSE 0.31, against 0.12").effect
     'extra_lag'
     """
 
@@ -94,9 +94,8 @@ class Cause(Result):
     rivals
         Best first.
     evidence
-        ``rmse_before``, ``rmse_after`` (held out, without and with it beside the other causes), ``chance``,
-        ``score_drop``, ``structure_before`` and
-        ``structure_after``; what a detection on the noise found instead.
+        ``rmse_before`` and ``rmse_after`` (held-out, without and with this cause beside the others), ``chance``,
+        ``score_drop``, ``structure_before`` and ``structure_after``; for effects on the noise those of `Detection`.
 
     Examples
     --------
@@ -119,7 +118,7 @@ class Cause(Result):
             (
                 f"{self.effect} ({self.confidence:.0%}): {self.sentence}",
                 *(f"  {p}" for p in self.parameters),
-                *(f"  not {r.effect}: {r.why}" for r in self.rivals[:3]),
+                *(f"  {r.effect} {r.why}" for r in self.rivals[:3]),
             )
         )
 

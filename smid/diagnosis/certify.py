@@ -1,9 +1,8 @@
 """The proof that a model cannot explain the data: its feasible set is certified empty at the noise bound.
 
-An infeasible part proves the whole infeasible, so it is enough to look where the fit misses most; a short window
-keeps the relaxation small. The proof holds for *every* value of the free parameters, not for the fitted ones only,
-and therefore also proves that in any extension the effect's parameters differ from their null values: at null the
-extension is the base.
+If a part of the record is infeasible, the whole is. So a short window is examined, where the fit errs most; a short
+window keeps the relaxation small. The proof holds for *every* value of the free parameters. It also proves that in any
+extension the effect's parameters differ from their null values, because at null the extension is the base model.
 """
 
 from __future__ import annotations
@@ -29,12 +28,12 @@ _HEAVIEST = 5
 
 @dataclass(frozen=True)
 class Emptiness:
-    """A certified negative.
+    """A proof that the model does not explain a window of the data.
 
     Parameters
     ----------
     noise_bound
-        Within which no parameters explain the window, in the channel's unit.
+        In the channel's unit: within it no parameters explain the window.
     first, last
         The window, samples counted from the start of the experiment.
     samples
@@ -67,23 +66,16 @@ class Emptiness:
 def prove_empty(
     model: Model, data: Dataset, noise_bound: float, channel: str, residual: Sequence[Array]
 ) -> Emptiness | None:
-    """Look for a window that the model provably cannot explain.
+    """Return a proof that the model cannot explain a window of the data.
+
+    None where no proof was found: then nothing is proven.
 
     Parameters
     ----------
-    model
-        The base model, with its free parameters free.
     noise_bound
         In the output's unit; other noisy channels are not supported here.
-    channel
-        The output.
     residual
         Shape (n,). Of the fitted model, per experiment.
-
-    Returns
-    -------
-    Emptiness or None
-        None where no proof was found: that proves nothing.
     """
     number = int(np.argmax([np.abs(r).max() for r in residual]))
     run, error = data.experiments[number], np.asarray(residual[number])
@@ -96,7 +88,7 @@ def prove_empty(
             boxed = with_finite_box(FeasibleSet(model, part, {channel: noise_bound}), "clarabel", None)
             if boxed.unbounded:
                 continue
-            # Which variable is bounded does not matter: emptiness shows at any.
+            # Any variable serves: an empty set is found with each.
             enclosure = intervals(boxed.feasible.problem, [0], order=1, rounds=3, tolerance=1e-2)
         except (ModelError, DataError, ProblemError, TimeIsUp):
             return None

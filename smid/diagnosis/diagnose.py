@@ -1,4 +1,4 @@
-"""From a model and data to what is wrong, why, what to add, and what it gains."""
+"""Diagnosis: misfit of a model, search for causes, extended model, and gain on held-out data."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
 from smid.models import Model, ModelError
+from smid.models.edit_lines import rename_channels
 
 Progress = Callable[[str], None]
 _LEAST_HELD = 30
@@ -52,7 +53,7 @@ def diagnose(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Show what a model's simulation gets wrong, name the cause, extend the model with it and measure the gain.
+    """Return the diagnosis of a model: its misfit, the causes, the extended model and the gain on held-out data.
 
     Parameters
     ----------
@@ -97,7 +98,8 @@ def diagnose(
     """
     began = time.monotonic()
     check_seconds(seconds)
-    model = bind(model, data)
+    # Rename signals with the name of a further channel, so that effects can read the channel.
+    model = rename_channels(bind(model, data), {}, (c.name for c in data.channels))
     chosen = _chosen(effects)
     if workers is not None and workers < 1:
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
@@ -124,10 +126,10 @@ def diagnose(
             ) from None
         left = _glitches(record, found.base, chosen)
         if left is None:
-            # A limit hit for a moment looks like a glitch until it is named.
+            # A limit that is reached briefly looks like a glitch until it is in the model.
             glitches, seen = None, record
         elif not found.interrupted and not _same(left, glitches):
-            say("what was lacking hid glitches: once more, without them")
+            say("the extended model shows glitches: searching again without them")
             again = None
             with suppress(TimeIsUp):
                 again = _look(model, _without(record, left), base, chosen, pool, progress)
@@ -159,11 +161,12 @@ def _assemble(
     final = found.base.fit
     before, after = record.residual(base.fit), record.residual(final)
     site = base.site()
-    named = causes(record, found, {e.name: e for e in chosen}, site)
+    named = causes(record, found, site)
     rmse = rms(record.held_part(after))
     noise = {e.name: detected(e, d, record.site(final), rmse) for e, d in detections}
-    # Glitches that only the extended model shows are smaller than what it explains.
-    first = [noise.pop("outliers")] if "outliers" in noise and _glitches(record, base, chosen) else []
+    # Glitches that show only with the extended model are smaller than the named causes.
+    marking = [e.name for e in chosen if e.marks_glitches and e.name in noise]
+    first = [noise.pop(name) for name in marking if _glitches(record, base, chosen)]
     listed = (*first, *named, *noise.values())
     tied = next((stage for stage in found.stages if stage.tied), None)
     verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
@@ -175,7 +178,7 @@ def _assemble(
         with time_limit(seconds):
             proof = prove_empty(model, data, bound, output, before)
     held = [run.values[output] for run in data.experiments]
-    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extend(base.fit.model, site))]
+    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extensions(base.fit.model, site))]
     rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}
     return Diagnosis(
         base=base.fit.model,
@@ -202,7 +205,7 @@ def _assemble(
 
 
 def _unexplained(record: Record, after: Sequence[Array], bound: float | None, noise: Mapping[str, Cause]) -> bool:
-    """Tell whether more than noise is left, beyond the bound or with a past of its own, and unnamed."""
+    """Return whether the remaining error exceeds the noise bound, or is correlated, without a named cause."""
     left = record.held_part(after)
     if noise:
         return False
@@ -248,7 +251,7 @@ def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> flo
 
 
 def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Record:
-    """Set samples apart that no fit may see."""
+    """Split the samples into a fitted and a held-out part."""
     names = [run.name for run in data.experiments]
     holdout = [holdout] if isinstance(holdout, str) else holdout
     used, held = [], []
@@ -273,7 +276,9 @@ def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Reco
                 f"the {word} part has {sum(int(p.sum()) for p in part)} samples, too few to judge by: it needs "
                 f"{samples}. Take a longer record or another share in holdout"
             )
-    return Record(data, tuple(used), tuple(held), model.input_channels[0], model.output_channels[0])
+    # By the order of the data: a model orders the inputs of one line by their names.
+    first = next((c for c in data.inputs if c in model.input_channels), model.input_channels[0])
+    return Record(data, tuple(used), tuple(held), first, model.output_channels[0])
 
 
 def _base(model: Model, record: Record) -> Base:
@@ -289,7 +294,7 @@ def _look(
     pool: Executor | None,
     progress: Progress | None,
 ) -> tuple[Base, Misfit, Found]:
-    """Show what the base model gets wrong on the samples that count, and search for causes."""
+    """Return the base model, its misfit on the samples that count, and the causes found."""
     say = progress or _silent
     if any((u != b).any() for u, b in zip(record.used, base.used, strict=True)):
         base = _base(model, record)
@@ -302,8 +307,8 @@ def _look(
 
 
 def _glitches(record: Record, base: Base, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Find glitches in what a model leaves of the whole record; None where there are none, or nobody asked."""
-    effect = next((e for e in chosen if e.name == "outliers"), None)
+    """Return the glitches in the residual of the whole record; None where there are none, or no effect detects them."""
+    effect = next((e for e in chosen if e.marks_glitches), None)
     if effect is None or effect.detect is None:
         return None
     detection = effect.detect(base.fit.model, record.site(base.fit))
@@ -311,7 +316,7 @@ def _glitches(record: Record, base: Base, chosen: Sequence[Effect]) -> tuple[Eff
 
 
 def _without(record: Record, glitches: tuple[Effect, Detection] | None) -> Record:
-    """Take glitches out of all that is fitted and judged."""
+    """Return the record without glitches in the fitted and held-out samples."""
     masks = glitches[1].glitches if glitches else None
     if masks is None:
         return record
@@ -323,19 +328,19 @@ def _without(record: Record, glitches: tuple[Effect, Detection] | None) -> Recor
 
 
 def _same(found: tuple[Effect, Detection], before: tuple[Effect, Detection] | None) -> bool:
-    """Tell whether no glitch is new."""
+    """Return whether no glitch was added."""
     new, old = found[1].glitches, before[1].glitches if before else None
     return new is None or (old is not None and not any((n & ~o).any() for n, o in zip(new, old, strict=True)))
 
 
 def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
-    """Look for effects on the noise in what the extended model leaves."""
+    """Return the effects on the noise that the residual of the extended model shows."""
     if found.interrupted or any(stage.tied for stage in found.stages):
         return []
     site = record.site(found.base.fit)
     result = []
     for effect in chosen:
-        if effect.detect is not None and effect.name != "outliers":
+        if effect.detect is not None and not effect.marks_glitches:
             detection = effect.detect(found.base.fit.model, site)
             if detection is not None:
                 result.append((effect, detection))
@@ -345,11 +350,11 @@ def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> li
 def _pool(
     executor: Executor | None, workers: int | None, effects: Sequence[Effect]
 ) -> AbstractContextManager[Executor | None]:
-    """Return what effects are tried on: the given executor, own processes, or nothing."""
+    """Return the executor for the trials: the given one, own processes, or None."""
     if executor is not None:
         return nullcontext(executor)
     count = min(workers or os.cpu_count() or 1, len(effects))
-    # An effect written in a notebook cell has functions that no other process can import.
+    # Other processes cannot import the functions of an effect from a notebook cell.
     if count <= 1 or any(e.extend.__module__ == "__main__" for e in effects):
         return nullcontext(None)
     return ProcessPoolExecutor(count)

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 class Verdict(StrEnum):
-    """What a diagnosis says.
+    """The verdict of a diagnosis.
 
     Examples
     --------
     >>> Verdict("none").sentence
-    'No effect explains more of the data than chance would.'
+    'No effect is significant.'
     """
 
     NAMED = "named"
@@ -42,14 +42,14 @@ class Verdict(StrEnum):
         """The verdict in words."""
         return {
             Verdict.NAMED: "The cause is named.",
-            Verdict.NONE: "No effect explains more of the data than chance would.",
+            Verdict.NONE: "No effect is significant.",
             Verdict.AMBIGUOUS: "Several effects explain the data equally well.",
         }[self]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Tabular):
-    """What a simulation gets wrong, why, what to add and what it gains.
+    """The result of `diagnose`.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ class Diagnosis(Tabular):
     proof
         The certificate that the base model cannot explain the data, where one was found.
     experiment
-        Where ambiguous: the input that would tell the rivals apart.
+        Where ambiguous: an input on which the predictions of the equally good effects differ.
     skipped
         Effects that could not be tried, and what they need.
     dropped
-        Effects that were named first and then not missed.
+        Effects that were named first and withdrawn later, because the others explain the data without them.
     unexplained
-        Whether the extended model still leaves the noise bound, or structure, in the held-out data.
+        Whether the held-out error of the extended model still exceeds the noise bound, or is correlated.
     simulated, extended
         Shape (n,). Free runs of base and extended model, per experiment.
     held
@@ -131,13 +131,13 @@ class Diagnosis(Tabular):
             yield self.experiment.sentence
         yield self.gain_sentence
         if self.unexplained:
-            yield "What is left is still more than noise: no effect of the library explains it."
+            yield "The remaining error is more than noise: no effect of the library explains it."
 
     def _picture(self) -> Figure:
         return self.plot()
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each cause, and one for each effect that was weighed against it."""
+        """Yield a row for each cause, and one for each effect that was weighed against it."""
         for cause in self.causes:
             named = {"cause": cause.effect, "effect": cause.effect, "named": True, "confidence": cause.confidence}
             yield {**named, "rmse": cause.evidence.get("rmse_after", nan), "odds": nan, "said": cause.sentence}

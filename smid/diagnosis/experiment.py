@@ -1,7 +1,7 @@
-"""The experiment that would tell two rivals apart: the input on which their predictions differ most.
+"""The next experiment that separates effects: the input on which their predictions differ most.
 
-Candidates are the signals of `smid.signals`, scaled to the range of the input that was recorded, so nothing is asked
-of the plant that it has not seen.
+Candidates are the signals of `smid.signals`, scaled to the recorded range of the input, so that the plant stays within
+its known range.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SEED = 11
 
 @dataclass(frozen=True, eq=False)
 class SeparatingExperiment:
-    """An input to apply next.
+    """An input for the next experiment.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class SeparatingExperiment:
     difference
         RMS by which the rivals' predictions differ, in the output's unit.
     rivals
-        The effects it tells apart.
+        The effects that it separates.
     sentence
         What to do, in words.
     """
@@ -49,22 +49,7 @@ class SeparatingExperiment:
 def separating_experiment(
     rivals: Mapping[str, Fit], data: Dataset, input: str, output: str
 ) -> SeparatingExperiment | None:
-    """Return the input on which the rivals' free runs differ most.
-
-    Parameters
-    ----------
-    rivals
-        The fitted models that explain the data equally well.
-    data
-        Gives the range of the input, and the typical value of every other channel.
-    input, output
-        Main channels.
-
-    Returns
-    -------
-    SeparatingExperiment or None
-        None where no candidate gives finite predictions.
-    """
+    """Return the input on which the rivals' free runs differ most."""
     values = np.concatenate([run.values[input] for run in data.experiments])
     held = {c.name: float(np.mean(np.concatenate([r.values[c.name] for r in data.experiments]))) for c in data.channels}
     best: tuple[float, str, Array] | None = None

@@ -14,19 +14,12 @@ from smid.diagnosis.effects.effect import Array, Mask
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
 
-_LONG = 400  # samples beyond which two curves a noise apart can no longer be told from each other
+_LONG = 400  # samples; in longer records two close curves cannot be distinguished
 _CLOSE = 120  # samples of the close view
 
 
 def before_and_after(diagnosis: Diagnosis) -> Figure:
-    """Draw the measured output with the free runs of base and extended model, and their errors below.
-
-    Returns
-    -------
-    Figure
-        Output over the record; for a long record a close view of the stretch where the base model misses most; errors
-        with the band of the noise bound.  The held-out part is shaded.  Several experiments stand one after the other.
-    """
+    """Draw the measured output with the free runs of base and extended model, and their errors below."""
     measured, held = _joined(_measured(diagnosis)), np.concatenate(diagnosis.held)
     base, extended = _joined(diagnosis.simulated), _joined(diagnosis.extended)
     better = diagnosis.model is not diagnosis.base
@@ -77,11 +70,6 @@ def rivals_figure(cause: Cause, unit: str) -> Figure:
     ----------
     unit
         Of the output.
-
-    Returns
-    -------
-    Figure
-        Horizontal bars, the named effect on top.
     """
     bars = [(cause.effect, cause.evidence["rmse_after"], BLUE)]
     bars += [(rival.effect, rival.rmse, SKY) for rival in cause.rivals]
@@ -123,7 +111,7 @@ def experiment_figure(experiment: SeparatingExperiment, diagnosis: Diagnosis) ->
 
 
 def spoken(effect: str) -> str:
-    """Return an effect's name as one says it.
+    """Return an effect's name with spaces.
 
     Examples
     --------
@@ -159,7 +147,7 @@ def _shade(axes: Axes, time: Array, held: Mask, label: str) -> None:
 
 
 def _worst_stretch(error: Array, held: Mask) -> slice:
-    """Return the held-out stretch with the largest error: what no fit has seen is what counts."""
+    """Return the part of the held-out samples with the largest error."""
     power = np.convolve(np.where(held, np.nan_to_num(error), 0.0) ** 2, np.ones(_CLOSE), "valid")
     first = int(np.argmax(power))
     return slice(first, first + _CLOSE)

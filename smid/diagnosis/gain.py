@@ -1,4 +1,4 @@
-"""What an extended model gains, on data that no fit has seen."""
+"""The gain of an extended model on held-out data."""
 
 from __future__ import annotations
 
@@ -71,8 +71,6 @@ def gain(measured: Sequence[Array], before: Sequence[Array], after: Sequence[Arr
     ----------
     measured
         Shape (n,). Held-out output, per experiment.
-    before, after
-        Residuals of the two models at the same samples; the second may leave glitches out.
     noise_bound
         In the output's unit, to count violations.
 

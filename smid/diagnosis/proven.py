@@ -1,4 +1,4 @@
-"""Certified intervals of what a diagnosis added: the extended model is a model like any other, and can be bounded."""
+"""Certified intervals for the parameters that a diagnosis added."""
 
 from __future__ import annotations
 
@@ -15,16 +15,15 @@ def prove_parameters(
 ) -> Diagnosis:
     """Replace the linearised intervals of the named effects' parameters by certified ones.
 
-    They hold if the extended model is the true one and the noise keeps its bound, whatever the fit found.  A part of
-    the record bounds the parameters less tightly than the whole, and no less surely.  With a kink in the model its
-    other parameters need finite boxes: ``stable=True``, or bounds of your own.
+    They hold if the extended model is true and the noise keeps its bound. A part of the record gives wider intervals,
+    which hold too. A model with a kink needs finite boxes for its other parameters: ``stable=True``, or own bounds.
 
     Parameters
     ----------
     noise_bound
         Of the output, in its unit.
     samples
-        How many samples, from the start of each experiment, are used: clocks count from there.
+        Samples used, from the start of each experiment.
     progress
         As for :func:`smid.identify`.
 

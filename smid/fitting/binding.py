@@ -6,13 +6,10 @@ one in derivatives without a sampling time for whatever the data were sampled at
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-
 from smid.data import DataError, Dataset
 from smid.models import Model
+from smid.models.edit_lines import rename_channels
 from smid.models.running import at_sampling_time
-from smid.models.symbols import rename_signals
 
 
 def bind(model: Model, data: Dataset) -> Model:
@@ -45,19 +42,12 @@ def bind(model: Model, data: Dataset) -> Model:
         raise DataError(
             f"channel {clumsy[0]!r} cannot stand in an equation: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
         )
-    for own, given in ((model.input_channels, data.inputs), (model.output_channels, data.outputs)):
+    sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
+    if not names.issuperset(model.channels) and all(len(own) == len(given) == 1 for own, given in sides):
+        # One input and one output on either side: the default name of one may be the other's column.
+        renamed = {own[0]: given[0] for own, given in sides}
+    for own, given in () if renamed else sides:
         missing = [c for c in own if c not in names]
         if len(missing) == 1 and len(given) == 1 and given[0] not in own:
             renamed[missing[0]] = given[0]
-    return at_sampling_time(rename_channels(model, renamed) if renamed else model, data.sampling_time)
-
-
-def rename_channels(model: Model, names: Mapping[str, str]) -> Model:
-    """Read other channels of the data in place of some."""
-    measured = {m.channel for m in model.measurements}
-    exact = {old: new for old, new in names.items() if old not in measured}
-    return replace(
-        model,
-        lines=tuple(replace(line, expression=rename_signals(line.expression, exact)) for line in model.lines),
-        measurements=tuple(replace(m, channel=names.get(m.channel, m.channel)) for m in model.measurements),
-    )
+    return at_sampling_time(rename_channels(model, renamed), data.sampling_time)

@@ -1,4 +1,4 @@
-"""What makes a model sound: one meaning per name, no unknown symbol, a scheme that exists."""
+"""Checks of a model: one meaning per name, no unknown symbol, a known scheme."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ __all__ = ["check_integration", "check_names", "check_symbols"]
 
 
 def check_names(model: Model) -> None:
-    """Refuse a name that stands for two things."""
+    """Refuse a name that stands for two things, apart from a channel with the name of a parameter."""
+    parameters = {parameter.name for parameter in model.parameters}
     names = (
         [("parameter", parameter.name) for parameter in model.parameters]
         + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]
-        + [("channel", measurement.channel) for measurement in model.measurements]
+        + [("channel", item.channel) for item in model.measurements if item.channel not in parameters]
         + [("noise", measurement.noise) for measurement in model.measurements if measurement.noise]
     )
     for signal_name, count in Counter(line.signal for line in model.lines).items():
@@ -38,7 +39,7 @@ def check_names(model: Model) -> None:
 
 
 def check_integration(model: Model) -> None:
-    """Refuse an unknown scheme, and a number of steps or a sampling time that is none."""
+    """Refuse an unknown scheme, and an invalid number of steps or sampling time."""
     refuse_unknown("scheme", [model.scheme], SCHEMES)
     if isinstance(model.substeps, bool) or not isinstance(model.substeps, int) or model.substeps < 1:
         raise ModelError(f"substeps = {model.substeps!r} is no number of steps: give a whole number of at least 1")
@@ -48,7 +49,7 @@ def check_integration(model: Model) -> None:
 
 
 def check_symbols(model: Model) -> None:
-    """Refuse a symbol that is no parameter, and a measured signal or a value that is not the model's."""
+    """Refuse a symbol that is not a parameter, and a measured signal or a value that the model does not have."""
     known = {parameter.name for parameter in model.parameters}
     expressions = [(f"the line of {line.signal!r}", line.expression) for line in model.lines]
     expressions += [(f"the constraint '{shown(constraint)} >= 0'", constraint) for constraint in model.constraints]
@@ -68,7 +69,9 @@ def check_symbols(model: Model) -> None:
             )
     signals = {*exogenous(model.lines), *(line.signal for line in model.lines)}
     for measurement in model.measurements:
-        if measurement.signal not in signals:
+        # A channel with the name of a parameter is read under another name, which a later edit will use.
+        waits = measurement.noise is None and measurement.channel in known
+        if measurement.signal not in signals and not waits:
             raise ModelError(
                 f"channel {measurement.channel!r} measures {measurement.signal!r}, which no line "
                 f"defines or reads: name one of {', '.join(sorted(signals))}"

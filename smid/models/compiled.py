@@ -180,16 +180,6 @@ def _columns(group: Group, values: Mapping[str, Any]) -> list[Any]:
 def compile_lines(lines: tuple[Line, ...]) -> tuple[Group, ...]:
     """Compile lines into groups to be evaluated one after another.
 
-    Parameters
-    ----------
-    lines
-        Lines in causal order.
-
-    Returns
-    -------
-    tuple of Group
-        Compiled groups; kept for the next call with the same lines.
-
     Examples
     --------
     >>> w, u = signal("w"), signal("u")
@@ -309,7 +299,7 @@ class _Later:
 
 
 def _function(arguments: Sequence[sympy.Symbol], defined: Sequence[tuple[sympy.Symbol, sympy.Expr]]) -> _Later:
-    """Give one NumPy function of all definitions, each reading those before it, that returns their values."""
+    """Return one NumPy function of all definitions, each reading those before it, that returns their values."""
     return _Later(lambda: _compiled(arguments, defined))
 
 

@@ -1,8 +1,8 @@
 """Derivatives of an expression as fast functions, by forward differentiation of its tree.
 
-Symbolic differentiation writes every derivative out and then looks for what they share; walking the tree once, with a
-value and sparse derivatives for each node, writes what is shared once from the start and takes a hundredth of the time.
-At the kinks of Max, Min and Abs the mean of the one-sided derivatives is taken; sign has derivative zero.
+The tree is walked once, with a value and sparse derivatives for each node, so that common parts are written once. This
+takes a hundredth of the time of symbolic differentiation. At the kinks of Max, Min and Abs the mean of the one-sided
+derivatives is taken; sign has derivative zero.
 
 Reference: Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), section 3.1.
 """
@@ -134,25 +134,6 @@ def derivatives(
     arguments: Sequence[sympy.Symbol], expression: sympy.Expr, by: Sequence[sympy.Symbol]
 ) -> Callable[..., list[Any]]:
     """Compile the derivatives of an expression.
-
-    Parameters
-    ----------
-    arguments
-        Arguments of the function, in order.
-    expression
-        What to differentiate: arithmetic and the functions that the lines of a model may hold.
-    by
-        Of the arguments, those to differentiate by.
-
-    Returns
-    -------
-    callable
-        Of scalars or arrays that broadcast; gives one derivative for each of `by`.
-
-    Raises
-    ------
-    KeyError
-        For a function that no line may hold.
 
     Examples
     --------

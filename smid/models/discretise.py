@@ -60,27 +60,12 @@ def discretise(
     taken: Collection[str] = (),
     fixed: Mapping[sympy.Symbol, sympy.Expr] | None = None,
 ) -> tuple[Line, ...]:
-    """Give plain lines that compute the samples of the rate lines' solutions.
+    """Return plain lines that compute the samples of the rate lines' solutions.
 
     Parameters
     ----------
-    lines
-        Lines in causal order.
-    scheme
-        One of `SCHEMES`.
-    substeps
-        Steps per sampling interval.
     sampling_time
         In seconds.
-    taken
-        Names that helper lines must not take, beside those of the lines.
-    fixed
-        Parameters of known value, put in first: a power of one then leaves a linear line.
-
-    Returns
-    -------
-    tuple of Line
-        One line per given line, with the same target, and helper lines.
 
     Examples
     --------
@@ -165,5 +150,5 @@ def _steps(
 
 
 def _free_names(taken: Collection[str]) -> Iterator[str]:
-    """Give names for helper lines that nothing in the model has."""
+    """Yield names for helper lines that nothing in the model has."""
     return (name for name in (f"stage{number}" for number in count(1)) if name not in taken)

@@ -6,24 +6,28 @@ on ``"u"`` whether or not the input is measured with noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import sympy
 
+from smid.models.edit_parameters import origins_with
 from smid.models.errors import ModelError
 from smid.models.parts import Line, Measurement, Parameter
-from smid.models.symbols import canonical, rename_signals, signal, t
+from smid.models.symbols import canonical, rename_signals, signal, t, unused
 
 if TYPE_CHECKING:
     from smid.models.model import Model
 
 __all__ = [
     "add_term",
+    "free_name",
     "insert_after",
     "insert_before",
     "insert_sensor",
+    "rename_channels",
     "replace_line",
     "with_input_noise",
     "with_line",
@@ -33,7 +37,7 @@ Transformation = Callable[[sympy.Indexed], sympy.Expr]
 
 
 def _resolve(model: Model, name: str) -> str:
-    """Give the signal of that name, or the one that the channel of that name measures."""
+    """Return the signal of that name, or the one that the channel of that name measures."""
     signals = (*model.inputs, *(line.signal for line in model.lines))
     measured = {measurement.channel: measurement.signal for measurement in model.measurements}
     if name not in signals and name not in measured:
@@ -41,19 +45,29 @@ def _resolve(model: Model, name: str) -> str:
     return name if name in signals else measured[name]
 
 
-def _free_name(model: Model, wanted: str) -> str:
-    taken = {*model.inputs, *(line.signal for line in model.lines), *model.channels}
-    taken |= {parameter.name for parameter in model.parameters}
-    taken |= {measurement.noise for measurement in model.measurements if measurement.noise}
-    name, count = wanted, 1
-    while name in taken:
-        count += 1
-        name = f"{wanted}{count}"
-    return name
+def free_name(model: Model, wanted: str) -> str:
+    """Return a name that stands for nothing in the model: the wanted one, numbered from 2 where it is taken.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> free_name(OutputError(), "gap"), free_name(OutputError(), "w")
+    ('gap', 'w2')
+    """
+    return unused(wanted, model.taken)
 
 
-def _extended(model: Model, parameters: Iterable[Parameter], lines: Iterable[Line]) -> Model:
-    return replace(model, parameters=(*model.parameters, *parameters), lines=tuple(lines))
+def _extended(
+    model: Model, parameters: Iterable[Parameter], lines: Iterable[Line], moved: Mapping[str, str] = {}
+) -> Model:
+    """Return the model with other lines and more parameters; `moved` gives the new name of a line's own result."""
+    parameters, lines = tuple(parameters), tuple(lines)
+    old = {line.signal for line in model.lines} | set(moved.values())
+    added = [item.name for item in parameters] + [line.signal for line in lines if line.signal not in old]
+    origins = origins_with(model, added)
+    # The line's own result keeps the origin of the line.
+    origins |= {new: origins[name] for name, new in moved.items() if name in origins}
+    return replace(model, parameters=(*model.parameters, *parameters), lines=lines, origins=origins)
 
 
 def _line(model: Model, name: str) -> Line:
@@ -67,25 +81,9 @@ def _line(model: Model, name: str) -> Line:
 def with_line(
     model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = (), *, rate: bool = False
 ) -> Model:
-    """Define a new signal (a state, a helper), or one that was an input.
+    """Return the model with a line for a new signal, or for one that was an input.
 
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Name of the signal.
-    expression
-        Its value at time t, or its derivative.
-    parameters
-        Parameters the expression brings in.
-    rate
-        Whether the expression is the signal's derivative, per second.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
+    With `rate`, the expression is the derivative of the signal, per second.
 
     Raises
     ------
@@ -102,23 +100,7 @@ def with_line(
 
 
 def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Give a signal another right-hand side; the line of a rate stays a rate.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Signal, or channel that measures it.
-    expression
-        Its new value at time t, or its new derivative.
-    parameters
-        Parameters the expression brings in.
-
-    Returns
-    -------
-    Model
-        The model with the line replaced.
+    """Return the model with another right-hand side of a signal; the line of a rate stays a rate.
 
     Raises
     ------
@@ -137,25 +119,9 @@ def replace_line(model: Model, name: str, expression: sympy.Expr, parameters: It
 
 
 def add_term(model: Model, name: str, term: sympy.Expr, parameters: Iterable[Parameter] = ()) -> Model:
-    """Add a term to the right-hand side of a signal.
+    """Return the model with a term added to the right-hand side of a signal.
 
-    In a rate the term is per second, and reads the state as ``x[t]``: there ``x[t - 1]`` is the sample before.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Signal, or channel that measures it.
-    term
-        What to add, in signals at ``t - k`` and parameters.
-    parameters
-        Parameters the term brings in.
-
-    Returns
-    -------
-    Model
-        The model with the longer line.
+    In a rate the term is per second and reads the state as ``x[t]``; ``x[t - 1]`` is the sample before.
 
     Raises
     ------
@@ -181,28 +147,10 @@ def insert_before(
     *,
     new_name: str | None = None,
 ) -> Model:
-    """Put a line between a signal and all that read it, as in ``u -> dead_zone(u)``.
+    """Return the model with a line between a signal and its readers, as in ``u -> dead_zone(u)``.
 
-    Every line that read the signal now reads the new one, at the same lags; the signal itself and what
-    measures it stay as they are.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Signal, or channel that measures it.
-    transformation
-        From ``u[t]`` to the value of the new signal at t; it may read any signal, also its own past.
-    parameters
-        Parameters the transformation brings in.
-    new_name
-        Name of the new signal; by default ``<signal>_new``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
+    Lines that read the signal now read the new one, at the same lags; measurements still read the signal.
+    `transformation` maps ``u[t]`` to the new signal, and may read any signal, also its own past.
 
     Examples
     --------
@@ -211,7 +159,7 @@ def insert_before(
     w[t] = -a1*w[t - 1] + b0*u_new[t - 1]
     """
     old = _resolve(model, name)
-    new = new_name or _free_name(model, f"{old}_new")
+    new = new_name or free_name(model, f"{old}_new")
     inserted = Line(signal(new)[t], transformation(signal(old)[t]))
     lines = [replace(line, expression=rename_signals(line.expression, {old: new})) for line in model.lines]
     return _extended(model, parameters, (inserted, *lines))
@@ -225,31 +173,10 @@ def insert_after(
     *,
     raw_name: str | None = None,
 ) -> Model:
-    """Transform what a line gives before anything sees it, as in ``w -> min(w, s)``.
+    """Return the model with the result of a line transformed, as in ``w -> min(w, s)``.
 
-    The line's own result gets a new name and the signal becomes its transformed value, which measurements,
-    other lines and the line's own feedback then read.
-
-    Of a rate line the raw signal is the one that is integrated, and the signal is a plain line of it: with
-    ``min(x, s)`` the integral winds up beyond s, and everything, its own rate included, sees at most s.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Signal, or channel that measures it.
-    transformation
-        From ``w_raw[t]`` to the value of the signal at t.
-    parameters
-        Parameters the transformation brings in.
-    raw_name
-        Name for the line's own result; by default ``<signal>_raw``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
+    The line's own result gets a new name. Measurements, other lines and the line itself read the transformed signal.
+    The raw signal of a rate line is integrated: ``min(x, s)`` winds up beyond s, while all readers see at most s.
 
     Raises
     ------
@@ -263,10 +190,10 @@ def insert_after(
     w[t] = Min(5, w_raw[t])
     """
     old = _line(model, name)
-    raw = signal(raw_name or _free_name(model, f"{old.signal}_raw"))
+    raw = signal(raw_name or free_name(model, f"{old.signal}_raw"))
     pair = (replace(old, target=raw[t]), Line(old.target, transformation(raw[t])))
     lines = [item for line in model.lines for item in (pair if line is old else (line,))]
-    return _extended(model, parameters, lines)
+    return _extended(model, parameters, lines, {old.signal: str(raw.label)})
 
 
 def insert_sensor(
@@ -277,27 +204,9 @@ def insert_sensor(
     *,
     new_name: str | None = None,
 ) -> Model:
-    """Put a line between a signal and the channel that measures it, as in ``y = min(w, s) + eta``.
+    """Return the model with a line between a signal and its channel, as in ``y = min(w, s) + eta``.
 
-    All lines, the feedback included, still read the signal itself: only what is seen of it changes.
-
-    Parameters
-    ----------
-    model
-        The model.
-    channel
-        Output channel.
-    transformation
-        From ``w[t]`` to what the sensor sees at t; it may read any signal, also its own past.
-    parameters
-        Parameters the transformation brings in.
-    new_name
-        Name of what the sensor sees; by default ``<signal>_seen``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model with one line more.
+    All lines, feedback included, still read the signal itself.
 
     Raises
     ------
@@ -316,7 +225,7 @@ def insert_sensor(
             "or insert_before for an input"
         )
     old = next(item for item in model.measurements if item.channel == channel)
-    new = new_name or _free_name(model, f"{old.signal}_seen")
+    new = new_name or free_name(model, f"{old.signal}_seen")
     inserted = Line(signal(new)[t], transformation(signal(old.signal)[t]))
     return replace(
         _extended(model, parameters, (*model.lines, inserted)),
@@ -325,21 +234,7 @@ def insert_sensor(
 
 
 def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Model:
-    """Take an input as measured with noise: ``u[t] = u_true[t] + zeta[t]`` (2.6).
-
-    Parameters
-    ----------
-    model
-        The model.
-    channel
-        Name of an input that was exact until now.
-    noise
-        Name of the noise; by default ``zeta``, numbered where taken.
-
-    Returns
-    -------
-    Model
-        The model whose lines read the unseen true input.
+    """Return the model with an input measured with noise, ``u[t] = u_true[t] + zeta[t]`` (2.6).
 
     Raises
     ------
@@ -352,12 +247,77 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
     >>> print(OutputError().with_input_noise("u").measurements[1])
     u[t] = u_true[t] + zeta[t]
     """
+    exact = [item for item in model.measurements if item.channel == channel and item.noise is None]
+    if exact and exact[0].signal in model.inputs:
+        noisy = replace(exact[0], noise=noise or free_name(model, "zeta"))
+        return replace(model, measurements=tuple(noisy if item is exact[0] else item for item in model.measurements))
     if channel not in model.inputs:
         raise ModelError(f"{channel!r} is no exact input: choose one of {', '.join(model.inputs)}")
     measured = [item for item in model.measurements if item.signal == channel]
     if measured:
         raise ModelError(f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement")
-    true = _free_name(model, f"{channel}_true")
+    true = free_name(model, f"{channel}_true")
     lines = tuple(replace(line, expression=rename_signals(line.expression, {channel: true})) for line in model.lines)
-    measurement = Measurement(channel, true, noise or _free_name(model, "zeta"))
+    measurement = Measurement(channel, true, noise or free_name(model, "zeta"))
     return replace(model, lines=lines, measurements=(*model.measurements, measurement))
+
+
+def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[str] = ()) -> Model:
+    """Return the model for data whose channels have other names.
+
+    A signal or noise of the model with the name of a channel gets another name. A parameter keeps its name: an input
+    channel with that name is read under another one.
+
+    Parameters
+    ----------
+    names
+        Channel of the data by channel of the model; channels that are not listed keep their names.
+    reserved
+        Further names that signals and noises of the model must not have.
+
+    Raises
+    ------
+    ModelError
+        If one channel stands for two of the model.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> print(rename_channels(OutputError(), {"u": "w"}).lines[0])
+    w2[t] = -a1*w2[t - 1] + b0*w[t - 1]
+    """
+    channels = {old: names.get(old, old) for old in model.channels}
+    for channel, count in Counter(channels.values()).items():
+        if count > 1:
+            raise ModelError(f"the channel {channel!r} stands for {count} channels of the model: rename one of them")
+    parameters = {item.name for item in model.parameters}
+    exact = [name for name in model.inputs if name not in {item.signal for item in model.measurements}]
+    noises = [item.noise for item in model.measurements if item.noise]
+    own = [*(name for name in model.inputs if name not in exact), *(line.signal for line in model.lines), *noises]
+    taken = {*reserved, *channels.values(), *parameters}
+    # Signals and noises that the data do not show get other names than the channels.
+    renamed: dict[str, str] = {}
+    for name in own:
+        renamed[name] = unused(name, {*taken, *own, *renamed.values()}) if name in taken else name
+    # An exact input has the name of its channel, unless a parameter has that name.
+    read = []
+    for name in exact:
+        renamed[name] = channels[name]
+        if channels[name] in parameters:
+            renamed[name] = unused(channels[name], {*taken, *renamed.values()})
+            read.append(Measurement(channels[name], renamed[name], None))
+    changed = {old: new for old, new in renamed.items() if old != new}
+    if not changed and all(old == new for old, new in channels.items()):
+        return model
+    lines = tuple(
+        replace(line, target=signal(renamed[line.signal])[t], expression=rename_signals(line.expression, changed))
+        for line in model.lines
+    )
+    measurements = (
+        replace(
+            item, channel=channels[item.channel], signal=renamed[item.signal], noise=item.noise and renamed[item.noise]
+        )
+        for item in model.measurements
+    )
+    origins = {changed.get(name, name): origin for name, origin in model.origins.items()}
+    return replace(model, lines=lines, measurements=(*measurements, *read), origins=origins)

@@ -11,13 +11,22 @@ import sympy
 
 from smid.models.errors import ModelError
 from smid.models.expressions import shown
-from smid.models.parts import Parameter
+from smid.models.parts import Edit, Parameter
 from smid.models.symbols import canonical, number, swapped
 
 if TYPE_CHECKING:
     from smid.models.model import Model
 
-__all__ = ["bound", "find_parameter", "fix", "substitute", "with_constraint", "with_parameter", "with_values"]
+__all__ = [
+    "bound",
+    "edited_by",
+    "find_parameter",
+    "fix",
+    "substitute",
+    "with_constraint",
+    "with_parameter",
+    "with_values",
+]
 
 
 def find_parameter(model: Model, name: str) -> Parameter:
@@ -29,20 +38,33 @@ def find_parameter(model: Model, name: str) -> Parameter:
     raise ModelError(f"the model has no parameter {name!r}: its parameters are {names}")
 
 
-def with_parameter(model: Model, *parameters: Parameter) -> Model:
-    """Add parameters, for later edits to use.
+def edited_by(model: Model, origin: str, reserved: Iterable[str] = ()) -> Model:
+    """Return the model with an origin for all parameters and signals that the following edits add.
 
     Parameters
     ----------
-    model
-        The model to extend.
-    *parameters
-        New parameters.
+    origin
+        Name of the effect; "" ends its edits.
+    reserved
+        Names that new signals and parameters must not take, beside those of the model.
 
-    Returns
-    -------
-    Model
-        The extended model.
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> model = OutputError().edited_by("friction").with_parameter(Parameter("Fc", 0))
+    >>> dict(model.origins)
+    {'Fc': 'friction'}
+    """
+    return replace(model, edit=Edit(origin, frozenset(reserved)) if origin else None)
+
+
+def origins_with(model: Model, added: Iterable[str]) -> dict[str, str]:
+    """Return the origins of the model, and that of the edit for what is added."""
+    return {**model.origins, **(dict.fromkeys(added, model.edit.origin) if model.edit else {})}
+
+
+def with_parameter(model: Model, *parameters: Parameter) -> Model:
+    """Add parameters, for later edits to use.
 
     Examples
     --------
@@ -50,23 +72,12 @@ def with_parameter(model: Model, *parameters: Parameter) -> Model:
     >>> [p.name for p in OutputError().with_parameter(Parameter("Fc", 0)).parameters]
     ['a1', 'b0', 'Fc']
     """
-    return replace(model, parameters=(*model.parameters, *parameters))
+    origins = origins_with(model, (item.name for item in parameters))
+    return replace(model, parameters=(*model.parameters, *parameters), origins=origins)
 
 
 def with_values(model: Model, values: Mapping[str, float]) -> Model:
     """Set parameter values, keeping those already set.
-
-    Parameters
-    ----------
-    model
-        The model.
-    values
-        Values in the parameters' units.
-
-    Returns
-    -------
-    Model
-        The model with a central value for each.
 
     Raises
     ------
@@ -84,18 +95,6 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 
 def fix(model: Model, **values: float) -> Model:
     """Replace parameters by numbers.
-
-    Parameters
-    ----------
-    model
-        The model.
-    **values
-        Number for each parameter, within its box.
-
-    Returns
-    -------
-    Model
-        A model without these parameters.
 
     Raises
     ------
@@ -119,18 +118,6 @@ def fix(model: Model, **values: float) -> Model:
 
 def bound(model: Model, **boxes: tuple[float, float]) -> Model:
     """Replace the boxes of parameters.
-
-    Parameters
-    ----------
-    model
-        The model.
-    **boxes
-        ``(lower, upper)`` per parameter, in its unit.
-
-    Returns
-    -------
-    Model
-        The model with these boxes.
 
     Raises
     ------
@@ -160,22 +147,6 @@ def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: 
     An expression in parameters keeps the old box and constraints, now as constraints on the new parameters.
     An expression that reads a signal varies in time: constraints on the old constant, and its box, no longer
     mean anything and are dropped, which can only enlarge the feasible set.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Parameter to replace.
-    expression
-        What it becomes.
-    new_parameters
-        Parameters the expression brings in.
-
-    Returns
-    -------
-    Model
-        The model without the parameter.
 
     Raises
     ------
@@ -227,23 +198,12 @@ def _replace_symbol(model: Model, old: Parameter, expression: sympy.Expr, new_pa
         ),
         constraints=constraints,
         values={name: value for name, value in model.values.items() if name != old.name},
+        origins=origins_with(model, (item.name for item in new_parameters)),
     )
 
 
 def with_constraint(model: Model, *expressions: sympy.Expr) -> Model:
     """Add prior knowledge: each expression in the parameters is >= 0.
-
-    Parameters
-    ----------
-    model
-        The model.
-    *expressions
-        Expressions in the parameters.
-
-    Returns
-    -------
-    Model
-        The model with these constraints.
 
     Raises
     ------

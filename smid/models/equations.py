@@ -1,4 +1,4 @@
-"""The equations of a model for the eye: plain text, LaTeX and HTML."""
+"""The equations of a model for display: plain text, LaTeX and HTML."""
 
 from __future__ import annotations
 
@@ -55,11 +55,6 @@ class Equations:
         ----------
         model
             The model to show.
-
-        Returns
-        -------
-        Equations
-            Its equations in causal order, then measurements, priors and parameters.
         """
         text = [str(line) for line in model.lines]
         rows = [
@@ -82,23 +77,11 @@ class Equations:
         return "\n  ".join((self.title, *self.text))
 
     def latex(self) -> str:
-        r"""Give one ``aligned`` block, without math delimiters.
-
-        Returns
-        -------
-        str
-            LaTeX source.
-        """
+        r"""Return one ``aligned`` block, without math delimiters."""
         return "\\begin{aligned}\n" + " \\\\\n".join(self.rows) + "\n\\end{aligned}"
 
     def html(self) -> str:
-        """Give an HTML fragment with the plain text, readable without a LaTeX renderer.
-
-        Returns
-        -------
-        str
-            HTML source.
-        """
+        """Return an HTML fragment with the plain text, readable without a LaTeX renderer."""
         entries = "".join(f"<li><code>{html.escape(entry)}</code></li>" for entry in self.text)
         return f"<div><strong>{html.escape(self.title)}</strong><ul>{entries}</ul></div>"
 

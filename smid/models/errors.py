@@ -1,4 +1,4 @@
-"""The one error of this package: a model that does not make sense."""
+"""The error for an invalid model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["ModelError", "refuse_unknown"]
 
 
 class ModelError(UserError):
-    """A model, or what was asked of it, makes no sense; the message names the cause and the cure.
+    """A model or a request to it is invalid; the message names the cause and the cure.
 
     Examples
     --------
@@ -24,18 +24,6 @@ class ModelError(UserError):
 
 def refuse_unknown(kind: str, given: Iterable[str], valid: Iterable[str]) -> None:
     """Refuse names that are not among the valid ones, and propose the nearest.
-
-    Parameters
-    ----------
-    kind
-        What the names are, for the message.
-    given, valid
-        Names to check, and those allowed.
-
-    Raises
-    ------
-    ModelError
-        If a name is unknown.
 
     Examples
     --------

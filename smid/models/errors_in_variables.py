@@ -21,7 +21,7 @@ def ErrorsInVariables(
     offset: bool = False,
     **priors: Any,
 ) -> Model:
-    """Give an errors-in-variables model, equations (2.5)-(2.7), (2.12).
+    """Return an errors-in-variables model, equations (2.5)-(2.7), (2.12).
 
     As `OutputError`, but of the true input, of which the data show ``u[t] = u_true[t] + zeta[t]``.
 
@@ -39,12 +39,6 @@ def ErrorsInVariables(
         Add a constant to the line of w, the parameter ``offset`` in the output's unit.
     **priors
         Fields of `smid.models.Priors`.
-
-    Returns
-    -------
-    Model
-        Signals ``u_true`` and ``w``; parameters ``a1..``, ``b0..``, ``offset`` where asked for; noises ``eta``,
-        ``zeta``.
 
     Raises
     ------

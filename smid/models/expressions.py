@@ -42,21 +42,11 @@ class _Printer(StrPrinter):  # type: ignore[misc]
 
 
 def decimals(expression: sympy.Expr, exactly: bool = False) -> sympy.Expr:
-    """Write long fractions as decimals, for the eye: what was given as 0.3 is shown as 0.3.
+    """Write long fractions as decimals, for display: 0.3 is shown as 0.3, and 5/2 as 2.5.
 
-    So is 5/2, the short ones below one are not: 1/2 and 3/16 stay.
+    Short fractions below one stay: 1/2 and 3/16.
 
-    Parameters
-    ----------
-    expression
-        Expression in parameters and signals.
-    exactly
-        Whether fractions stay that no float is; otherwise the nearest float to 15 digits stands for each.
-
-    Returns
-    -------
-    sympy.Expr
-        For printing only: it is not evaluated.
+    For printing only: the result is not evaluated.
 
     Examples
     --------
@@ -83,17 +73,7 @@ def _nearest(item: sympy.Rational) -> float | None:
 
 
 def to_text(expression: sympy.Expr) -> str:
-    """Write an expression so that `from_text` gives it back, to the last bit.
-
-    Parameters
-    ----------
-    expression
-        Expression in parameters and signals.
-
-    Returns
-    -------
-    str
-        Python-like text.
+    """Return an expression as text that `from_text` reads back exactly.
 
     Examples
     --------
@@ -104,17 +84,7 @@ def to_text(expression: sympy.Expr) -> str:
 
 
 def shown(expression: sympy.Expr) -> str:
-    """Write an expression for the eye: as `to_text`, with at most 15 digits where no float is the number.
-
-    Parameters
-    ----------
-    expression
-        Expression in parameters and signals.
-
-    Returns
-    -------
-    str
-        Python-like text.
+    """Return an expression as text for display: as `to_text`, with at most 15 digits.
 
     Examples
     --------
@@ -126,21 +96,6 @@ def shown(expression: sympy.Expr) -> str:
 
 def from_text(text: str) -> sympy.Expr:
     """Read an expression such as ``-alpha*w[t - 1] + Max(0, u[t])``.
-
-    Parameters
-    ----------
-    text
-        Arithmetic, signals indexed by ``t``, and the functions of `FUNCTIONS`.
-
-    Returns
-    -------
-    sympy.Expr
-        The expression.
-
-    Raises
-    ------
-    ModelError
-        If the text holds anything else.
 
     Examples
     --------
@@ -158,7 +113,7 @@ def _read(node: ast.expr) -> Any:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return number(value)
         case ast.Name(id=name):
-            # The name t is time inside an index, where alone it may stand.
+            # The name t is time, and is valid inside an index only.
             return sympy.Symbol("t", integer=True) if name == "t" else sympy.Symbol(name, real=True)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_read(operand)

@@ -92,11 +92,6 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
     content
         ``class`` and the fields of that model function.
 
-    Returns
-    -------
-    Model
-        The model.
-
     Raises
     ------
     ModelError
@@ -138,11 +133,6 @@ def load_model(path: str | PathLike[str]) -> Model:
     ----------
     path
         A file with ``class = "Hammerstein"`` and that function's fields, say.
-
-    Returns
-    -------
-    Model
-        The model.
 
     Raises
     ------

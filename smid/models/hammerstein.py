@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.priors import Priors
@@ -30,7 +31,7 @@ def Hammerstein(
     input_noise: bool = False,
     **priors: Any,
 ) -> Model:
-    """Give a Hammerstein model, equations (3.1)-(3.14).
+    """Return a Hammerstein model, equations (3.1)-(3.14).
 
     ``v[t] = K u[t]``, ``x[t] = sum_k gamma_k v[t]^p_k``, ``w[t] = -alpha w[t-1] + (1 + alpha) x[t-1]``,
     ``y[t] = w[t] + eta[t]``.
@@ -100,13 +101,13 @@ def Hammerstein(
     static = sum((symbols[name] * v**power for name, power in zip(gammas, powers, strict=True)), sympy.Integer(0))
     a, b = [symbols[name] for name in denominator], [symbols[name] for name in numerator]
     lines = (
-        Line(v, number(input_scale) * signal(input)[t]),
+        Line(v, number(input_scale) * signal("u")[t]),
         Line(signal("x")[t], static),
         Line(signal("w")[t], linear_expression("w", "x", a, b, delay)),
     )
-    model = Model("Hammerstein", parameters, lines, (Measurement(output, "w", "eta"),))
+    model = Model("Hammerstein", parameters, lines, (Measurement("y", "w", "eta"),))
     known = Priors.of(priors)
     if unit_dc_gain:
         known = replace(known, dc_gain=1)
-    model = known.apply(model, denominator, numerator)
+    model = rename_channels(known.apply(model, denominator, numerator), {"u": input, "y": output})
     return model.with_input_noise(input) if input_noise else model

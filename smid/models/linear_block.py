@@ -1,9 +1,8 @@
 """The linear part of a model as a transfer function: of the whole where all its lines are linear, else of a block.
 
-From the measured output upwards, lines are taken as long as they are linear in signals; a signal that a curve gives is
-where the block begins. So the block of a Hammerstein model leads from behind its curve to the output, that of a Wiener
-model from the input to before the sensor's curve. With ``q = 1/z`` for a delay of one sample the lines are linear
-equations over rational functions of q, which are solved in exact fractions.
+The block ends at the measured output and begins at the input, or at the output of a curve. In a Hammerstein model it
+begins behind the input curve; in a Wiener model it ends before the sensor curve. With ``q = 1/z`` the lines are linear
+equations over rational functions of q, solved in exact fractions.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class LinearBlock:
     numerator, denominator
         Coefficients of rising powers of q.
     constants
-        Signals whose line has a constant beside its linear terms: no transfer function tells of it.
+        Signals whose line has a constant term, which a transfer function does not contain.
     """
 
     input: str
@@ -48,17 +47,6 @@ class LinearBlock:
 
 def linear_block(model: Model) -> LinearBlock:
     """Find the transfer function that ends in a model's output.
-
-    Parameters
-    ----------
-    model
-        With parameter values, and one output; one with rates has its sampling time.
-
-    Raises
-    ------
-    ModelError
-        Where a value is missing, there are several outputs, the line of the output is itself not linear, or the
-        block has no input or several.
 
     Examples
     --------
@@ -111,29 +99,7 @@ def linear_block(model: Model) -> LinearBlock:
 def response(
     lines: Sequence[Line], begin: str, end: str, numbers: Mapping[sympy.Symbol, sympy.Expr]
 ) -> tuple[sympy.Expr, tuple[str, ...]]:
-    """Solve linear lines for one signal over another, a delay being a factor `DELAY`, a rate `RATE` times its signal.
-
-    Parameters
-    ----------
-    lines
-        They define every signal that they read, but for `begin`.
-    begin, end
-        Signals.
-    numbers
-        Parameters of known value.
-
-    Returns
-    -------
-    function : sympy.Expr
-        Common factors cancelled.
-    constants : tuple of str
-        Signals whose line has a constant term.
-
-    Raises
-    ------
-    NonlinearError
-        Where a line is not linear.
-    """
+    """Solve linear lines for one signal over another: a delay is a factor `DELAY`, a rate `RATE` times its signal."""
     symbols = {name: sympy.Dummy(name) for name in (*(line.signal for line in lines), begin)}
     equations = []
     for line in lines:

@@ -19,7 +19,7 @@ from smid.models.discretise import discretise
 from smid.models.equations import Equations
 from smid.models.errors import ModelError
 from smid.models.expressions import from_text, to_text
-from smid.models.parts import Line, Measurement, Parameter
+from smid.models.parts import Edit, Line, Measurement, Parameter
 from smid.models.structure import causal_order, exogenous, first_samples, state_lags
 from smid.models.symbols import VALUE, canonical, number, signal, t
 
@@ -55,6 +55,11 @@ class Model:
         Steps of the scheme per sampling interval.
     sampling_time
         In seconds; needed by rate lines as soon as something is computed. None: taken from the data.
+    origins
+        Name of the effect that added a parameter or a signal, by the parameter's or signal's name. The base model's
+        own are not listed.
+    edit
+        Who edits the model now, see `edited_by`; neither stored nor compared.
 
     Raises
     ------
@@ -80,6 +85,8 @@ class Model:
     scheme: str = "rk4"
     substeps: int = 1
     sampling_time: float | None = None
+    origins: Mapping[str, str] = field(default_factory=dict)
+    edit: Edit | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         check_names(self)
@@ -93,9 +100,15 @@ class Model:
             ("measurements", tuple(self.measurements)),
             ("constraints", constraints),
             ("values", MappingProxyType(values)),
+            ("origins", self._known_origins()),
         ):
             object.__setattr__(self, name, value)
         check_symbols(self)
+
+    def _known_origins(self) -> Mapping[str, str]:
+        """Return the origins of the parameters and signals that there are."""
+        known = {*(p.name for p in self.parameters), *(line.signal for line in self.lines)}
+        return MappingProxyType({name: origin for name, origin in self.origins.items() if origin and name in known})
 
     def __hash__(self) -> int:
         own = (self.name, self.parameters, self.lines, self.measurements, self.constraints)
@@ -104,7 +117,19 @@ class Model:
     def __reduce__(self) -> tuple[type[Model], tuple[Any, ...]]:
         # A read-only mapping does not pickle, and models travel to worker processes.
         content = {part.name: getattr(self, part.name) for part in fields(self)}
-        return Model, tuple({**content, "values": dict(self.values)}.values())
+        return Model, tuple({**content, "values": dict(self.values), "origins": dict(self.origins)}.values())
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Every name that stands for a parameter, signal, channel or noise."""
+        noises = (item.noise for item in self.measurements if item.noise)
+        parameters = (item.name for item in self.parameters)
+        return frozenset((*parameters, *self.inputs, *(line.signal for line in self.lines), *self.channels, *noises))
+
+    @property
+    def taken(self) -> frozenset[str]:
+        """`names`, and those that the edit under way reserves."""
+        return self.names | (self.edit.reserved if self.edit else frozenset())
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -145,15 +170,10 @@ class Model:
         return any(line.rate for line in self.lines)
 
     def discretised(self) -> Model:
-        """Give the equivalent model of plain lines, which is what is simulated and bounded.
+        """Return the equivalent model of plain lines, which is what is simulated and bounded.
 
         Parameters whose box is one point are put into its lines as numbers, which can make them linear or polynomial;
         they stay among its parameters.
-
-        Returns
-        -------
-        Model
-            The model itself where it has no rate lines.
 
         Raises
         ------
@@ -186,11 +206,9 @@ class Model:
         """The plain lines; which signals they read at which lags does not depend on the sampling time."""
         if not self.continuous:
             return self.lines
-        taken = {*(p.name for p in self.parameters), *self.inputs, *self.channels}
-        taken |= {item.noise for item in self.measurements if item.noise}
         fixed = {p.symbol: number(p.lower) for p in self.parameters if p.lower == p.upper}
         step = 1.0 if self.sampling_time is None else self.sampling_time
-        return causal_order(discretise(self.lines, self.scheme, self.substeps, step, taken, fixed))
+        return causal_order(discretise(self.lines, self.scheme, self.substeps, step, self.taken, fixed))
 
     def parameter(self, name: str) -> Parameter:
         """Find a parameter by name.
@@ -200,11 +218,6 @@ class Model:
         name
             Name of the parameter.
 
-        Returns
-        -------
-        Parameter
-            That parameter.
-
         Raises
         ------
         ModelError
@@ -213,13 +226,7 @@ class Model:
         return edit_parameters.find_parameter(self, name)
 
     def equations(self) -> Equations:
-        """Give the model's equations, boxes, measurements and priors for print, LaTeX and notebooks.
-
-        Returns
-        -------
-        Equations
-            ``print(model.equations())`` shows one per line.
-        """
+        """Return the model's equations, boxes, measurements and priors for print, LaTeX and notebooks."""
         return Equations.of(self)
 
     def __str__(self) -> str:
@@ -229,13 +236,7 @@ class Model:
         return self.equations().html()
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the model as plain, JSON-ready content; infinite bounds become None.
-
-        Returns
-        -------
-        dict
-            Input of `from_dict`.
-        """
+        """Return the model as plain, JSON-ready content; infinite bounds become None."""
         integration = {
             "rates": [line.signal for line in self.lines if line.rate],
             "scheme": self.scheme,
@@ -267,6 +268,7 @@ class Model:
             ],
             "constraints": [to_text(constraint) for constraint in self.constraints],
             "values": dict(self.values),
+            **({"origins": dict(self.origins)} if self.origins else {}),
             **(integration if self.continuous else {}),
         }
 
@@ -278,11 +280,6 @@ class Model:
         ----------
         content
             What `to_dict` gave; its expressions are parsed, never executed.
-
-        Returns
-        -------
-        Model
-            An equal model.
 
         Raises
         ------
@@ -314,6 +311,7 @@ class Model:
                 constraints,
                 content["values"],
                 content["description"],
+                origins=content.get("origins", {}),
                 **integration,
             )
         except KeyError as missing:
@@ -349,6 +347,7 @@ class Model:
     insert_sensor = edit_lines.insert_sensor
     with_constraint = edit_parameters.with_constraint
     with_input_noise = edit_lines.with_input_noise
+    edited_by = edit_parameters.edited_by
 
 
 def _parameter(entry: Mapping[str, Any]) -> Parameter:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from smid.models.edit_lines import rename_channels
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.priors import Priors
 from smid.models.symbols import signal, t
@@ -22,7 +23,7 @@ def OutputError(
     offset: bool = False,
     **priors: Any,
 ) -> Model:
-    r"""Give an output-error model, equations (2.3)-(2.5), (2.7).
+    r"""Return an output-error model, equations (2.3)-(2.5), (2.7).
 
     ``w[t] = -a1 w[t-1] - ... + b0 u[t-delay] + ... + b_nb u[t-delay-nb]``, ``y[t] = w[t] + eta[t]``.
 
@@ -72,7 +73,8 @@ def OutputError(
     parameters = tuple(Parameter(name) for name in (*denominator, *numerator))
     constant = (Parameter("offset", null=0.0),) if offset else ()
     a, b = [item.symbol for item in parameters[:na]], [item.symbol for item in parameters[na:]]
-    expression = sum((item.symbol for item in constant), linear_expression("w", input, a, b, delay))
+    expression = sum((item.symbol for item in constant), linear_expression("w", "u", a, b, delay))
     line = Line(signal("w")[t], expression)
-    model = Model("output error", (*parameters, *constant), (line,), (Measurement(output, "w", "eta"),))
-    return Priors.of(priors).apply(model, denominator, numerator)
+    model = Model("output error", (*parameters, *constant), (line,), (Measurement("y", "w", "eta"),))
+    model = Priors.of(priors).apply(model, denominator, numerator)
+    return rename_channels(model, {"u": input, "y": output})

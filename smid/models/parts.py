@@ -13,12 +13,20 @@ from smid.models.errors import ModelError
 from smid.models.expressions import shown
 from smid.models.symbols import VALUE, canonical, end, packed, references, t, unpacked
 
-__all__ = ["Line", "Measurement", "Parameter"]
+__all__ = ["Edit", "Line", "Measurement", "Parameter"]
 
 
 def _check_name(name: str, kind: str) -> None:
     if not name.isidentifier() or name in {"t", VALUE.name}:
         raise ModelError(f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Who edits a model: the origin of what is added, and further names that new signals must not take."""
+
+    origin: str
+    reserved: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -18,23 +18,10 @@ def past_name(name: str) -> str:
 
 @lru_cache(maxsize=256)
 def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, ...]:
-    """Rewrite lines so that all they read of the past follows from the measured signals.
+    """Return lines that read the past from the measured signals only.
 
-    Each signal gets a second, past version: a measured one is the measurement, any other is computed by its
-    line from past versions.  Without it a static line between a measured signal and its feedback would carry
-    the prediction on instead of the measurement.
-
-    Parameters
-    ----------
-    lines
-        Lines of the model, in causal order.
-    measured
-        Defined signals that are measured.
-
-    Returns
-    -------
-    tuple of Line
-        Lines whose inputs are those of the model and the past versions of the measured signals.
+    Each signal gets a second version for the past: the measurement where the signal is measured, else its line on past
+    versions. Without it, a static line in a feedback would use the prediction instead of the measurement.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Prior knowledge on a transfer function as plain options, turned into boxes, constraints and eliminations.
 
-Closed conditions throughout (>= 0): a closed set is what intervals are computed over. All arithmetic is in fractions;
-only the ends of boxes become floats, rounded outwards: no model that meets the conditions is lost.
+All conditions are closed (>= 0), because intervals are computed over closed sets. Arithmetic is in fractions; only the
+ends of boxes become floats, rounded outwards, so that no model that meets the conditions is lost.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Priors:
-    """What is known of ``G = B/A`` beforehand; the defaults know nothing.
+    """Prior knowledge on ``G = B/A``; by default there is none.
 
     Attributes
     ----------
@@ -93,11 +93,6 @@ class Priors:
         options
             Fields of this class.
 
-        Returns
-        -------
-        Priors
-            The options.
-
         Raises
         ------
         ModelError
@@ -107,21 +102,14 @@ class Priors:
         return Priors(**options)
 
     def apply(self, model: Model, denominator: Sequence[str], numerator: Sequence[str]) -> Model:
-        """Put the knowledge into a model.
+        """Return the model with the prior knowledge.
 
         Parameters
         ----------
-        model
-            The model.
         denominator
             Names of ``a_1, ..., a_n`` of ``A = 1 + a_1 q^-1 + ...`` (2.3).
         numerator
             Names of ``b_0, ..., b_m`` (2.4); empty where it is not free.
-
-        Returns
-        -------
-        Model
-            The model with boxes, constraints and eliminations.
 
         Raises
         ------
@@ -231,7 +219,7 @@ def _tightened(model: Model, name: str, box: Range) -> Model:
 def _real_roots(
     coefficients: Sequence[sympy.Expr], span: Range, positive_leading: bool, option: str
 ) -> list[sympy.Expr]:
-    """Put all roots, one or two, on the real span; an unknown leading sign multiplies the conditions."""
+    """Return conditions for one or two real roots in an interval; an unknown leading sign multiplies them."""
     degree = len(coefficients) - 1
     if degree not in (1, 2):
         raise ModelError(f"{option} is available for one or two roots, not {degree}: use a radius or bounds instead")
@@ -247,7 +235,7 @@ def _real_roots(
 
 
 def _with_new_constraints(model: Model, constraints: Sequence[sympy.Expr]) -> Model:
-    """Add constraints, but not those that a box says already."""
+    """Add constraints that the boxes do not imply."""
     fresh = []
     for item in constraints:
         if item.is_number:

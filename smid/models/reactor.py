@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.symbols import number, signal, t
@@ -27,7 +28,7 @@ def Reactor(
     substeps: int = 1,
     sampling_time: float | None = None,
 ) -> Model:
-    r"""Give the reactor of the hybrid thesis, equation (5.6), with the mismatches of its table 2 as parameters.
+    r"""Return the reactor of the hybrid thesis, equation (5.6), with the mismatches of its table 2 as parameters.
 
     ``d/dt w = (1/tau - r) u - a w^x / tau``, ``y[t] = w[t] + eta[t]``: a concentration of gain ``1 - r tau``.  First
     principles have a = x = 1.
@@ -78,17 +79,18 @@ def Reactor(
         _parameter("x", x, X_BOX, "", 1.0),
     )
     time, factor, power = (item.symbol for item in parameters)
-    w, u = signal("w")[t], signal(input)[t]
+    w, u = signal("w")[t], signal("u")[t]
     rate = (1 / time - number(reaction_rate)) * u - factor * w**power / time
-    return Model(
+    model = Model(
         "reactor",
         parameters,
         (Line(w, sympy.sympify(rate), rate=True),),
-        (Measurement(output, "w", "eta"),),
+        (Measurement("y", "w", "eta"),),
         scheme=scheme,
         substeps=substeps,
         sampling_time=sampling_time,
     )
+    return rename_channels(model, {"u": input, "y": output})
 
 
 def _parameter(name: str, value: float | None, box: tuple[float, float], unit: str, null: float | None) -> Parameter:

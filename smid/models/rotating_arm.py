@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, Parameter
 from smid.models.symbols import signal, t
@@ -31,7 +32,7 @@ def RotatingArm(
     substeps: int = 1,
     sampling_time: float | None = None,
 ) -> Model:
-    r"""Give the arm of the hybrid thesis, equations (5.7)-(5.9); without options Newton's law alone, (5.14).
+    r"""Return the arm of the hybrid thesis, equations (5.7)-(5.9); without options Newton's law alone, (5.14).
 
     ``d/dt angle = speed``, ``d/dt speed = theta (c u - W - b speed |speed|)``, with the friction (5.8)
     ``W = Ws speed / eps`` where ``|speed| < eps`` (sticking) and ``W = Wd sign(speed)`` elsewhere (gliding).
@@ -88,7 +89,7 @@ def RotatingArm(
     ]
     speed = signal("speed")[t]
     inertia, motor = (item.symbol for item in parameters)
-    torque = motor * signal(input)[t]
+    torque = motor * signal("u")[t]
     if friction:
         ws, eps, wd = added = _fixed(FRICTION)
         parameters += added
@@ -99,19 +100,20 @@ def RotatingArm(
         added = _fixed(DRAG)
         parameters += added
         torque -= added[0].symbol * speed * sympy.Abs(speed)
-    return Model(
+    model = Model(
         "rotating arm",
         tuple(parameters),
         (Line(signal("angle")[t], speed, rate=True), Line(speed, inertia * torque, rate=True)),
-        (Measurement(output, measured, "eta"),),
+        (Measurement("y", measured, "eta"),),
         scheme=scheme,
         substeps=substeps,
         sampling_time=sampling_time,
     )
+    return rename_channels(model, {"u": input, "y": output})
 
 
 def _fixed(constants: dict[str, tuple[float, str]]) -> list[Parameter]:
-    """Give parameters whose box is one point; a torque of zero is no effect."""
+    """Return parameters whose box is one point; a torque of zero is no effect."""
     return [
         Parameter(name, value, value, unit, None if name == "eps" else 0.0) for name, (value, unit) in constants.items()
     ]

@@ -22,25 +22,13 @@ __all__ = ["at_sampling_time", "channel_samples", "input_signals", "measured_sig
 def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -> tuple[dict[str, Any], int | None]:
     """Merge parameter values with the model's own and find the batch size.
 
+    A parameter with a box of one point has that value. Scalars stay Python floats; the batch size is None without
+    batch.
+
     Parameters
     ----------
-    model
-        The model.
     parameters
         Values over those the model carries; arrays of shape (B,) are batched.
-
-    Returns
-    -------
-    values : dict of str to float or numpy.ndarray
-        A value for each parameter of the model, that of its box where the box is one point; scalars stay
-        Python floats.
-    batch : int or None
-        B, or None without batch.
-
-    Raises
-    ------
-    ModelError
-        If a value is missing, unknown, not that of a fixed parameter, or of another shape than the rest.
     """
     fixed = {item.name: item.lower for item in model.parameters if item.lower == item.upper}
     merged: dict[str, Any] = {**fixed, **model.values, **(parameters or {})}
@@ -63,24 +51,12 @@ def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -
 
 
 def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
-    """Give a model in derivatives the sampling time of the data.
+    """Return a model in derivatives the sampling time of the data.
 
     Parameters
     ----------
-    model
-        The model.
     sampling_time
         Of the data, in seconds; None: not known.
-
-    Returns
-    -------
-    Model
-        The model itself where it has no rates.
-
-    Raises
-    ------
-    ModelError
-        If the model's own sampling time is another.
     """
     if not model.continuous or sampling_time is None:
         return model
@@ -97,22 +73,7 @@ def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
 def channel_samples(channels: Mapping[str, ArrayLike], name: str) -> Array:
     """Get one channel as finite numbers.
 
-    Parameters
-    ----------
-    channels
-        Channels of the data.
-    name
-        The wanted one.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (n,).
-
-    Raises
-    ------
-    ModelError
-        If the channel is missing, not a series, or not finite.
+    Shape (n,).
     """
     if name not in channels:
         raise ModelError(f"the data lack the channel {name!r}: they have {', '.join(channels)}")
@@ -127,28 +88,7 @@ def input_signals(
 ) -> tuple[dict[str, Array], int]:
     """Collect the input signals, cut to the number of samples.
 
-    Parameters
-    ----------
-    model
-        The model.
-    channels
-        Channels of the data; a noisy input may also be given by its true signal.
-    values
-        Parameter values, for sensor curves on inputs.
-    n
-        Number of samples; None takes the inputs' length.
-
-    Returns
-    -------
-    inputs : dict of str to numpy.ndarray
-        Per input signal, shape (n,).
-    count : int
-        Number of samples n.
-
-    Raises
-    ------
-    ModelError
-        If a channel is missing, or lengths differ or are too short.
+    Per input signal, shape (n,); and the number of samples n.
     """
     sensors = {item.signal: item for item in reversed(model.measurements)}
     inputs = {
@@ -177,32 +117,14 @@ def run_lines(
 ) -> dict[str, Array]:
     """Evaluate compiled lines, group after group, over all samples.
 
+    Every signal has shape (n,) or (B, n).
+
     Parameters
     ----------
-    lines
-        Lines in causal order.
     inputs
         Input signals, shape (n,) or (B, n).
     values
         Parameter values, scalars or shape (B,).
-    batch
-        B, or None without batch.
-    initial
-        First samples of signals.
-    count
-        Number of samples n.
-    check
-        Whether to raise where a signal is not finite.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray
-        Every signal, shape (n,) or (B, n).
-
-    Raises
-    ------
-    ModelError
-        If initial samples are unknown or too few, or a signal leaves the finite range.
     """
     shape = (count,) if batch is None else (batch, count)
     lag = min(max(first_samples(lines).values(), default=0), count)
@@ -243,24 +165,7 @@ def _check_finite(names: Sequence[str], known: Mapping[str, Array], start: int) 
 def measured_signals(model: Model, channels: Mapping[str, ArrayLike], values: Mapping[str, Any]) -> dict[str, Array]:
     """Read the measured, defined signals off the output channels, through the sensor curves.
 
-    Parameters
-    ----------
-    model
-        The model.
-    channels
-        Channels of the data, outputs included.
-    values
-        Parameter values.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray
-        Per measured signal, shape (n,).
-
-    Raises
-    ------
-    ModelError
-        If a channel is missing or not finite.
+    Per measured signal, shape (n,).
     """
     outputs = set(model.output_channels)
     return {

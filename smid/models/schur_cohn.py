@@ -26,7 +26,7 @@ __all__ = ["schur_cohn"]
 def schur_cohn(
     coefficients: Sequence[sympy.Expr], radius: float = 1.0, *, positive_leading: bool = False
 ) -> tuple[sympy.Expr, ...]:
-    """Give expressions that are all > 0 exactly when every root lies strictly inside a circle.
+    """Return expressions that are all > 0 exactly when every root lies strictly inside a circle.
 
     Intervals are closed, so a model takes them as >= 0, the closure.
 
@@ -40,11 +40,6 @@ def schur_cohn(
         Whether ``c_0 > 0`` is known; it then counts as given, and the conditions have lower degrees.  A
         positive number ``c_0`` is recognised without it.
 
-    Returns
-    -------
-    tuple of sympy.Expr
-        Polynomials in the parameters, in rational arithmetic.
-
     Examples
     --------
     >>> a1, a2 = sympy.symbols("a1 a2", real=True)
@@ -54,14 +49,19 @@ def schur_cohn(
     # The coefficients of c(r z), whose roots are those of c over r.
     degree, scale = len(coefficients) - 1, number(radius)
     scaled = [with_fractions(sympy.sympify(c)) * scale ** (degree - i) for i, c in enumerate(coefficients)]
-    return _conditions(tuple(scaled), positive_leading)
+    free = sympy.symbols(f"c:{degree + 1}", real=True)
+    values = dict(zip(free, scaled, strict=True))
+    conditions = _conditions(free, positive_leading or bool(scaled[0].is_positive))
+    found = dict.fromkeys(sympy.expand(condition.xreplace(values)) for condition in conditions)
+    return tuple(condition for condition in found if not condition.is_positive)
 
 
+# The coefficients are independent symbols here. A factor of one condition that divides another one vanishes only on the
+# border then, and the closure keeps the border. A factor that is zero because of what a user has fixed must not be
+# divided out: poles at +-r have a_1 = 0, and a_1 >= 0, -1 >= 0 would be left of a_1 >= 0, -a_1 >= 0.
 @lru_cache(maxsize=128)
-def _conditions(coefficients: tuple[sympy.Expr, ...], positive_leading: bool) -> tuple[sympy.Expr, ...]:
-    symbols = sorted(set().union(*(item.free_symbols for item in coefficients)), key=str) or [sympy.Dummy()]
-    row = [sympy.Poly(item, *symbols, domain="QQ") for item in coefficients]
-    leading_positive = positive_leading or bool(coefficients[0].is_positive)
+def _conditions(coefficients: tuple[sympy.Symbol, ...], leading_positive: bool) -> tuple[sympy.Expr, ...]:
+    row = [sympy.Poly(item, *coefficients, domain="QQ") for item in coefficients]
     # Conditions so far, each positive wherever the later ones are read.
     found: list[sympy.Poly] = []
     positive = [row[0]] if leading_positive else []
@@ -100,10 +100,9 @@ def _alternating(row: Sequence[sympy.Poly]) -> sympy.Poly:
 
 
 def _divided(row: Sequence[sympy.Poly], positive: Sequence[sympy.Poly]) -> list[sympy.Poly]:
-    """Divide polynomials by what is positive and divides them all; else the degree doubles at each step.
+    """Divide polynomials by positive common factors; otherwise the degree doubles at each step.
 
-    Trial division, not factorisation: sympy's multivariate factorisation draws random points, and now and
-    then takes minutes at degree five.
+    By trial division: sympy's multivariate factorisation sometimes takes minutes at degree five.
     """
     divided = list(row)
     for divisor in positive:

@@ -4,17 +4,15 @@ Differentiating every line gives the forward sensitivities.  With S the derivati
 
     S_i[t] = sum over reads (j, k) of  (df_i / dx_j[t-k]) S_j[t-k]  +  df_i / dp.
 
-The trajectory comes first, from the compiled lines of `smid.models.compiled`; all partial derivatives along it are
-then NumPy expressions over time, and what remains is a *linear* recursion. Written for all samples at once it is a
-unit lower triangular banded system with one right-hand side per parameter, which LAPACK's dtbtrs solves: no loop
-through time in Python, whether the model is linear or not.
+First the compiled lines of `smid.models.compiled` give the trajectory. All partial derivatives along it are NumPy
+expressions over time. The rest is a *linear* recursion: for all samples at once, a unit lower triangular banded system
+with one right-hand side per parameter. LAPACK's dtbtrs solves it, without a loop through time in Python.
 
-Many parameter vectors run in lockstep: one loop through time, then the derivatives of a few of them at a time, so that
-what is computed for these stays in the cache.
+Many parameter vectors run in lockstep, and their derivatives are computed a few at a time to stay in the cache.
 
-Before sample 0 states are given, and inputs are constant: at their first value, or, where a line looks further back
-than one sample, at a value that is given like a state. At a kink (Max, Abs, sign) one of the one-sided derivatives, or
-their mean, is taken.  Reference: Khalil, Nonlinear Systems, 3rd ed., section 3.3 (sensitivity equations).
+States before sample 0 are given. Inputs before sample 0 have their first value, or a given value where a line looks
+further back than one sample. At a kink (Max, Abs, sign) a one-sided derivative or their mean is taken.
+Reference: Khalil, Nonlinear Systems, 3rd ed., section 3.3 (sensitivity equations).
 """
 
 from __future__ import annotations
@@ -72,8 +70,8 @@ class FreeRun:
     parameters
         Names of the free parameters (those whose box is not a point), in the model's order.
     states
-        What has to be known before sample 0: ``(state, k)`` for ``state[-k]``, and ``(input, 1)`` for an input that is
-        read further back; clocks are left out.
+        Values needed before sample 0: ``(state, k)`` for ``state[-k]``, and ``(input, 1)`` for an input that is read
+        further back. Clocks are left out.
     """
 
     parameters: tuple[str, ...]
@@ -94,10 +92,6 @@ class FreeRun:
             Input signals, shape (n,).
         values
             Values of `parameters`; arrays of shape (B,) belong to `trajectory` and `slopes`.
-        initial
-            Values of `states`.
-        jacobian
-            Whether to compute derivatives.
 
         Returns
         -------
@@ -112,7 +106,7 @@ class FreeRun:
         return self.cut(known), self.cut(slopes)
 
     def cut(self, found: Mapping[str, Array], *, time: int = 0) -> dict[str, Array]:
-        """Leave out what stands before sample 0, along the axis that is `time`."""
+        """Return the samples from 0 on, along the axis `time`."""
         samples = (slice(None),) * time + (slice(self._history, None),)
         return {name: item[samples] for name, item in found.items()}
 
@@ -134,7 +128,7 @@ class FreeRun:
         return known
 
     def finite(self, known: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Tell which of the runs in lockstep, or whether the one, stay in the finite range."""
+        """Return which of the runs in lockstep, or whether the one, stay in the finite range."""
         lines = (line for group, _, _ in self._groups for line in group.signals)
         return np.asarray(np.logical_and.reduce([np.isfinite(known[line]).all(axis=-1) for line in lines]))
 
@@ -166,7 +160,7 @@ class FreeRun:
         for name in group.signals:
             samples = known[name] = np.zeros(shape)
             for lag in range(1, history + 1):
-                # Older samples than any that is read do not matter; held, they are harmless.
+                # Samples older than any that is read are not used: hold them.
                 held = samples[..., history - lag + 1] if lag > 1 else 0.0
                 samples[..., history - lag] = initial.get((name, lag), held)
         group.evaluate(known, values, history + clock)
@@ -188,7 +182,7 @@ class FreeRun:
         for group, slopes, clock in self._groups:
             if clock or not any(s.by_signal or s.by_parameter for s in slopes):
                 continue
-            # With what it reads at the same time put in, a member is its forcing and what it takes of the past.
+            # Put in what a line reads at the same time: the forcing and the past are left.
             forcing: dict[str, Array] = {}
             past: dict[str, dict[Reference, Array]] = {}
             for slope in slopes:
@@ -256,16 +250,6 @@ class FreeRun:
 def compile_free_run(model: Model) -> FreeRun:
     """Compile a model for free runs with sensitivities.
 
-    Parameters
-    ----------
-    model
-        The model.
-
-    Returns
-    -------
-    FreeRun
-        Kept for the next call with the same model, whatever values it carries.
-
     Examples
     --------
     >>> from smid.models import OutputError
@@ -289,7 +273,7 @@ def _compiled(model: Model) -> FreeRun:
     parts = []
     clocks = set()
     symbolic = [group for group, _ in groups(lines)]
-    # With one lag only, what the input was before is told by the state at sample 0 already.
+    # With one lag only, the state at sample 0 already contains the effect of earlier inputs.
     deep = {name for line in lines for name, lag in references(line.expression) if lag > 1}
     before = tuple(name for name in exogenous(lines) if name in deep)
     defined = {*(line.signal for line in lines), *before}
@@ -308,7 +292,7 @@ def _compiled(model: Model) -> FreeRun:
 
 
 def _is_clock(group: Sequence[Line]) -> bool:
-    """Tell whether a line depends on its own past only: a clock, which shows 0 at sample 0."""
+    """Return whether a line depends on its own past only: a clock, which is 0 at sample 0."""
     expression = group[0].expression
     reads = references(expression)
     return (
@@ -320,12 +304,12 @@ def _is_clock(group: Sequence[Line]) -> bool:
 
 
 def _varying(line: Line, free: Sequence[str], defined: set[str]) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
-    """Return what of a line's reads and parameters may vary with what is fitted."""
+    """Return the reads and parameters of a line that may vary with the fitted numbers."""
     reads = tuple(sorted(read for read in references(line.expression) if read[0] in defined))
     return reads, tuple(sorted(plain_symbols(line.expression) & set(free)))
 
 
-# One line of an edited model is new, the others were differentiated before.
+# Of an edited model one line is new; the others were differentiated before.
 @lru_cache(maxsize=4096)
 def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[str, ...]) -> _Slopes:
     reads = tuple(sorted(references(line.expression)))

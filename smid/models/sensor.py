@@ -28,7 +28,9 @@ def _coefficients(channel: str, inverse: sympy.Expr, values: Mapping[str, Any]) 
 
 
 def channel_to_signal(measurement: Measurement, channel: Array, values: Mapping[str, Any]) -> Array:
-    """Read the signal off a noise-free channel.
+    """Return the signal that a noise-free channel measures.
+
+    Shape (n,), or (B, n) where the curve has batched parameters.
 
     Parameters
     ----------
@@ -38,11 +40,6 @@ def channel_to_signal(measurement: Measurement, channel: Array, values: Mapping[
         Shape (n,).
     values
         Parameter values, scalars or of shape (B,).
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (n,), or (B, n) where the curve has batched parameters.
 
     Raises
     ------
@@ -67,6 +64,8 @@ def signal_to_channel(
 ) -> Array:
     """Solve the inverse curve for the noise-free channel, on its monotone branch around `anchor`.
 
+    Shape of the signal, or (B, n).
+
     Parameters
     ----------
     measurement
@@ -77,11 +76,6 @@ def signal_to_channel(
         Parameter values, scalars or of shape (B,).
     anchor
         A value of the channel on the wanted branch, in the channel's unit.
-
-    Returns
-    -------
-    numpy.ndarray
-        The channel, of the signal's shape or (B, n).
 
     Raises
     ------
@@ -117,8 +111,7 @@ def _branch(curve: Array, anchor: float) -> tuple[float, float, float]:
     roots = np.roots(slope)
     scale = 1e-6 * (1.0 + np.abs(roots))
     real = np.sort(roots.real[np.abs(roots.imag) <= scale])
-    # The slope only touches zero at an even root (v**3 at 0), which is no end: look at the sign on either
-    # side.
+    # At an even root (v**3 at 0) the slope touches zero without a change of sign: this is no end of a branch.
     margin = 1e-5 * (1.0 + np.abs(real))
     turns = real[np.polyval(slope, real - margin) * np.polyval(slope, real + margin) < 0]
     lower = max((float(root) for root in turns if root <= anchor), default=-np.inf)

@@ -83,10 +83,10 @@ def simulate(
 ) -> dict[str, Array]:
     """Run a model freely over one experiment, from the first `max_lag` samples of its states.
 
+    Every signal and every noise-free measured channel has shape (n,), or (B, n) when batched.
+
     Parameters
     ----------
-    model
-        The model.
     channels
         Input channels of shape (n,); a noisy input may also be given by its true signal.  A measured output
         channel is only used to choose the branch of a sensor curve.
@@ -98,11 +98,6 @@ def simulate(
         Number of samples; by default the length of the input channels.
     check
         Whether to raise when the simulation leaves the finite range; otherwise inf and NaN are returned.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray
-        Every signal and every noise-free measured channel, of shape (n,), or (B, n) when batched.
 
     Raises
     ------
@@ -139,8 +134,6 @@ def predict(
 
     Parameters
     ----------
-    model
-        The model.
     channels
         Input and measured output channels of shape (n,).
     parameters
@@ -149,12 +142,6 @@ def predict(
         Number of samples; by default the length of the channels.
     check
         Whether to raise when the prediction leaves the finite range.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray
-        Every signal and every noise-free measured channel; the first `max_lag` samples of outputs are
-        measured.
 
     Raises
     ------
@@ -190,27 +177,9 @@ def simulate_data(
 
     Parameters
     ----------
-    model
-        The model.
     data
         Anything with ``experiments``, each with ``values[channel]`` of shape (n,); its ``sampling_time``, where it has
         one, is that of a model in derivatives that has none.
-    parameters
-        Values, over those the model carries.
-    initial
-        One of {"measured", "rest"}.
-        Where the first `max_lag` samples of the states come from: the measured outputs, zero, or given per
-        signal.
-
-    Returns
-    -------
-    Simulation
-        Outputs and signals per experiment.
-
-    Raises
-    ------
-    ModelError
-        If a channel or a value is missing, or the simulation leaves the finite range.
 
     Examples
     --------
@@ -239,22 +208,8 @@ def predict_data(model: Model, data: Experiments, parameters: Mapping[str, float
 
     Parameters
     ----------
-    model
-        The model.
     data
         Anything with ``experiments``, each with ``values[channel]`` of shape (n,).
-    parameters
-        Values, over those the model carries.
-
-    Returns
-    -------
-    Simulation
-        Outputs and signals per experiment.
-
-    Raises
-    ------
-    ModelError
-        If a channel or a value is missing, or the prediction leaves the finite range.
     """
     model = at_sampling_time(model, getattr(data, "sampling_time", None))
     return _collect(model, [predict(model, item.values, parameters) for item in data.experiments])

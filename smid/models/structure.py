@@ -1,4 +1,4 @@
-"""What the lines of a model imply: causal order, loops through time, and how far back they look."""
+"""Causal order of the lines of a model, loops through time, and how far back the lines read."""
 
 from __future__ import annotations
 
@@ -19,22 +19,7 @@ __all__ = ["causal_order", "exogenous", "first_samples", "groups", "state_lags"]
 def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
     """Sort lines so that each reads only signals defined above it at the same time.
 
-    What a rate line reads now decides its signal later, so a rate line waits for no other.
-
-    Parameters
-    ----------
-    lines
-        One line per signal, in any order; ties keep it.
-
-    Returns
-    -------
-    tuple of Line
-        The lines in causal order.
-
-    Raises
-    ------
-    ModelError
-        If signals depend on each other at the same time.
+    A rate line waits for no other line: what it reads now decides its signal later.
 
     Examples
     --------
@@ -72,16 +57,6 @@ def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
 def exogenous(lines: Sequence[Line]) -> tuple[str, ...]:
     """List the signals that are read but never defined, in the order of their first use.
 
-    Parameters
-    ----------
-    lines
-        The lines of a model.
-
-    Returns
-    -------
-    tuple of str
-        Names of the inputs.
-
     Examples
     --------
     >>> from smid.models.symbols import signal, t
@@ -97,16 +72,6 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
     """Split lines into groups that can be computed one after another over all time.
 
     A group is one line, or all the lines on a common loop through time (a strongly connected component).
-
-    Parameters
-    ----------
-    lines
-        Lines in causal order.
-
-    Returns
-    -------
-    tuple of (tuple of Line, bool)
-        The groups, each after those it reads, and whether it is recursive.
 
     Examples
     --------
@@ -145,17 +110,7 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
 
 
 def state_lags(lines: Sequence[Line]) -> dict[str, int]:
-    """Give the states, the signals whose own past must be known, with the largest lag each is read at.
-
-    Parameters
-    ----------
-    lines
-        Lines in causal order.
-
-    Returns
-    -------
-    dict of str to int
-        Largest lag of each state.
+    """Return the states, the signals whose own past must be known, with the largest lag each is read at.
 
     Examples
     --------
@@ -175,20 +130,10 @@ def state_lags(lines: Sequence[Line]) -> dict[str, int]:
 
 
 def first_samples(lines: Sequence[Line]) -> dict[str, int]:
-    """Give the first sample at which each line can be evaluated from inputs and initial states alone.
+    """Return the first sample at which each line can be evaluated from inputs and initial states alone.
 
-    Lags add up along lines without memory: ``d[t] = u[t] - u[t-1]``, ``w[t] = d[t-2]`` looks three samples back.  A
-    state is known from its first sample on, which is why two states in succession look back no further than one.
-
-    Parameters
-    ----------
-    lines
-        Lines in causal order.
-
-    Returns
-    -------
-    dict of str to int
-        Sample number, counted from zero, per defined signal.
+    Lags add up along lines without memory: ``d[t] = u[t] - u[t-1]``, ``w[t] = d[t-2]`` looks three samples back. A
+    state is known from its first sample on, so two states in succession look back no further than one state.
 
     Examples
     --------

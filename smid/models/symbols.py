@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -27,6 +28,7 @@ __all__ = [
     "swapped",
     "t",
     "unpacked",
+    "unused",
 ]
 
 t = sympy.Symbol("t", integer=True)
@@ -37,17 +39,12 @@ VALUE = sympy.Symbol("value", real=True)
 
 
 def signal(name: str) -> sympy.IndexedBase:
-    """Give the signal of that name, to be indexed by time as in ``signal("w")[t - 1]``.
+    """Return the signal of that name, to be indexed by time as in ``signal("w")[t - 1]``.
 
     Parameters
     ----------
     name
         Name of the signal.
-
-    Returns
-    -------
-    sympy.IndexedBase
-        A real-valued sequence.
 
     Examples
     --------
@@ -58,23 +55,14 @@ def signal(name: str) -> sympy.IndexedBase:
     return sympy.IndexedBase(name, real=True)
 
 
+def unused(wanted: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: the wanted one, else the wanted one with the first free number from 2 on."""
+    numbered = (f"{wanted}{count}" for count in itertools.count(2))
+    return next(name for name in itertools.chain((wanted,), numbered) if name not in taken)
+
+
 def number(value: float) -> sympy.Rational:
-    """Turn a number into the fraction that it is; a float is a fraction of a power of two.
-
-    Parameters
-    ----------
-    value
-        A finite number: also a `fractions.Fraction`, or one of NumPy or sympy.
-
-    Returns
-    -------
-    sympy.Rational
-        Exactly that number.
-
-    Raises
-    ------
-    ModelError
-        If it is not finite, or no rational number.
+    """Return a number as an exact fraction; a float is a fraction with a power of two below.
 
     Examples
     --------
@@ -90,19 +78,7 @@ def number(value: float) -> sympy.Rational:
 
 
 def end(value: float, direction: int) -> float:
-    """Turn an end of a closed box into a float, rounded outwards where no float is that number.
-
-    Parameters
-    ----------
-    value
-        A number as in `number`, or an infinite one.
-    direction
-        Of a lower, and of an upper end.
-
-    Returns
-    -------
-    float
-        The number itself where it is a float or a whole number that a float holds.
+    """Return an end of a closed box as a float, rounded outwards where no float has that value.
 
     Examples
     --------
@@ -120,7 +96,7 @@ def end(value: float, direction: int) -> float:
 
 
 def _lag(reference: sympy.Indexed) -> int:
-    """Give k for ``name[t - k]``."""
+    """Return k for ``name[t - k]``."""
     index = reference.indices[0]
     symbols = [symbol for symbol in index.free_symbols if symbol.name == "t"]
     lag = symbols[0] - index if len(reference.indices) == 1 and symbols else None
@@ -133,21 +109,6 @@ def _lag(reference: sympy.Indexed) -> int:
 def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
     """List the signals an expression reads, each with its lag.
 
-    Parameters
-    ----------
-    expression
-        Right-hand side of a line.
-
-    Returns
-    -------
-    frozenset of (str, int)
-        Pairs of signal name and lag k, for ``name[t - k]``.
-
-    Raises
-    ------
-    ModelError
-        If an index is not ``t - k`` with a whole number k.
-
     Examples
     --------
     >>> sorted(references(signal("w")[t - 1] * signal("u")[t]))
@@ -158,16 +119,6 @@ def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
 
 def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
     """List the names of the symbols outside any signal: parameters, and ``VALUE`` in a sensor curve.
-
-    Parameters
-    ----------
-    expression
-        Any expression.
-
-    Returns
-    -------
-    frozenset of str
-        Names.  ``free_symbols`` would also list the labels of the signals.
 
     Examples
     --------
@@ -192,24 +143,8 @@ def _outside_signals(expression: sympy.Expr) -> set[sympy.Symbol]:
 def canonical(expression: sympy.Expr) -> sympy.Expr:
     """Rewrite every symbol and signal with this package's assumptions, and every float as the fraction that it is.
 
-    ``Symbol("a")`` and ``Symbol("a", real=True)`` are different objects to sympy; a user who wrote the first
-    would otherwise be told that a parameter he can see is undefined.  Sympy rounds when it adds or multiplies floats;
-    what is proven of a model is about exactly the numbers that it was given.
-
-    Parameters
-    ----------
-    expression
-        Anything sympy can read as an expression.
-
-    Returns
-    -------
-    sympy.Expr
-        The same expression in real symbols, real signals and fractions.
-
-    Raises
-    ------
-    ModelError
-        If it is no expression, or a signal is indexed by something else than ``t - k``.
+    For sympy, ``Symbol("a")`` and ``Symbol("a", real=True)`` differ: without this step the first would count as an
+    undefined parameter. Sympy rounds sums and products of floats; proofs need exactly the numbers that were given.
 
     Examples
     --------
@@ -231,21 +166,9 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
 
 
 def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sympy.Expr:
-    """Put other expressions in place of some, as ``xreplace``, leave curves, extremes and powers, as they are written.
+    """Replace parts of an expression as ``xreplace`` does, without evaluating functions, extremes and powers again.
 
-    Sympy would look again for what is known of their arguments, which takes longer than a simulation.
-
-    Parameters
-    ----------
-    expression
-        Any expression.
-    swap
-        What to put in place of what.
-
-    Returns
-    -------
-    sympy.Expr
-        The rewritten expression.
+    Sympy's evaluation of their arguments takes longer than a simulation.
 
     Examples
     --------
@@ -261,21 +184,9 @@ def rewritten(
     done: dict[sympy.Expr, sympy.Expr],
     build: Callable[[sympy.Expr, list[sympy.Expr]], sympy.Expr],
 ) -> sympy.Expr:
-    """Rewrite an expression from its leaves, and once what occurs many times, as where effects are put on one another.
+    """Rewrite an expression from its leaves; a part that occurs many times is rewritten once.
 
-    Parameters
-    ----------
-    expression
-        Any expression.
-    done
-        What is known already; grows.
-    build
-        What becomes of a node whose arguments have become these.
-
-    Returns
-    -------
-    sympy.Expr
-        The rewritten expression.
+    `done` holds the parts that are rewritten already, and grows. `build` makes a node from its rewritten arguments.
     """
     if expression not in done:
         is_leaf = not expression.args or isinstance(expression, sympy.Indexed)
@@ -314,7 +225,7 @@ def packed(expression: sympy.Expr) -> tuple[Any, ...]:
 
 
 def unpacked(parts: tuple[Any, ...]) -> sympy.Expr:
-    """Read what `packed` wrote, as it was."""
+    """Return the expression that `packed` wrote."""
     done = list[sympy.Expr]()
     for part in parts:
         if isinstance(part, tuple):
@@ -325,19 +236,7 @@ def unpacked(parts: tuple[Any, ...]) -> sympy.Expr:
 
 
 def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
-    """Read other signals in place of some, at the same lags.
-
-    Parameters
-    ----------
-    expression
-        Right-hand side of a line.
-    names
-        New name for each old one.
-
-    Returns
-    -------
-    sympy.Expr
-        The rewritten expression.
+    """Rename signals in an expression; lags stay.
 
     Examples
     --------

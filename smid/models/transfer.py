@@ -19,7 +19,7 @@ def check_count(option: str, value: int, least: int) -> None:
 
 
 def names(stem: str, count: int, first: int) -> tuple[str, ...]:
-    """Give numbered parameter names, as in ``b0, b1``; shape (count,)."""
+    """Return numbered parameter names, as in ``b0, b1``; shape (count,)."""
     return tuple(f"{stem}{index}" for index in range(first, first + count))
 
 
@@ -27,22 +27,6 @@ def linear_expression(
     output: str, input_: str, denominator: Sequence[sympy.Expr], numerator: Sequence[sympy.Expr], delay: int
 ) -> sympy.Expr:
     """Write ``w[t] = -sum a_i w[t-i] + sum b_j u[t-delay-j]``, equation (2.5) solved for its output.
-
-    Parameters
-    ----------
-    output, input_
-        Names of the signals w and u.
-    denominator
-        ``a_1, ..., a_n``.
-    numerator
-        ``b_0, ..., b_m``.
-    delay
-        Samples of delay of the first numerator coefficient.
-
-    Returns
-    -------
-    sympy.Expr
-        The right-hand side of the line of w.
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy
 
+from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import VALUE, Line, Measurement, Model, Parameter
 from smid.models.priors import Priors
@@ -30,7 +31,7 @@ def Wiener(
     input_noise: bool = False,
     **priors: Any,
 ) -> Model:
-    """Give a Wiener model whose output curve is parametrised by its inverse.
+    """Return a Wiener model whose output curve is parametrised by its inverse.
 
     ``x[t] = -alpha x[t-1] + beta u[t-1]``, ``x[t] = z + s2 z^2 + s3 z^3`` with ``z = y[t] - eta[t]``.  The
     output curve exists where this inverse rises; simulation solves it per sample and refuses where it does
@@ -91,8 +92,8 @@ def Wiener(
     model = Model(
         "Wiener",
         (*linear, *curve),
-        (Line(signal("x")[t], linear_expression("x", input, a, b, delay)),),
-        (Measurement(output, "x", "eta", inverse),),
+        (Line(signal("x")[t], linear_expression("x", "u", a, b, delay)),),
+        (Measurement("y", "x", "eta", inverse),),
         description="the inverse of the output curve must rise over the data",
     )
     if output_range is not None:
@@ -105,4 +106,5 @@ def Wiener(
         conditions = (sympy.expand(slope.xreplace({VALUE: point})) for point in points)
         model = model.with_constraint(*(item for item in conditions if not item.is_number))
     model = Priors.of(priors).apply(model, denominator, numerator)
+    model = rename_channels(model, {"u": input, "y": output})
     return model.with_input_noise(input) if input_noise else model

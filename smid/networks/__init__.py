@@ -1,4 +1,4 @@
-"""Tanh networks, and least-squares training of them and of whatever contains them."""
+"""Tanh networks, and least-squares training of networks and of models that contain them."""
 
 from smid.networks.delays import delayed
 from smid.networks.descend import Descent, Progress, ProgressCallback, Stop, descend

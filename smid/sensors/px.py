@@ -28,9 +28,9 @@ class PX(VirtualSensor):
     hidden
         Neurons of each hidden layer.
     network
-        What training found, from bar to mm.
+        From bar to mm; None before training.
     sampling_time
-        Of the records that trained it, in seconds.
+        Of the training records, in seconds.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class PX(VirtualSensor):
 
     @property
     def n_parameters(self) -> int:
-        """Weights and biases."""
+        """Number of weights and biases."""
         return weight_count((1, *self.hidden))
 
     def fit(

@@ -1,4 +1,4 @@
-"""A constant: it excites the gain and nothing else."""
+"""A constant input, which excites the static gain alone."""
 
 from __future__ import annotations
 
@@ -10,24 +10,17 @@ __all__ = ["constant"]
 
 
 def constant(n: int, *, offset: float = 1.0) -> Array:
-    """Give a constant signal.
+    """Return a constant signal, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
     offset
         Its value, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
 
     Raises
     ------
     DataError
-        If n is no number of samples.
+        If n is not a number of samples.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The effects: named causes a model may lack, each in one file, each a rewrite of a symbolic model.
+"""The effects: causes that a model may lack, each in one file, each a rewrite of a symbolic model.
 
-To add one, write a file with ``EFFECT = Effect(...)`` and a line here; `smid.diagnosis.effects.check.check_effect`
-tells whether it behaves.
+To add one to the package, write a file with ``EFFECT = Effect(...)`` and a line here. An effect of your own needs no
+edit: give it to `diagnose`. `check_effect` checks it.
 """
 
 from smid.diagnosis.effects import (

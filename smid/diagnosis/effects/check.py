@@ -1,4 +1,4 @@
-"""The contract every effect keeps, as checks that tell what is broken; run them on an effect of your own.
+"""The contract of an effect as checks, also for an effect of your own.
 
 Each effect is put on base models of every kind (difference equations of order one and two, with an input curve, a
 reactor, an arm and two tanks in derivatives, a record with a further channel) and must
@@ -100,23 +100,6 @@ def check_effect(effect: Effect) -> None:
 def check_on(effect: Effect, case: Case) -> bool:
     """Check an effect on one base model; see `check_effect`.
 
-    Parameters
-    ----------
-    effect
-        The effect.
-    case
-        One of `cases`.
-
-    Returns
-    -------
-    bool
-        Whether it applies there.
-
-    Raises
-    ------
-    AssertionError
-        With what is broken.
-
     Examples
     --------
     >>> from smid.diagnosis.effects import missing_input
@@ -128,12 +111,11 @@ def check_on(effect: Effect, case: Case) -> bool:
     _require(
         bool(effect.summary) and not effect.summary.endswith("."), f"{place}: the summary is empty or has a full stop"
     )
-    _require(effect.name not in effect.rivals, f"{place}: it is its own rival")
-    extensions = tuple(effect.extend(case.model, case.site))
+    extensions = tuple(effect.extensions(case.model, case.site))
     labels = [item.label for item in extensions]
     _require(len(set(labels)) == len(labels), f"{place}: two variants share a label among {labels}")
     for extension in extensions:
-        _check_extension(effect, extension, case, f"{place} ({extension.label or 'only variant'})")
+        _check_extension(extension, case, f"{place} ({extension.label or 'only variant'})")
     if not extensions:
         return False
     _check_composition(effect, extensions, case, place)
@@ -145,7 +127,7 @@ def _require(fact: bool, message: str) -> None:
         raise AssertionError(message)
 
 
-def _check_extension(effect: Effect, extension: Extension, case: Case, place: str) -> None:
+def _check_extension(extension: Extension, case: Case, place: str) -> None:
     model, base = extension.model, case.model
     new = _new(model, base)
     nulls = {p.name: p.null for p in new if p.null is not None}
@@ -177,7 +159,9 @@ def _check_extension(effect: Effect, extension: Extension, case: Case, place: st
     moved = _distance(model, case, started, expected)
     _require(moved > _TOLERANCE, f"{place}: the run at the first start is the base model's")
     _check_storage(model, case, {**base.values, **extension.starts[0]}, started, place)
-    sentence = effect.describe(extension.starts[0], case.site)
+    _require(extension.describe is not None, f"{place}: neither the effect nor the extension has a describe")
+    assert extension.describe is not None
+    sentence = extension.describe(extension.starts[0], case.site)
     _require(sentence.endswith(".") and "\n" not in sentence, f"{place}: {sentence!r} is no sentence with a full stop")
     _require(re.search(r"\d", sentence) is not None, f"{place}: {sentence!r} gives no number")
 
@@ -197,7 +181,7 @@ def _check_storage(model: Model, case: Case, values: Mapping[str, float], expect
     _require(pickled == model, f"{place}: the model does not come back from pickle")
     stored = Model.from_dict(json.loads(json.dumps(model.to_dict())))
     # Text may come back in another form of the same expression, so the lines are compared by what they do.
-    same = (stored.parameters, stored.measurements) == (model.parameters, model.measurements)
+    same = all(getattr(stored, part) == getattr(model, part) for part in ("parameters", "measurements", "origins"))
     _require(same, f"{place}: the model does not come back from to_dict")
     error = _distance(model, case, _run(stored, case, values), expected)
     _require(error <= _TOLERANCE, f"{place}: the model that comes back from to_dict runs differently by {error:.1e}")
@@ -209,7 +193,7 @@ def _check_composition(effect: Effect, extensions: Sequence[Extension], case: Ca
     grown = case.model
     values = dict(grown.values)
     for other in others:
-        extension = next(iter(other.extend(grown, case.site)))
+        extension = next(iter(other.extensions(grown, case.site)))
         grown = extension.model
         values.update(extension.starts[0])
     grown = grown.with_values(values)
@@ -217,14 +201,14 @@ def _check_composition(effect: Effect, extensions: Sequence[Extension], case: Ca
     ends = extensions[:: max(1, len(extensions) - 1)][:2]  # the first and, where there are two, the last
     bases += [(f"on its own {item.label}", item.model.with_values(item.starts[0])) for item in ends]
     for what, base in bases:
-        again = tuple(effect.extend(base, case.site))
+        again = tuple(effect.extensions(base, case.site))
         _require(bool(again) or base is not grown, f"{place}: does not apply {what}")
         for item in again:
             old = {p.name for p in base.parameters}
             new = [p.name for p in item.model.parameters if p.name not in old]
             _require(bool(new), f"{place}: {what} it brings in no parameter with a name of its own")
             _require(set(item.starts[0]) == set(new), f"{place}: {what} its starts name other parameters than it adds")
-    first = next(iter(effect.extend(grown, case.site)))
+    first = next(iter(effect.extensions(grown, case.site)))
     run = _run(first.model, case, {**values, **first.starts[0]})
     _require(
         bool(np.isfinite(run[first.model.max_lag :]).all()), f"{place}: on a backlash and a bias its run is not finite"
@@ -237,7 +221,7 @@ def _new(model: Model, base: Model) -> tuple[Parameter, ...]:
 
 
 def _distance(model: Model, case: Case, found: Array, expected: Array) -> float:
-    """Give the largest difference over the samples the model computes, as a share of the output's scale."""
+    """Return the largest difference over the samples the model computes, as a share of the output's scale."""
     difference = (found - expected)[model.max_lag :]
     return float(np.abs(difference).max()) / case.site.scale(case.site.output)
 
@@ -252,7 +236,7 @@ def _run(model: Model, case: Case, values: Mapping[str, float]) -> Array:
 
 @lru_cache(maxsize=1)
 def cases() -> tuple[Case, ...]:
-    """Give the base models that effects are checked on, each with a record of its own.
+    """Return the base models that effects are checked on, each with a record of its own.
 
     Examples
     --------
@@ -279,7 +263,7 @@ def cases() -> tuple[Case, ...]:
 
 
 def _tanks() -> Model:
-    """Give two tanks, the first above the second, and a sensor whose zero is off."""
+    """Return two tanks, the first above the second, and a sensor whose zero is off."""
     pump, outflow, zero = Parameter("pump", 0.0, 9.0), Parameter("outflow", 0.0, 9.0), Parameter("zero", -9.0, 9.0)
     upper, w, u, k = signal("upper"), signal("w"), signal("u"), outflow.symbol
     lines = (

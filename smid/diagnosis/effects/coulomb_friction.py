@@ -40,6 +40,5 @@ EFFECT = Effect(
     "a constant force against motion",
     extend,
     describe,
-    rivals=("stribeck_friction", "viscous_friction", "quadratic_drag", "input_dead_zone", "input_backlash"),
     needs="a state that is the output, or a speed",
 )

@@ -1,14 +1,14 @@
-"""What an effect is: a rewrite of a symbolic model with new parameters that have a null value.
+"""An effect: a rewrite of a symbolic model with new parameters that have a null value.
 
-An effect does not know the model it is put on.  It asks the model for its input and output, and gives one or more
-*extensions*: models with a few parameters more that equal the old model where those with a null value sit at it.  The
-search fits them all and keeps the best; see `smid.diagnosis.search.search`.
+An effect applies to any model. It yields one or more *extensions*: models with a few more parameters that equal the old
+model where these parameters have their null values. The search fits the extensions and keeps the best; see
+`smid.diagnosis.search.search`. The model notes the effect as the origin of what it adds, see `Model.origins`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,11 +19,12 @@ from smid.models import Model
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Describe = Callable[[Mapping[str, float], "Site"], str]
 
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """What an effect may know of the place it is put on.
+    """The data and channels that an effect is applied to.
 
     Parameters
     ----------
@@ -94,8 +95,11 @@ class Extension:
     label
         Which way, in a word or two, where the effect has several.
     inside
-        Where parameters have to be: elsewhere the effect is another one, as a dead zone that no sample enters is a
-        bias.
+        Open intervals in which parameters must lie. Outside them the effect is another one: a dead zone that no
+        sample enters is a bias.
+    describe
+        As `Effect.describe`, for this extension only; it must be picklable, a `functools.partial` of a function, say.
+        It knows the names that the extension uses, so that no name has to be taken apart.
 
     Examples
     --------
@@ -110,6 +114,7 @@ class Extension:
     starts: tuple[Mapping[str, float], ...]
     label: str = ""
     inside: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    describe: Describe | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +130,12 @@ class Detection:
     confidence
         Between 0 and 1.
     evidence
-        The figures that tell.
+        The figures that show it.
     score_drop
-        Twice the logarithm by which it makes the residual likelier, to compare with effects that free runs show; 0
-        where it does not compete with them.
+        Twice the gain in log-likelihood of the residual, to compare with effects that free runs show; 0 where it does
+        not compete with them.
     glitches
-        Shape (n,). Per experiment, samples that no fit should see.
+        Shape (n,). Per experiment, samples to leave out of every fit.
 
     Examples
     --------
@@ -161,16 +166,19 @@ class Effect:
     extend
         Every way to put it on the model; none where it does not apply.
     describe
-        One sentence, with sizes in units, from the values of the effect's parameters.
-    rivals
-        Effects that look alike in many data.
+        One sentence, with sizes in units, from the values of the effect's parameters. None where every extension
+        has its own.
     contains
-        Effects that are special cases of this one: where they do as well, the simpler name is the right one.
+        Effects that are special cases of this one: where such a case explains as much, it is named instead.
     needs
-        What must be there for it to apply, for the reader when it is skipped.
+        What the effect needs to apply, shown where it is skipped.
     detect
-        For effects on the noise, which no free run can show: tells from the residual whether it is there.  The model
-        carries values; the site's residual is over the whole record.
+        For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
+        has values; the site's residual is over the whole record.
+    smoothed_by
+        For effects on the noise: effects that also reduce the noise, and are not named where the noise explains more.
+    marks_glitches
+        Whether `detect` finds single bad samples. They are left out before any other effect is tried.
 
     Examples
     --------
@@ -180,20 +188,30 @@ class Effect:
     ...     yield Extension(model.add_term("w", shift.symbol, [shift]), ({"shift": 0.1},))
     >>> offset = Effect("offset", "the state is pushed", extend, lambda values, site: f"{values['shift']:.3g}")
     >>> data = Dataset.from_arrays(input={"u": [0.0, 1, 1]}, output={"y": [0.0, 0, 1]}, sampling_time=1.0)
-    >>> [e.model.parameters[-1].name for e in offset.extend(OutputError(), Site(data, "u", "y"))]
+    >>> [e.model.parameters[-1].name for e in offset.extensions(OutputError(), Site(data, "u", "y"))]
     ['shift']
     """
 
     name: str
     summary: str
     extend: Callable[[Model, Site], Iterable[Extension]]
-    describe: Callable[[Mapping[str, float], Site], str]
-    rivals: tuple[str, ...] = field(default=())
-    contains: tuple[str, ...] = field(default=())
+    describe: Describe | None = None
+    contains: tuple[str, ...] = ()
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
+    smoothed_by: tuple[str, ...] = ()
+    marks_glitches: bool = False
+
+    def extensions(self, model: Model, site: Site) -> Iterator[Extension]:
+        """Yield every way to put the effect on a model, with the effect as the origin of all that it adds."""
+        own = {p.name for p in model.parameters}
+        # Names of channels stay free: a later effect may read the channel.
+        for item in self.extend(model.edited_by(self.name, (c.name for c in site.data.channels)), site):
+            added = {p.name: self.name for p in item.model.parameters if p.name not in own}
+            marked = replace(item.model, origins={**item.model.origins, **added}, edit=None)
+            yield replace(item, model=marked, describe=item.describe or self.describe)
 
 
 def on_the_noise(_model: Model, _site: Site) -> tuple[Extension, ...]:
-    """Give no extension: an effect on the noise is detected in the residual."""
+    """Return no extension: an effect on the noise is detected in the residual."""
     return ()

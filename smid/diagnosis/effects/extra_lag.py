@@ -1,9 +1,9 @@
 """Extra lag: a further pole, two processes in succession.
 
 ``l[t] = p l[t-1] + (1 - p) ((1 - f) x[t] + f x[t-1])``, of unit gain, before the input or at the sensor; p = 0 = f
-passes x on. Between its samples x moves, so the lag sees a mean of the last two: a continuous lag that is slow beside
-the sampling time has f near 1/2 (first-order hold), and f is fitted. Reference: Ljung, System Identification, 2nd ed.
-(1999), section 4.2; Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), section 6.3
+passes x on. x moves between samples, so the lag acts on a mean of the last two samples. A continuous lag that is slow
+against the sampling time has f near 1/2 (first-order hold); f is fitted. Reference: Ljung, System Identification, 2nd
+ed. (1999), section 4.2; Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), section 6.3
 (hold equivalents).
 """
 
@@ -64,5 +64,4 @@ EFFECT = Effect(
     "a further pole follows or precedes the process",
     extend,
     describe,
-    rivals=("input_delay", "hysteresis", "input_backlash", "rate_limit", "resonance"),
 )

@@ -6,6 +6,7 @@ One constant at a time; constants with a unit of time are left to `time_constant
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import free_name, fresh
@@ -19,7 +20,7 @@ _BOX = (0.05, 20.0)
 
 
 def released(model: Model, *, of_time: bool) -> Iterator[Extension]:
-    """Give a factor to each fixed parameter of the plant, those with a unit of time or the others."""
+    """Yield a factor to each fixed parameter of the plant, those with a unit of time or the others."""
     for parameter in base_parameters(model):
         # A zero stays zero under any factor.
         if parameter.lower < parameter.upper or not parameter.lower or (parameter.unit in TIME_UNITS) != of_time:
@@ -28,7 +29,7 @@ def released(model: Model, *, of_time: bool) -> Iterator[Extension]:
         extended = scaled(model, parameter, factor)
         if extended is not None:
             starts = tuple({factor.name: value} for value in (0.8, 1.25, 0.4, 2.5))
-            yield Extension(extended, starts, parameter.name)
+            yield Extension(extended, starts, parameter.name, describe=partial(_describe, parameter.name))
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -40,15 +41,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             site.input, lambda u: factor.symbol * u, [factor], new_name=free_name(model, f"{site.input}_effective")
         ),
         tuple({factor.name: value} for value in (0.8, 1.25, 0.4, 2.5)),
-        "input",
+        "scale of the input",
+        describe=partial(_describe, f"The effect of {site.input}"),
     )
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say which constant is wrong, and by how much."""
-    name, factor = next(iter(values.items()))
-    what = name.rsplit("_factor", 1)[0]
-    what = f"The effect of {site.input}" if what == "input" else f"{what}"
+def _describe(what: str, values: Mapping[str, float], _site: Site) -> str:
+    (factor,) = values.values()
     return f"{what} is {factor:.3g} times what the model says."
 
 
@@ -56,6 +55,4 @@ EFFECT = Effect(
     "gain",
     "a known constant of the model, or the scale of its input, is wrong",
     extend,
-    describe,
-    rivals=("time_constant", "input_curve", "output_curve", "power_law"),
 )

@@ -1,16 +1,16 @@
-"""Hysteresis: a memory that does not depend on how fast, before the process or behind it.
+"""Hysteresis: a rate-independent memory, before the process or at the sensor.
 
 *Bouc-Wen* with n = 1 and gamma = 0 (Dahl): dz = r (dx - |dx| z), solved over a sample,
 ``z[t] = s + (z[t-1] - s) exp(-r |dx|)`` with s = sign(dx), so that z stays in [-1, 1] however far x jumps;
 ``x' = x + k z``, k = 0 without the effect.
 
-*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of six gaps up to the span, written with what
-each play keeps back. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
+*Prandtl-Ishlinskii*: ``x' = x + sum_i c_i (play_i(x) - x)`` over plays of six gaps up to the span, written with
+stop operators. Their shares follow a density, ``c_i ~ c exp(-d g_i)`` for a gap of the share g_i of the span and
 c in all, c = 0 without it: two parameters for a loop that bends at every turn, however small the turn. At first every
 play is in the middle of its gap.
 
-Either loop leaves the ends of the recorded range where they are, as a memory between two stops does: what it takes off
-the range is given back about its middle, ``x'' = m + (x' - m) / (1 - share of the range taken)``.
+Either loop keeps the ends of the recorded range: the part of the range that it removes is restored about the middle,
+``x'' = m + (x' - m) / (1 - share of the range taken)``.
 
 A *measured* third channel, the displacement where the input is a speed, may be what is remembered: then z follows it
 and acts at the sensor, ``y = w + k z``, as dry friction with a spring in the contact does.
@@ -23,12 +23,13 @@ IEEE/ASME Transactions on Mechatronics 16 (2011) 734-744.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from math import exp
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, read_channel, signal_of
 from smid.diagnosis.effects.parts.stop import stop
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
@@ -68,22 +69,24 @@ def _bouc_wen(model: Model, channel: str, stem: str, low: float, high: float, un
     x, z = signal(signal_of(model, channel)), signal(name)
     kept = 1 + 2 * width.symbol / number(span)
     extended = _put(model, channel, stem, lambda v: middle + (v - middle + width.symbol * z[t]) / kept, [width, rate])
-    # Added behind, the memory follows the raw signal and not its own effect.
+    # Added after the insertion, the memory reads the raw signal.
     extended = extended.with_line(name, _memory(x, z, rate))
     starts = tuple({width.name: k * span, rate.name: r / span} for k in (-0.1, 0.1) for r in (5.0, 20.0))
     return Extension(extended, starts, f"Bouc-Wen at the {stem}")
 
 
-def _of_channel(model: Model, site: Site, channel: str, span: float) -> Extension:
+def _of_channel(base: Model, site: Site, channel: str, span: float) -> Extension:
+    model, remembered = read_channel(base, channel)
     low, high = site.span(site.output)
     width = fresh(model, f"{channel}_loop_width", (low - high, high - low), site.unit(site.output), 0.0)
     rate = fresh(model, f"{channel}_loop_rate", (0.5 / span, 200 / span))
     name = free_name(model, f"{channel}_memory")
     extended = _put(model, site.output, "output", lambda w: w + width.symbol * signal(name)[t], [width, rate])
-    extended = extended.with_line(name, _memory(signal(signal_of(model, channel)), signal(name), rate))
+    extended = extended.with_line(name, _memory(signal(remembered), signal(name), rate))
     size = high - low
     starts = tuple({width.name: k * size, rate.name: r / span} for k in (0.2, -0.2) for r in (5.0, 20.0))
-    return Extension(extended, starts, f"Bouc-Wen of {channel}")
+    described = partial(_describe_channel, channel, width.name)
+    return Extension(extended, starts, f"Bouc-Wen of {channel}", describe=described)
 
 
 def _memory(x: sympy.IndexedBase, z: sympy.IndexedBase, rate: Parameter) -> sympy.Expr:
@@ -115,12 +118,13 @@ def _prandtl_ishlinskii(model: Model, channel: str, stem: str, low: float, high:
     return Extension(extended, starts, f"Prandtl-Ishlinskii at the {stem}")
 
 
+def _describe_channel(channel: str, width: str, values: Mapping[str, float], site: Site) -> str:
+    size = quantity(2 * abs(values[width]), site.unit(site.output))
+    return f"{site.output} depends on the way that {channel} came: a loop {size} wide that does not depend on speed."
+
+
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how wide the loop is, and where."""
-    other = next((c for c in site.other_channels if f"{c}_loop_width" in "".join(values)), None)
-    if other is not None:
-        size = quantity(2 * abs(find(values, "loop_width") or 0.0), site.unit(site.output))
-        return f"{site.output} depends on the way that {other} came: a loop {size} wide that does not depend on speed."
     at_input = any(name.startswith("input") for name in values)
     channel = site.input if at_input else site.output
     low, high = site.span(channel)
@@ -139,7 +143,6 @@ EFFECT = Effect(
     "a memory between input and output that does not depend on speed",
     extend,
     describe,
-    rivals=("input_backlash", "extra_lag", "direction_dependence", "coulomb_friction"),
     contains=("input_backlash",),
     needs="a signal that moves",
 )

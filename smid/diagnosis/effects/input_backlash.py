@@ -1,6 +1,6 @@
-"""Backlash: the input must cross a gap when it turns round, ``p[t] = max(u - g/2, min(u + g/2, p[t-1]))``.
+"""Backlash: the input must cross a gap when it changes direction, ``p[t] = max(u - g/2, min(u + g/2, p[t-1]))``.
 
-The play operator, written with what it keeps back, ``p = u - s``; a gap of zero passes the input on.
+The play operator, written with the stop operator s, ``p = u - s``. With a gap of zero p is u.
 Reference: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
 """
 
@@ -47,6 +47,5 @@ EFFECT = Effect(
     "the input must cross a gap when it turns round",
     extend,
     describe,
-    rivals=("hysteresis", "input_dead_zone", "extra_lag", "input_delay", "coulomb_friction", "stribeck_friction"),
     needs="an input that moves",
 )

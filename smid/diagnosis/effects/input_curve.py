@@ -38,7 +38,6 @@ EFFECT = Effect(
     "the input acts along a curve",
     extend,
     describe,
-    rivals=("output_curve", "input_dead_zone", "input_saturation", "operating_point", "power_law"),
     contains=("input_dead_zone", "input_saturation"),
     needs="an input with three levels or more",
 )

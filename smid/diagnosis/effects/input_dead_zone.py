@@ -1,4 +1,4 @@
-"""Dead zone: the input has no effect until it passes a threshold, ``u' = max(0, u - upper) + min(0, u - lower)``.
+"""Dead zone: the input has no effect below a threshold, ``u' = max(0, u - upper) + min(0, u - lower)``.
 
 Overlapping valve edges, static friction of a lever, a diode.  lower <= 0 <= upper; both are zero without the effect.
 Reference: Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities (1996), chapter 2.
@@ -98,6 +98,5 @@ EFFECT = Effect(
     "the input has no effect until it passes a threshold",
     extend,
     describe,
-    rivals=("input_backlash", "input_curve", "coulomb_friction", "stribeck_friction", "output_curve"),
     needs="an input that leaves zero",
 )

@@ -45,7 +45,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 
 def _likely(site: Site) -> int:
-    """Give the lag at which the residual follows the input's steps most: after a late step it is wrong until then."""
+    """Return the lag at which the residual follows the input's steps most: after a late step it is wrong until then."""
     best, lag = 0.0, 0
     for run, residual in zip(site.data.experiments, site.residual, strict=False):
         steps = np.diff(run.values[site.input])
@@ -68,6 +68,5 @@ EFFECT = Effect(
     "the input acts later",
     extend,
     describe,
-    rivals=("extra_lag", "input_backlash", "rate_limit", "resonance"),
     needs="at least four samples",
 )

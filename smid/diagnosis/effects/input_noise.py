@@ -1,9 +1,9 @@
 """The recorded input itself is noisy (errors in variables).
 
-The plant is driven by ``u - zeta``, the model by u, so the free run misses by the plant's response to zeta: no free
-run can follow it, but its *spectrum* is known, |G|^2 times a constant. With I the periodogram of the residual and P
-the mean periodogram of the model's response to white perturbations of its input (which serves non-linear models too),
-Whittle's likelihood of
+The plant is driven by ``u - zeta``, the model by u, so the error of the free run contains the plant's response to zeta.
+No free run can follow it, but its *spectrum* is known, |G|^2 times a constant. With I the periodogram of the residual
+and P the mean periodogram of the model's response to white perturbations of its input (which serves non-linear models
+too), Whittle's likelihood of
 
     S(w) = a + b P(w),   a, b >= 0
 
@@ -126,8 +126,7 @@ EFFECT = Effect(
     lambda values, site: (
         f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
     ),
-    # What smooths the input takes some of its noise away, and may look like the cause.
-    rivals=("input_backlash", "hysteresis", "extra_lag", "rate_limit", "input_delay", "resonance"),
+    smoothed_by=("input_backlash", "hysteresis", "extra_lag", "rate_limit", "input_delay", "resonance"),
     needs="an input that the model takes as exact",
     detect=_detect,
 )

@@ -64,6 +64,5 @@ EFFECT = Effect(
     "the input acts only up to a level",
     extend,
     describe,
-    rivals=("input_curve", "output_saturation", "output_curve", "rate_limit"),
     needs="an input that moves",
 )

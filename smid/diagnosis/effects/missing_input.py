@@ -7,6 +7,7 @@ Reference: Ljung, System Identification, 2nd ed. (1999), section 1.2 (measured d
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 import sympy
 
@@ -25,37 +26,40 @@ _START = 0.05
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Add each other channel to each state, to the sensor and to the input."""
     high, full = number(site.scale(site.output)), number(site.scale(site.input))
-    for channel, middle, half, deviation in usable(model, site):
+    for reading, channel, middle, half, deviation in usable(model, site):
         shift = number(middle / half if abs(middle) < half else 0.0)
-        for state in state_lines(model):
+        for state in state_lines(reading):
             # A rate is per second: what moves the state by b in a sample.
             per = number(site.sampling_time if state.line.rate else 1.0)
-            weight = fresh(model, f"{channel}_missing_{state.own}", (-10, 10), "", 0.0)
+            weight = fresh(reading, f"{channel}_missing_{state.own}", (-10, 10), "", 0.0)
             term = weight.symbol * high / per * (deviation(state.lag) + shift)
-            extended = model.add_term(state.line.signal, term, [weight])
-            yield Extension(extended, ({weight.name: 0.1 * _START},), f"{channel} in {state.own}")
-        sensor = fresh(model, f"{channel}_missing_sensor", (-10, 10), "", 0.0)
+            extended = reading.add_term(state.line.signal, term, [weight])
+            told = partial(_describe, channel, site.output, f"{{}} per sample on {state.own}")
+            yield Extension(extended, ({weight.name: 0.1 * _START},), f"{channel} in {state.own}", describe=told)
+        sensor = fresh(reading, f"{channel}_missing_sensor", (-10, 10), "", 0.0)
         seen = deviation(0) + shift
         yield Extension(
-            model.insert_sensor(
+            reading.insert_sensor(
                 site.output,
                 _adding(sensor.symbol * high * seen),
                 [sensor],
-                new_name=free_name(model, f"{site.output}_joined"),
+                new_name=free_name(reading, f"{site.output}_joined"),
             ),
             ({sensor.name: _START},),
             f"{channel} at the sensor",
+            describe=partial(_describe, channel, site.output, f"{{}} on {site.output}"),
         )
-        drive = fresh(model, f"{channel}_missing_input", (-10, 10), "", 0.0)
+        drive = fresh(reading, f"{channel}_missing_input", (-10, 10), "", 0.0)
         yield Extension(
-            model.insert_before(
+            reading.insert_before(
                 site.input,
                 _adding(drive.symbol * full * seen),
                 [drive],
-                new_name=free_name(model, f"{site.input}_joined"),
+                new_name=free_name(reading, f"{site.input}_joined"),
             ),
             ({drive.name: _START},),
             f"{channel} with the input",
+            describe=partial(_describe, channel, site.input, f"like {{}} of {site.input}"),
         )
 
 
@@ -63,25 +67,18 @@ def _adding(term: sympy.Expr) -> Callable[[sympy.Expr], sympy.Expr]:
     return lambda x: x + term
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say which channel acts, where, and how much a half span of it does."""
-    name, weight = next(iter(values.items()))
-    channel, place = name.split("_missing_", 1)
+def _describe(channel: str, scaled: str, where: str, values: Mapping[str, float], site: Site) -> str:
+    """Say how much half the span of the channel does, in the unit of the channel that the weight is scaled by."""
+    (weight,) = values.values()
     low, high = site.span(channel)
     change = quantity((high - low) / 2, site.unit(channel))
-    if place.startswith("input"):
-        effect = f"like {quantity(weight * site.scale(site.input), site.unit(site.input))} of {site.input}"
-    else:
-        effect = quantity(weight * site.scale(site.output), site.unit(site.output))
-        effect += f" on {site.output}" if place.startswith("sensor") else f" per sample on {place}"
-    return f"{channel} drives {site.output} too: {change} of it act {effect}."
+    effect = quantity(weight * site.scale(scaled), site.unit(scaled))
+    return f"{channel} drives {site.output} too: {change} of it act {where.format(effect)}."
 
 
 EFFECT = Effect(
     "missing_input",
     "another measured channel drives the output",
     extend,
-    describe,
-    rivals=("scheduled_parameter", "sensor_drift", "periodic_disturbance", "parameter_change"),
     needs="a further measured channel that moves",
 )

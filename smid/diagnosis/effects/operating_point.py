@@ -1,13 +1,14 @@
-"""Operating point: a parameter of the dynamics depends on the level, ``p -> p + p1 s``, or its pace or gain does.
+"""Operating point: a parameter, time constant or gain depends on the level, as in ``p -> p + p1 s``.
 
-s is the output over its scale, its square, or, for the pace, the input over its scale; or it grows from 0 to 1 between
-two levels of the output, and beyond them all stays as it is there.
+s is the output over its scale, or its square; for the time constant also the input over its scale. Or s grows from 0 to
+1 between two levels of the output and is constant beyond.
 Reference: Toth, Modeling and Identification of Linear Parameter-Varying Systems (2010), chapter 1 (quasi-LPV).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 import sympy
@@ -15,7 +16,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh, quantity, signal_of
 from smid.diagnosis.effects.parts.plant import output_signal
-from smid.diagnosis.effects.parts.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
@@ -26,15 +27,17 @@ _PLACES = ((0.0, 1.0), (0.0, 0.5), (0.25, 0.5), (0.5, 0.5))  # where it starts a
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Let each parameter of the states' lines, their pace and their gain follow the level."""
+    """Let each parameter, time constant and gain of the states' lines depend on the level."""
     w, u = signal(output_signal(model, site)), signal(signal_of(model, site.input))
     high, full = number(site.scale(site.output)), number(site.scale(site.input))
-    for suffix, label, vary in (
-        ("with_output", "with the output", lambda lag: w[t - lag] / high),
-        ("with_square", "with the output squared", lambda lag: (w[t - lag] / high) ** 2),
+    for suffix, label, way, vary in (
+        ("with_output", "with the output", "with", lambda lag: w[t - lag] / high),
+        ("with_square", "with the output squared", "with the square of", lambda lag: (w[t - lag] / high) ** 2),
     ):
-        yield from extensions(model, suffix, vary, label=label, states_only=True)
-    # What depends on the level often does so in a part of the range: a slack that is taken up, a pipe that is full.
+        yield from extensions(
+            model, suffix, vary, partial(_with_channel, site.output, way), label=label, states_only=True
+        )
+    # Often only a part of the range matters: a slack that is taken up, a pipe that is full.
     low, high = np.quantile(site.values(site.output), (0.01, 0.99)).tolist()
     unit, span = site.unit(site.output), (high - low) or 1.0
     start = fresh(model, "level_from", (low, low + span), unit)
@@ -43,16 +46,18 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         model,
         "with_level",
         lambda lag: sympy.Max(0, sympy.Min(1, (w[t - lag] - start.symbol) / width.symbol)),
+        partial(_between_levels, start.name, width.name),
         label="between two levels",
         shape=(start, width),
         places=tuple({start.name: low + a * span, width.name: b * span} for a, b in _PLACES),
         parameters=False,
     )
-    # A gain that depends on the input is a curve of the input, another effect: only the pace is left.
+    # A gain that depends on the input is another effect, an input curve: only the time constant varies.
     yield from extensions(
         model,
         "with_input",
         lambda lag: u[t - lag] / full,
+        partial(_with_channel, site.input, "with"),
         label="with the input",
         states_only=True,
         parameters=False,
@@ -60,28 +65,21 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     )
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say how much the parameter moves over the range."""
-    name, amount = next((n, v) for n, v in values.items() if "_with_" in n)
-    parameter, what = name.rsplit("_with_", 1)
-    named, much = told(parameter, amount)
-    if what.startswith("level"):
-        start, width = (
-            next(v for n, v in values.items() if n.startswith(stem)) for stem in ("level_from", "level_width")
-        )
-        levels = f"from {start:.3g} to {quantity(start + width, site.unit(site.output))}"
-        return f"{sentence(named)} depends on the level: with {site.output} {levels} it changes {much}, and no further."
-    channel = site.input if what.startswith("input") else site.output
+def _with_channel(channel: str, way: str, varied: Varied, values: Mapping[str, float], site: Site) -> str:
     full = quantity(site.scale(channel), site.unit(channel))
-    way = "with the square of" if what.startswith("square") else "with"
-    return f"{sentence(named)} depends on the level: {way} {channel} it changes {much} from zero to {full}."
+    return f"{varied.what} depends on the level: {way} {channel} it changes {varied.much(values)} from zero to {full}."
+
+
+def _between_levels(start: str, width: str, varied: Varied, values: Mapping[str, float], site: Site) -> str:
+    end = quantity(values[start] + values[width], site.unit(site.output))
+    levels = f"from {values[start]:.3g} to {end}"
+    much = varied.much(values)
+    return f"{varied.what} depends on the level: with {site.output} {levels} it changes {much}, and no further."
 
 
 EFFECT = Effect(
     "operating_point",
     "a parameter of the dynamics depends on the level",
     extend,
-    describe,
-    rivals=("power_law", "input_curve", "output_curve", "quadratic_drag", "direction_dependence"),
     needs="parameters in the lines of the states",
 )

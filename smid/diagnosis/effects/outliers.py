@@ -1,7 +1,7 @@
-"""Glitches: a few samples of the output that have nothing to do with the process.
+"""Glitches: a few wrong samples of the output.
 
-They are found in the residual, where a step of the input leaves no jump:
-`smid.diagnosis.evidence.faults.outlier_mask`. No fit may see them, or it would bend to them.
+They are found in the residual, where a step of the input makes no jump (`smid.diagnosis.evidence.faults.outlier_mask`),
+and left out of every fit.
 """
 
 from __future__ import annotations
@@ -47,6 +47,6 @@ EFFECT = Effect(
     "a few recorded samples are glitches",
     on_the_noise,
     _sentence,
-    rivals=("quantisation",),
     detect=_detect,
+    marks_glitches=True,
 )

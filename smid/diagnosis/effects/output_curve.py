@@ -3,8 +3,8 @@
 Besides polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign), ``w |w/S|^(x-1)`` (a square root),
 ``(1 - c) w + b sin(k w + phi)`` (a resolver).
 
-A linear model fitted to a magnitude knows nothing of the signs. They are guessed first, as those of the input behind a
-lag, and the model is fitted to the signed output, which gives better signs, and so on: where that ends the fold starts.
+Where the output is a magnitude, its signs are needed to start the fit. First guess: the signs of the lagged input. Then
+the model is fitted to the signed output, which gives better signs, and so on.
 References: Bai, Automatica 34 (1998) 333-338 (Wiener models); Gerchberg and Saxton, Optik 35 (1972) 237-246 (signs
 and fit in turn).
 """
@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 from smid.data import DataError
 from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
 from smid.diagnosis.effects.parts.hinges import curves, slope_changes
-from smid.diagnosis.effects.parts.naming import find, free_name, fresh, is_brought, quantity
+from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.fitting.fit import fit
 from smid.models import Model, Parameter
 from smid.models.symbols import number
@@ -30,7 +30,7 @@ from smid.models.symbols import number
 __all__ = ["EFFECT"]
 
 _GUARD = 1e-6
-_NEAR_ZERO = 0.1  # of the scale; what folds comes so close to zero
+_NEAR_ZERO = 0.1  # of the scale; a magnitude comes this close to zero
 _SIGN_POLES, _ROUNDS = (0.5, 0.8, 0.9, 0.95, 0.98), 5
 _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 
@@ -62,7 +62,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         ({exponent.name: 0.6}, {exponent.name: 1.6}, {exponent.name: 2.5}),
         "power",
     )
-    if all(p.lower == p.upper for p in model.parameters if not is_brought(p.name)):
+    if all(p.lower == p.upper for p in model.parameters if p.name not in model.origins):
         # No gain of the model can make up for the level at which the power is one.
         level = fresh(model, "output_level", (0.05 * reach, 20 * reach), site.unit(site.output))
         yield Extension(
@@ -122,7 +122,7 @@ def _signed_fits(model: Model, site: Site) -> Iterator[Mapping[str, float]]:
 
 
 def _simulated(site: Site) -> Array:
-    """Give the base model's output, which the sensor's may leave far behind: a folded one is never negative."""
+    """Return the base model's output, which may be negative where the sensor's is not."""
     runs = [run.values[site.output] for run in site.data.experiments]
     if site.residual:
         runs = [y - e for y, e in zip(runs, site.residual, strict=True)]
@@ -134,7 +134,7 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     y, unit, full = site.output, site.unit(site.output), site.scale(site.output)
     fold, exponent = find(values, "output_fold"), find(values, "output_exponent")
     if fold is not None:
-        return f"The sensor of {y} folds negative values up: {fold:.0%} of the way to their magnitude."
+        return f"The sensor of {y} shows the magnitude of negative values (full rectification: 100%, here {fold:.0%})."
     if exponent is not None:
         return f"The sensor of {y} shows its power {exponent:.3g}."
     height = find(values, "output_sine_height")
@@ -151,6 +151,5 @@ EFFECT = Effect(
     "the sensor shows a curve",
     extend,
     describe,
-    rivals=("input_curve", "output_saturation", "power_law", "operating_point", "hysteresis"),
     contains=("output_saturation",),
 )

@@ -1,9 +1,9 @@
-"""Output saturation: the sensor is at its end, or a vessel is full.
+"""Output saturation: the sensor is at its limit, or a vessel is full.
 
-At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics go on from the limit. A
-rate is turned into the difference equation that integrates it for that: what overflows must not wind up. Of vessels in
+At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics continue from the limit.
+For this a rate becomes the difference equation that integrates it, so that the state does not wind up. Of vessels in
 succession, where what leaves one enters the next, the first may overflow too, and a share of that enters the next.
-The null values lie one span beyond the state, so that no limit touches the base model.
+The null values lie one span beyond the state, so that no limit acts in the base model.
 Reference: Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system identification, IFAC
 (2017) (cascaded tanks, which overflow).
 """
@@ -11,6 +11,7 @@ Reference: Schoukens and Noel, Three benchmarks addressing open challenges in no
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import permutations
 
 import numpy as np
@@ -59,6 +60,7 @@ def _spilling(model: Model, vessel: StateLine, below: StateLine, span: tuple[flo
         full.add_term(below.line.signal, spilt, [share]),
         tuple({**start, share.name: 0.5} for start in starts),
         f"above, from {vessel.own} to {below.own}",
+        describe=partial(_spills, vessel.own, upper.name, share.name),
     )
 
 
@@ -71,7 +73,7 @@ def _span(model: Model, site: Site, state: str) -> tuple[float, float]:
 
 
 def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") -> Iterator[Curve]:
-    """Give a limit above, one below, and both: label, map, parameters, and where a fit may begin."""
+    """Yield a limit above, one below, and both: label, map, parameters, and where a fit may begin."""
     low, high = span
     width = (high - low) or 1.0
     upper = fresh(model, f"{stem}_upper", (low, high + width), unit, high + width)
@@ -84,14 +86,14 @@ def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") ->
     yield "both sides", lambda w: sympy.Max(lower.symbol, sympy.Min(w, upper.symbol)), [lower, upper], both
 
 
+def _spills(vessel: str, upper: str, share: str, values: Mapping[str, float], site: Site) -> str:
+    level = quantity(values[upper], site.unit(site.output))
+    return f"The vessel {vessel} overflows at {level}; {values[share]:.0%} of what spills over enters the next."
+
+
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say where the end is."""
     unit = site.unit(site.output)
-    share = find(values, "overflow_share")
-    if share is not None:
-        vessel = next(iter(values)).split("_overflow")[0]
-        level = quantity(find(values, "overflow_upper") or 0.0, unit)
-        return f"The vessel {vessel} overflows at {level}; {share:.0%} of what spills over enters the next."
     upper, lower = find(values, "upper"), find(values, "lower")
     limits = [f"rises no further than {quantity(upper, unit)}"] if upper is not None else []
     limits += [f"falls no further than {quantity(lower, unit)}"] if lower is not None else []
@@ -104,5 +106,4 @@ EFFECT = Effect(
     "the sensor or a vessel is full",
     extend,
     describe,
-    rivals=("input_saturation", "output_curve", "input_curve"),
 )

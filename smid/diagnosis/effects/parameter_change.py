@@ -7,13 +7,15 @@ Reference: Basseville and Nikiforov, Detection of Abrupt Changes (1993), chapter
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.clock import with_clock
-from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
-from smid.diagnosis.effects.parts.varying import extensions, told
+from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
+from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
@@ -31,24 +33,20 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     times = tuple(site.duration * k / (_TIMES + 1) for k in range(1, _TIMES + 1))
     # The line needs its parameter before `extensions` adds it beside each amount.
     stepped = timed.with_line(name, ramp, [moment])
-    for extension in extensions(stepped, "change", lambda lag: signal(name)[t - lag]):
+    described = partial(_describe, moment.name)
+    for extension in extensions(stepped, "change", lambda lag: signal(name)[t - lag], described):
         amounts = extension.starts[0]
-        yield Extension(extension.model, tuple({**amounts, moment.name: at} for at in times), extension.label)
+        yield replace(extension, starts=tuple({**amounts, moment.name: at} for at in times))
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
-    """Say what changes, when and by how much."""
-    moment = find(values, "change_time")
-    name, amount = next((name, value) for name, value in values.items() if not name.startswith("change_time"))
-    what, much = told(name.rsplit("_change", 1)[0], amount)
-    return f"At {quantity(moment or 0.0, 's')} {what} changes {much}."
+def _describe(moment: str, varied: Varied, values: Mapping[str, float], _site: Site) -> str:
+    what = varied.what[0].lower() + varied.what[1:] if varied.kind != "parameter" else varied.what
+    return f"At {quantity(values[moment], 's')} {what} changes {varied.much(values)}."
 
 
 EFFECT = Effect(
     "parameter_change",
     "a parameter jumps at a time",
     extend,
-    describe,
-    rivals=("parameter_drift", "scheduled_parameter", "missing_input", "sensor_drift"),
     needs="a model with parameters",
 )

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.clock import with_clock
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.effects.parts.varying import extensions, sentence, told
+from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model
 from smid.models.symbols import number
 
@@ -20,21 +20,16 @@ __all__ = ["EFFECT"]
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Let each parameter of the plant drift."""
     timed, now = with_clock(model, site.sampling_time)
-    yield from extensions(timed, "drift", lambda _: now / number(site.duration))
+    yield from extensions(timed, "drift", lambda _: now / number(site.duration), _describe)
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say what moves, and how far over the record."""
-    name, amount = next(iter(values.items()))
-    what, much = told(name.rsplit("_drift", 1)[0], amount)
-    return f"{sentence(what)} moves {much} over {quantity(site.duration, 's')}."
+def _describe(varied: Varied, values: Mapping[str, float], site: Site) -> str:
+    return f"{varied.what} moves {varied.much(values)} over {quantity(site.duration, 's')}."
 
 
 EFFECT = Effect(
     "parameter_drift",
     "a parameter moves slowly with time",
     extend,
-    describe,
-    rivals=("scheduled_parameter", "parameter_change", "sensor_drift", "missing_input"),
     needs="a model with parameters",
 )

@@ -1,7 +1,7 @@
 """Periodic disturbance: an unmeasured sinusoid, ``y = w + A sin(omega time) + B cos(omega time)``.
 
-The fit has a valley at every frequency, about one bin of the spectrum wide, so it starts at the strongest peaks of what
-the base model leaves, found finer than that.
+The fit has a local minimum at every frequency, so it starts at the strongest peaks of the residual's spectrum, located
+finer than one bin.
 Reference: Stoica and Moses, Spectral Analysis of Signals (2005), chapter 4.
 """
 
@@ -58,6 +58,5 @@ EFFECT = Effect(
     "an unmeasured sinusoid lies on the output",
     extend,
     describe,
-    rivals=("resonance", "missing_input", "sensor_drift"),
     needs="a record long enough for a period",
 )

@@ -1,23 +1,23 @@
 """Power law: the state decays as w^x, not as w.
 
-In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.  A
-model that has a known exponent already, as the reactor has, is asked about that one instead.  States that flow into one
-another, tanks in succession, have one exponent in common, and what leaves one along the bent law enters the next along
-it too.
-References: hybrid thesis, section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges
-in nonlinear system identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
+In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.
+Where a model has a known exponent, as the reactor, that one is released instead. States that flow into one another
+(tanks in succession) share one exponent, and the flow between them follows the same law. References: hybrid thesis,
+section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system
+identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.naming import find, fresh
+from smid.diagnosis.effects.parts.naming import fresh
 from smid.diagnosis.effects.parts.plant import StateLine, base_parameters, scaled, state_lines
 from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
@@ -32,7 +32,7 @@ _TINY = 1e-9
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Release a known exponent, else bend the leak of each state."""
+    """Release a known exponent, else let the leak of each state follow a power."""
     known = tuple(_exponents(model))
     yield from known
     if known:
@@ -40,15 +40,17 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     scale = number(site.scale(site.output))
     states = state_lines(model)
     for vessels in _cascades([state for state in states if state.leak != 0]):
-        label = vessels[0].own if len(vessels) == 1 else "every state"
-        power = fresh(model, f"{label.removesuffix(' state')}_power", _BOX, "", 1.0)
-        extended = replace(model, parameters=(*model.parameters, power))
+        alone, every = len(vessels) == 1, len(vessels) == len(states)
+        label = vessels[0].own if alone else "every state" if every else f"{vessels[0].own} and what it flows into"
+        power = fresh(model, f"{vessels[0].own if alone else 'every'}_power", _BOX, "", 1.0)
+        extended = model.with_parameter(power)
         for state in vessels:
             change = _bent(state, scale, power) - state.level
             extended = extended.add_term(state.line.signal, -state.leak * change)
             for other in states:
                 extended = extended.add_term(other.line.signal, other.inflow(state) * change)
-        yield Extension(extended, tuple({power.name: x} for x in _STARTS), label)
+        starts = tuple({power.name: x} for x in _STARTS)
+        yield Extension(extended, starts, label, describe=partial(_describe, label))
 
 
 def _cascades(states: Sequence[StateLine]) -> list[list[StateLine]]:
@@ -73,11 +75,12 @@ def _exponents(model: Model) -> Iterator[Extension]:
             extended = scaled(model, parameter, exponent)
             if extended is not None:
                 extended = _of_any_sign(extended, exponent)
-                yield Extension(extended, tuple({exponent.name: x} for x in _STARTS), parameter.name)
+                starts = tuple({exponent.name: x} for x in _STARTS)
+                yield Extension(extended, starts, parameter.name, describe=partial(_describe, parameter.name))
 
 
 def _of_any_sign(model: Model, exponent: Parameter) -> Model:
-    """Continue a power to negative numbers as an odd function: a concentration near zero is measured below it."""
+    """Continue a power to negative numbers as an odd function: measured values near zero may be negative."""
 
     def odd(power: sympy.Expr) -> sympy.Expr:
         return power.base * (sympy.Abs(power.base) + number(_TINY)) ** (power.exp - 1)
@@ -89,17 +92,14 @@ def _of_any_sign(model: Model, exponent: Parameter) -> Model:
     return replace(model, lines=lines)
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
-    """Say the exponent."""
-    name = next(iter(values)).rsplit("_power", 1)[0].replace("every", "every state")
-    return f"The decay of {site.output} ({name}) follows the power {find(values, 'power') or 1.0:.3g}, not 1."
+def _describe(what: str, values: Mapping[str, float], site: Site) -> str:
+    (power,) = values.values()
+    return f"The decay of {site.output} ({what}) follows the power {power:.3g}, not 1."
 
 
 EFFECT = Effect(
     "power_law",
     "the state decays as a power of itself",
     extend,
-    describe,
-    rivals=("operating_point", "quadratic_drag", "output_curve", "input_curve", "gain"),
     needs="a state that decays in proportion to itself, or a known exponent",
 )

@@ -64,6 +64,5 @@ EFFECT = Effect(
     "a force against motion that grows with the square of speed",
     extend,
     describe,
-    rivals=("viscous_friction", "coulomb_friction", "power_law", "operating_point"),
     needs="a state that is the output, or a speed",
 )

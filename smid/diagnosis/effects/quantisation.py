@@ -1,9 +1,8 @@
 """The recorded output is rounded to whole steps q.
 
 Rounding adds an error of RMS q / sqrt(12). The step is read off the data
-(`smid.diagnosis.evidence.faults.quantisation_step`); it is a cause, not a mere note, where rounding is most of what
-the model leaves. The gain is not in the RMSE, which no model can lower, but in the noise bound: it must hold half a
-step.
+(`smid.diagnosis.evidence.faults.quantisation_step`); it is a cause where rounding is most of the
+residual. No model can lower the RMSE then; the noise bound must be at least half a step.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Rate limit: the input acts at a limited slope.
 
-The command u is held over a sample while the actuator moves towards it, a unit in S seconds at best. With e = u[t] -
-r[t-1] what is left to go, it covers ``c = e / max(1, |e| S / Ts)``, stands at ``r[t] = r[t-1] + c`` at the end of the
-sample and, since it moves for |c| S seconds of it, on average at ``r[t-1] + c (1 - |c| S / (2 Ts))``, which is what a
-slower plant feels. The slowness S vanishes where there is no limit. Reference: Aastroem and Murray, Feedback Systems,
-2nd ed. (2021), 10.2.
+The command u is held over a sample while the actuator moves towards it, one unit in S seconds at most. With e = u[t] -
+r[t-1] the remaining distance, it covers ``c = e / max(1, |e| S / Ts)`` and is at ``r[t] = r[t-1] + c`` at the end of
+the sample. Its mean over the sample, which drives a slower plant, is ``r[t-1] + c (1 - |c| S / (2 Ts))``. S is zero
+without a limit. Reference: Aastroem and Murray, Feedback Systems, 2nd ed. (2021), 10.2.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ def _limited(model: Model, site: Site, name: str, slowness: list[Parameter]) -> 
     gone = free_name(model, f"{site.input}_gone")
     left = signal(site.input)[t] - last
     mean = last + signal(gone)[t] * (1 - time(signal(gone)[t]) / 2)
-    # Readers of the input first: the lines that follow must still read the command.
+    # First redirect the readers of the input: the lines added below must still read the command.
     model = model.insert_before(site.input, lambda _: mean, slowness, new_name=f"{name}_mean")
     model = model.with_line(gone, left / sympy.Max(1, time(left)))
     return model.with_line(name, last + signal(gone)[t])
@@ -79,6 +78,5 @@ EFFECT = Effect(
     "the input acts at a limited slope",
     extend,
     describe,
-    rivals=("extra_lag", "input_delay", "input_saturation", "input_backlash"),
     needs="an input that moves",
 )

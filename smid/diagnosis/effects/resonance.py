@@ -6,8 +6,8 @@ With rho = exp(-zeta omega Ts) and c = cos(omega Ts sqrt(1 - zeta^2)),
 
 has unit gain at rest. In series the output is ``w + k (r - w)``; beside the process the pair is driven by the input,
 and its last two samples are added with weights. Weights are null at 0. The damping stays below 0.7: beyond it nothing
-swings, and a pair of real poles is another effect. Searches start at the strongest peaks of what the base model
-leaves. Reference: Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), section 5.3.
+swings, and a pair of real poles is another effect. Searches start at the strongest peaks of the residual's
+spectrum. Reference: Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), section 5.3.
 """
 
 from __future__ import annotations
@@ -113,5 +113,4 @@ EFFECT = Effect(
     "a complex pole pair swings with the process",
     extend,
     describe,
-    rivals=("periodic_disturbance", "extra_lag", "input_delay"),
 )

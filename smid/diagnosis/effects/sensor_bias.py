@@ -1,6 +1,6 @@
 """Sensor bias: the output is shown with a constant offset, ``y = w + b``, or the input, ``u + b`` acts.
 
-At the input it is offered where the plant integrates, a constant force on a mass: elsewhere both come to the same.
+The bias at the input is offered only where the plant integrates; elsewhere the two are equivalent.
 """
 
 from __future__ import annotations
@@ -50,5 +50,4 @@ EFFECT = Effect(
     "the sensor shows an offset, or a constant acts along with the input",
     extend,
     describe,
-    rivals=("sensor_drift", "missing_input", "input_curve", "output_curve"),
 )

@@ -52,5 +52,4 @@ EFFECT = Effect(
     "the sensor shows an offset that moves",
     extend,
     describe,
-    rivals=("parameter_drift", "extra_lag", "sensor_bias", "missing_input"),
 )

@@ -54,7 +54,6 @@ EFFECT = Effect(
     "a force against motion, larger at rest than when sliding",
     extend,
     describe,
-    rivals=("coulomb_friction", "viscous_friction", "input_dead_zone", "input_backlash"),
     contains=("coulomb_friction",),
     needs="a state that is the output, or a speed",
 )

@@ -28,23 +28,17 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:  # noqa: ARG001  (e
     extended = model.with_parameter(factor)
     for state in states:
         extended = with_increment(extended, state, factor.symbol * state.increment)
-    yield Extension(extended, ({factor.name: 0.8}, {factor.name: 1.2}), "all states")
+    yield Extension(extended, ({factor.name: 0.8}, {factor.name: 1.2}), "all states", describe=_describe)
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
-    """Say which time constant is wrong, and by how much."""
-    name, factor = next(iter(values.items()))
-    what = name.rsplit("_factor", 1)[0]
-    if what == "speed":
-        return f"The states move {factor:.3g} times as fast as the model says."
-    return f"{what} is {factor:.3g} times what the model says."
+def _describe(values: Mapping[str, float], _site: Site) -> str:
+    (factor,) = values.values()
+    return f"The states move {factor:.3g} times as fast as the model says."
 
 
 EFFECT = Effect(
     "time_constant",
     "a known time constant of the model is wrong",
     extend,
-    describe,
-    rivals=("gain", "extra_lag", "operating_point", "input_delay"),
     needs="a model with a state",
 )

@@ -1,6 +1,6 @@
 """Viscous friction: a force against motion in proportion to speed, ``-d v``.
 
-Offered only where nothing in the model does the same already.
+Offered only where the model has no damping yet.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     free = {p.name for p in model.parameters if p.lower < p.upper}
     for motion in motions(model, site):
         state = motion.state
-        # A known decay is a damping already: `gain` asks whether it is wrong.
+        # A known decay is a damping: the effect `gain` checks it.
         damped = plain_symbols(state.own_coefficient(2)) & free if motion.kind == "position" else state.leak != 0
         if damped:
             continue
@@ -35,7 +35,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 
 def _sizes(motion: Motion) -> tuple[float, float]:
-    """Give the least and the usual damping; a known damping may be too large, so half of one is taken off at most."""
+    """Return the least and the usual damping; a known damping may be too large, so half of one is taken off at most."""
     usual = motion.force_scale / motion.speed_scale
     return -0.5 * usual, usual
 
@@ -50,6 +50,5 @@ EFFECT = Effect(
     "a force against motion in proportion to speed",
     extend,
     describe,
-    rivals=("coulomb_friction", "quadratic_drag", "stribeck_friction", "extra_lag", "time_constant"),
     needs="a motion without damping",
 )

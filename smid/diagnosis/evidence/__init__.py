@@ -1,1 +1,1 @@
-"""What the data and the residuals show before any cause is named."""
+"""Evidence in data and residuals, before any cause is named."""

@@ -1,4 +1,4 @@
-r"""An autoregressive picture of a stationary record: what its own past tells, and how correlated its samples are.
+r"""An autoregressive model of a stationary record: its spectrum, and how correlated its samples are.
 
 A record x of n samples with mean removed is described by :math:`A(q) x_t = w_t` with white w, fitted by the
 Yule-Walker equations (Levinson's recursion, so that A is stable for every record) at the order of least BIC.  From it
@@ -24,19 +24,12 @@ LARGEST_ORDER = 12
 def autocovariance(x: Array, lags: int, mean: float | None = None) -> Array:
     """Return the biased autocovariance of a record at the lags 0 ... lags.
 
+    Shape (lags + 1,), in the squared unit of x.
+
     Parameters
     ----------
     x
         Shape (n,).
-    lags
-        Less than n.
-    mean
-        What is taken off; by default the record's own.
-
-    Returns
-    -------
-    ndarray, shape (lags + 1,)
-        In the unit of x squared.
 
     Examples
     --------
@@ -127,8 +120,6 @@ def levinson(gamma: Array, n: int) -> Autoregression:
     ----------
     gamma
         Shape (p + 1,). At the lags 0 ... p, the largest order.
-    n
-        Of how many samples.
 
     Examples
     --------

@@ -77,11 +77,6 @@ class Fault(Result):
 def data_faults(data: Dataset) -> tuple[Fault, ...]:
     """Look for faults of the data, without a model.
 
-    Returns
-    -------
-    tuple of Fault
-        Warnings first; empty where nothing was found.
-
     Examples
     --------
     >>> random = np.random.default_rng(0)
@@ -308,7 +303,7 @@ def _poor(data: Dataset, name: str) -> Iterable[Fault]:
     # Singular values below the rounding of a usual converter are not excitation.
     order = excitation(*runs, tolerance=1e-5).order
     if order == 0:
-        said = f"{name} is constant: nothing can be told of how the output depends on it; move it"
+        said = f"{name} is constant: its effect on the output cannot be seen; move it"
         yield Fault("excitation", name, "warning", said, size=0.0)
     elif order < _FEW_LINES and max(u.size for u in runs) >= 4 * _FEW_LINES:
         said = (

@@ -32,12 +32,12 @@ from smid.diagnosis.evidence.autoregression import Array
 ORDER = 10
 REACTION = 5
 _SMALLEST_INPUT, _SMALLEST_OUTPUT = 1e-4, 1e-3
-"""Innovations below these shares of the deviation are rounding, or what the linear predictors leave over."""
+"""Innovations below these shares of the deviation are rounding, or errors of the linear predictors."""
 
 
 @dataclass(frozen=True)
 class Feedback:
-    """How far past outputs tell the input.
+    """How much of the input past outputs explain.
 
     Parameters
     ----------
@@ -58,11 +58,6 @@ def feedback(inputs: Sequence[Array], outputs: Sequence[Array]) -> Feedback:
     ----------
     inputs, outputs
         Shape (N,). One for each experiment.
-
-    Returns
-    -------
-    Feedback
-        Share 0 and chance 1 where the record is too short, or the input follows from its own past entirely.
 
     Examples
     --------

@@ -1,20 +1,18 @@
-"""Show the misfit: where the free run of a fitted model leaves the data, and on what its error depends.
+"""The misfit of a fitted model: the error of its free run, and what the error depends on.
 
-The error is the measured output minus the free run.  It is set against the noise bound in time, and against everything
-that an effect outside the model could follow: time, the input's level and direction, the output's level, velocity and
-its sign, every further channel, its own past and the past of the input.  Each dependence is measured by the share of
-the error's variance that it explains, corrected for chance; see `smid.diagnosis.evidence.structure` and
-`smid.diagnosis.evidence.time_correlation`.
+The error is the measured output minus the free run. It is compared with the noise bound, and with every quantity that a
+missing effect could depend on: time, level and direction of the input, level, velocity and its sign of the output,
+further channels, and the past of error and input. Each share of the error variance is corrected for chance; see
+`smid.diagnosis.evidence.structure` and `smid.diagnosis.evidence.time_correlation`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from smid.data import DataError, Dataset
@@ -30,6 +28,9 @@ from smid.diagnosis.evidence.time_correlation import (
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SIGNS = ("falls", "rests", "rises")
 _TIME_BINS = 6
 _NAMED_INSTANTS = 5
@@ -38,7 +39,7 @@ _WORTH_SAYING = 0.03
 
 @dataclass(frozen=True)
 class Interval:
-    """A stretch of time in which the error exceeds the noise bound.
+    """A time interval in which the error exceeds the noise bound.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ class Violations:
     first
         Experiment and time in s of the first few.
     intervals
-        Violations that follow each other closely are one stretch.
+        Violations close to each other form one interval.
     """
 
     count: int
@@ -79,7 +80,7 @@ class Violations:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Misfit(Tabular):
-    """What a simulation gets wrong.
+    """The error of a simulation and what it depends on.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ class Misfit(Tabular):
     structure
         What the error depends on, the largest share first.
     input
-        The channel of the input that the error was set against.
+        Channel of the input that the error is compared with.
     residual
         Shape (N,). Output minus free run, per experiment, warm-up included.
     start
@@ -130,13 +131,13 @@ class Misfit(Tabular):
             if self.violations.count:
                 _, instant = self.violations.first[0]
                 said += (
-                    f", and leaves the noise bound of {bound} in {self.violations.count} of {self.samples} samples "
+                    f", and exceeds the noise bound of {bound} in {self.violations.count} of {self.samples} samples "
                     f"({_percent(self.violations.share)}), first at {quantity(instant, 's')}"
                 )
             else:
                 said += f", and stays within the noise bound of {bound}"
         worst = next((s for s in self.structure if s.share >= _WORTH_SAYING), None)
-        # The past of the error follows from any slow cause: what it is set against says more.
+        # Any slow cause makes the error depend on its past; the other quantities are more specific.
         seen = [s for s in self.structure if s.kind != "own past" and s.share >= _WORTH_SAYING]
         told = seen[0] if seen else worst
         return f"{said}; {told.sentence if told else 'the error depends on nothing that was measured'}."
@@ -159,7 +160,7 @@ class Misfit(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return which share of the error each quantity explains, and how likely chance does."""
+        """Return the share of the error variance that each quantity explains, with its probability by chance."""
         rows = tuple((f"{s.kind} {s.against}".rstrip(), _percent(s.share), f"{s.chance:.1g}") for s in self.structure)
         return Table("", ("error against", "share", "chance"), rows, "lrr")
 
@@ -179,7 +180,7 @@ def misfit(
     skip: int = 0,
     input: str | None = None,
 ) -> Misfit:
-    """Compare a free run with the data, and tell on what its error depends.
+    """Return the error of a free run, and what it depends on.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def misfit(
     skip
         Samples at the start of each experiment that start the simulation; the data's warm-up counts too.
     input
-        The input to set the error against; the first when not given. Further inputs count as channels.
+        The input to compare the error with; by default the first. Further inputs count as channels.
 
     Raises
     ------
@@ -273,7 +274,7 @@ def _violations(data: Dataset, residual: Sequence[Array], bound: float, start: i
         if not outside.size:
             continue
         first += [(run.name, float(time[k])) for k in outside[:_NAMED_INSTANTS]]
-        # Noise lets the error dip below the bound for moments: that is no end of a stretch.
+        # Noise brings the error below the bound briefly: the interval does not end there.
         apart = max(3, error.size // 100)
         for part in np.split(outside, np.flatnonzero(np.diff(outside) > apart) + 1):
             largest = float(np.abs(error[part]).max())
@@ -288,7 +289,7 @@ def _structure(
         return np.concatenate([part[start:] for part in parts])
 
     error, unit = joined(residual), data.channel(channel).unit
-    # Rounding of the simulation has structure too; it is no misfit.
+    # Rounding errors of the simulation are correlated too, but no misfit.
     if error.size < FEWEST or np.abs(error).max() <= 1e-12 * np.abs(joined(runs)).max():
         return ()
     inputs = [run.values[name] for run in data.experiments]

@@ -1,4 +1,4 @@
-"""The figure of a misfit: the error of the simulation against everything that it may depend on."""
+"""The figure of a misfit: the error against each quantity that it may depend on."""
 
 from __future__ import annotations
 
@@ -20,12 +20,6 @@ _COLOURS = (ORANGE, BLUE, SKY, SKY, GRID)  # rises, falls, holds, holds, never m
 def misfit_figure(misfit: Misfit) -> Figure:
     """Draw the error against time, spectrum, input, output, velocity and further channels.
 
-    Returns
-    -------
-    Figure
-        Error over time with the band of the noise bound, violations in red; scatter plots with the means of the bins
-        (squares) and the share of the variance that they explain; the amplitude spectrum.
-
     Examples
     --------
     >>> from smid.data import Dataset
@@ -43,7 +37,7 @@ def misfit_figure(misfit: Misfit) -> Figure:
     velocity = np.concatenate([np.gradient(y)[start:] if y.size > 1 else np.zeros(1) for y in free])
     directions = np.concatenate([input_direction(run.values[misfit.input])[start:] for run in data.experiments])
     unit = f" [{misfit.unit}]" if misfit.unit else ""
-    # The full cloud of a long record is a blot, and megabytes in a page.
+    # All points of a long record would cover each other and make a large page.
     shown = np.arange(0, error.size, max(1, error.size // _MOST_POINTS))
 
     def joined(name: str) -> Array:
@@ -128,7 +122,7 @@ def _spectrum(axes: Axes, misfit: Misfit, error: Array, unit: str) -> None:
     lines = np.fft.rfftfreq(error.size, misfit.data.sampling_time)
     amplitude, lines = amplitude[1:], lines[1:]
     if lines.size:
-        # Beyond what the eye can tell apart, each pixel shows the highest of its lines.
+        # With more lines than pixels, each pixel shows the highest of its lines.
         width = max(1, lines.size // 1000)
         cut = lines.size // width * width
         axes.semilogx(
@@ -166,7 +160,7 @@ def _dressed(axes: Axes, misfit: Misfit, found: Structure | None) -> None:
 
 def _titled(axes: Axes, found: Structure | None) -> None:
     if found is not None:
-        said = f"{100 * found.share:.0f} % of the variance" if found.share > 0 else "within chance"
+        said = f"{100 * found.share:.0f} % of the variance" if found.share > 0 else "not significant"
         axes.set_title(f"{found.kind}: {said}", loc="left", fontsize=8)
 
 

@@ -1,4 +1,4 @@
-r"""What a record tells of its sensor, without a model: its resolution, glitches, and stretches where it stood still.
+r"""Faults of a sensor from its record, without a model: resolution, glitches, and intervals of equal samples.
 
 **Resolution.**  The values that occur lie on a grid, :math:`y = y_0 + k q`.  The grid is found by walking up the sorted
 values: the smallest gap (or a half, a third, a quarter of it) gives a first q; each further value refines offset and
@@ -28,21 +28,12 @@ _MOST_GLITCHES = 0.06
 def quantisation_step(values: ArrayLike) -> float | None:
     """Find the step of a record that takes few, equidistant values.
 
+    None where the values lie on no grid, or on one with more levels than there are samples.
+
     Parameters
     ----------
     values
         Shape (N,).
-
-    Returns
-    -------
-    float or None
-        The step in the unit of the values; None where the values lie on no grid, or on one so fine that its levels
-        outnumber the samples.
-
-    Raises
-    ------
-    DataError
-        Where the values are no vector of finite numbers.
 
     Examples
     --------
@@ -58,13 +49,13 @@ def quantisation_step(values: ArrayLike) -> float | None:
         return None
     # Levels that differ by rounding only are one.
     levels = levels[np.append(True, np.diff(levels) > 1e-9 * (levels[-1] - levels[0]))]
-    # Few levels lie on some grid by accident; then the samples that repeat them have to speak.
+    # Few levels lie on some grid by chance; then enough samples must repeat them.
     if levels.size < _FEWEST_LEVELS or (levels.size < 12 and y.size < 10 * levels.size):
         return None
     gap = float(np.diff(levels).min())
     for division in (1, 2, 3, 4):
         if _grid(levels[:100], gap / division) is None:
-            continue  # most records lie on no grid: the first levels tell, and the long walk is saved
+            continue  # most records lie on no grid, and the first levels show it
         step = _grid(levels, gap / division)
         if step is not None:
             return step if levels[-1] - levels[0] <= step * y.size else None
@@ -92,21 +83,13 @@ def _grid(levels: Array, step: float) -> float | None:
 def outlier_mask(values: ArrayLike) -> NDArray[np.bool_]:
     """Mark isolated glitches of a record or of a residual.
 
+    Shape (N,), true at glitches of one or two samples. Steps, ramps, longer peaks and heavy-tailed noise are no
+    glitches.
+
     Parameters
     ----------
     values
         Shape (N,).
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
-        True at glitches of one or two samples. Steps, ramps and peaks of more samples are none, nor are the samples of
-        a heavy-tailed noise.
-
-    Raises
-    ------
-    DataError
-        Where the values are no vector of finite numbers.
 
     Examples
     --------
@@ -130,7 +113,7 @@ def outlier_mask(values: ArrayLike) -> NDArray[np.bool_]:
     for run in np.split(np.flatnonzero(far), np.flatnonzero(np.diff(np.flatnonzero(far)) > 1) + 1):
         first, last = int(run[0]), int(run[-1])
         if run.size > 2 or first < 2 or last > y.size - 3:
-            continue  # at the ends nobody sees whether the record comes back
+            continue  # at the ends the return of the record is not seen
         sign = np.sign(difference[first])
         there, back = sign * (y[first] - y[first - 1]), sign * (y[last] - y[last + 1])
         # The corner of a triangle jumps no further than the record moves anyway, other glitches nearby left out.
@@ -142,11 +125,11 @@ def outlier_mask(values: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _noise(y: Array, size: Array) -> float:
-    """Return the level of what a glitch has to stand out of.
+    """Return the noise level that a glitch must exceed.
 
-    The running median gives back the samples of a steep stretch unchanged, noise and all; there the distance from the
-    chord of the neighbours tells the noise (1.21 is 1.4826 / sqrt(1.5)).  Both are zero for most samples of a record at
-    rest, of which the quieter nine tenths tell (0.79 deviations of a normal noise), and a small part of its spread.
+    On a steep part the running median returns the samples unchanged, with their noise. There the distance from the
+    chord of the neighbours gives the noise (1.21 is 1.4826 / sqrt(1.5)). In a record at rest both are zero for most
+    samples; then the quieter nine tenths (0.79 deviations of normal noise) and a small part of the range count.
     """
     chord = np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2)
     calm = np.sort(size)[: int(0.9 * size.size)]

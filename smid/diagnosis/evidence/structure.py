@@ -13,9 +13,9 @@ the bins' indicators,
 .. math:: E\Bigl[\sum_b n_b \bar e_b^2\Bigr] = \sum_b \frac{1}{n_b} \frac1M \sum_\omega S(\omega) |I_b(\omega)|^2
           = \lambda (B - 1) \sigma^2 + \ldots,
 
-so that each bin counts :math:`n_b / \lambda` independent samples.  The share is what is left of :math:`\eta^2` after
-that expectation is taken off (the :math:`\omega^2` of the analysis of variance), and zero where an F test with the
-effective numbers of samples finds it within chance.
+so that each bin counts :math:`n_b / \lambda` independent samples.  The share is :math:`\eta^2` minus that expectation
+(:math:`\omega^2` in the analysis of variance). It is zero where an F test with the effective numbers of samples finds
+it not significant.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.autoregression import Array, autoregression
 
 CHANCE = 1e-3
-"""A dependence that chance produces more often than this has share zero."""
+"""Probability by chance above which a dependence has share zero."""
 DIRECTIONS = ("rises", "falls", "holds after a rise", "holds after a fall", "has not moved yet")
 _SMALLEST_BIN = 5
 _FEW_VALUES = 10
@@ -78,15 +78,14 @@ class Structure:
     against
         The channel, or "".
     share
-        Part of the error's variance that is explained, 0 to 1, corrected for chance; zero within chance. The mean
-        counts against the mean square.
+        Explained part of the error variance, 0 to 1, corrected for chance; zero where not significant. For the mean,
+        part of the mean square.
     bins
         Empty for "mean", "own past" and "past inputs".
     chance
         Probability that an error without this dependence looks like this.
     at
-        Frequency of the highest line in Hz; time in s in which the error forgets; delay in s of the input that
-        tells most.
+        Frequency of the highest line in Hz; correlation time in s; delay in s of the input that explains most.
     """
 
     kind: str
@@ -101,16 +100,13 @@ class Structure:
 def level_codes(x: Array) -> NDArray[np.int64] | None:
     """Sort samples into bins by their value.
 
+    Shape (n,): one bin per value where there are few, else up to eight bins of equally many samples. None for a
+    constant or too short a record.
+
     Parameters
     ----------
     x
         Shape (n,).
-
-    Returns
-    -------
-    ndarray of int, shape (n,), or None
-        One bin for each value where there are few, otherwise up to eight bins of equally many samples. None for a
-        constant, or a record too short to be sorted.
 
     Examples
     --------
@@ -128,17 +124,14 @@ def level_codes(x: Array) -> NDArray[np.int64] | None:
 
 
 def input_direction(u: Array) -> NDArray[np.int64]:
-    """Tell for each sample whether the input rises, falls, or holds after the one or the other.
+    """Return for each sample whether the input rises, falls, or holds after a rise or a fall.
+
+    Shape (N,), index into `DIRECTIONS`.
 
     Parameters
     ----------
     u
         Shape (N,).
-
-    Returns
-    -------
-    ndarray of int, shape (N,)
-        Index into `DIRECTIONS`.
 
     Examples
     --------
@@ -146,8 +139,8 @@ def input_direction(u: Array) -> NDArray[np.int64]:
     [4, 4, 0, 2, 1]
     """
     smooth = u
-    # The noise of a measured input turns at every sample; average it until the turns are the input's own. An input
-    # that never stops turning (white noise) is taken as it is.
+    # Noise changes the direction of a measured input at every sample: average until it does not. An input that
+    # always changes direction (white noise) is taken as it is.
     for width in (1, 3, 5, 9, 17, 33):
         candidate = uniform_filter1d(u, width, mode="nearest")
         moves = np.sign(np.diff(candidate))
@@ -214,7 +207,7 @@ def explained(e: Array, codes: NDArray[np.int64]) -> tuple[float, float]:
     free = n - 1 - inflation * (count - 1)
     independent = min(n / max(inflation, 1.0), n) - count
     if free < 0.3 * n or independent < 3:
-        return 0.0, 1.0  # so slow an error has too few independent samples to tell anything
+        return 0.0, 1.0  # such a slow error has too few independent samples
     variance = within / free
     chance = float(f.sf(between / ((count - 1) * inflation * variance), count - 1, independent))
     share = float(max(between - inflation * (count - 1) * variance, 0.0) / total)
@@ -235,25 +228,14 @@ def binned(
 
     Parameters
     ----------
-    kind, against
-        Of the `Structure`.
     e
         Shape (n,). The error.
     x
         Shape (n,). The quantity; None for classes.
     codes
         Shape (n,). The bin of each sample; None where the quantity is constant.
-    labels
-        Words for each code; None to say the range of x.
-    name
-        Words for the quantity.
     units
         Of x, and of the error.
-
-    Returns
-    -------
-    Structure or None
-        None where there is nothing to sort by.
 
     Examples
     --------
@@ -261,7 +243,7 @@ def binned(
     >>> e = np.where(x > 0.75, 1.0, 0.0) + 0.1 * np.random.default_rng(0).standard_normal(300)
     >>> print(binned(  # doctest: +ELLIPSIS
     ...     "input level", "u", e, x, level_codes(x), None, "u", ("A", "bar")).sentence)
-    u tells 95 % of the error's variance: it is +0.994 bar where u is 0.753 to 0.873 A, ...
+    u explains 95 % of the error variance: it is +0.994 bar where u is 0.753 to 0.873 A, ...
     """
     if codes is None:
         return None
@@ -276,11 +258,11 @@ def binned(
         part = e[inside]
         bins.append(Bin(label, *ends, part.size, float(part.mean()), float(np.sqrt(np.mean(part**2)))))
     share, chance = explained(e, np.searchsorted(used, codes))
-    sentence = f"the error does not depend on {name} beyond chance"
+    sentence = f"the error does not depend significantly on {name}"
     if share > 0:
         high, low = sorted((max(bins, key=_mean), min(bins, key=_mean)), key=lambda one: -abs(one.mean))
         sentence = (
-            f"{name} tells {100 * share:.0f} % of the error's variance: it is {quantity(high.mean, units[1], True)} "
+            f"{name} explains {100 * share:.0f} % of the error variance: it is {quantity(high.mean, units[1], True)} "
             f"where {high.label}, {quantity(low.mean, units[1], True)} where {low.label}"
         )
     return Structure(kind, against, share, sentence, tuple(bins), chance)

@@ -1,8 +1,8 @@
-r"""What the order of the samples tells of the error of a simulation: mean, past, past inputs, lines of the spectrum.
+r"""Dependence of the error on time order: mean, own past, past inputs, and lines of the spectrum.
 
-**Mean.**  Its variance is S(0) / n with the spectrum S of the error, so that a slow error does not pass for an offset.
+**Mean.**  Its variance is S(0) / n with the spectrum S of the error, so that a slow error is not taken for an offset.
 
-**Own past.**  The test of Ljung and Box says whether there is any; an autoregression says how much.
+**Own past.**  The test of Ljung and Box shows whether there is any; an autoregression shows how much.
 
 **Past inputs.**  Error and input are whitened by the autoregression of the error; then the regression on lagged inputs
 has white errors and its F test holds for every input (Ljung, System Identification, 2nd ed., section 16.6).
@@ -26,7 +26,7 @@ LARGEST_LAG = 30
 
 
 def mean_structure(e: Array, unit: str) -> Structure:
-    """Tell the mean error, with the correlation of the samples in its uncertainty.
+    """Return the mean error, with the correlation of the samples in its uncertainty.
 
     Examples
     --------
@@ -39,12 +39,12 @@ def mean_structure(e: Array, unit: str) -> Structure:
     mean, square = float(e.mean()), float(np.mean(e**2))
     chance = float(chi2.sf(mean**2 / long_run, 1)) if long_run > 0 else float(mean == 0)
     share = max(mean**2 - long_run, 0.0) / square if chance < CHANCE and square > 0 else 0.0
-    said = f"the mean error is {quantity(mean, unit, True)}" + ("" if share > 0 else ", within chance")
+    said = f"the mean error is {quantity(mean, unit, True)}" + ("" if share > 0 else ", not significant")
     return Structure("mean", "", share, said, (), chance)
 
 
 def own_past_structure(e: Array, sampling_time: float) -> Structure:
-    """Tell how much of the error its own past predicts (Ljung-Box test over 20 lags).
+    """Return how much of the error its own past predicts (Ljung-Box test over 20 lags).
 
     Examples
     --------
@@ -61,7 +61,7 @@ def own_past_structure(e: Array, sampling_time: float) -> Structure:
     forgets = float(np.argmax(np.abs(r) < np.exp(-1)) * sampling_time)
     share = autoregression(e).explained if chance < CHANCE else 0.0
     said = (
-        f"the error's own past tells {100 * share:.0f} % of its variance one sample ahead; it forgets in about "
+        f"its own past explains {100 * share:.0f} % of the error variance one sample ahead; correlation time: about "
         f"{quantity(forgets, 's')}"
         if share > 0
         else "the error is white"
@@ -70,21 +70,14 @@ def own_past_structure(e: Array, sampling_time: float) -> Structure:
 
 
 def past_inputs_structure(e: Sequence[Array], u: Sequence[Array], name: str, sampling_time: float) -> Structure | None:
-    """Tell how much of the error the last 30 samples of the input explain linearly.
+    """Return how much of the error the last 30 samples of the input explain linearly.
 
     Parameters
     ----------
     e, u
         Shape (n,). Error and input of each experiment.
-    name
-        The input.
     sampling_time
         In seconds.
-
-    Returns
-    -------
-    Structure or None
-        None where the input is constant or the record too short.
 
     Examples
     --------
@@ -117,17 +110,17 @@ def past_inputs_structure(e: Sequence[Array], u: Sequence[Array], name: str, sam
     share = max(1.0 - raw * white.size / free, fresh, 0.0) if chance < CHANCE else 0.0
     tells = np.abs(white_phi.T @ white) / np.maximum(np.linalg.norm(white_phi, axis=0), 1e-300)
     delay = float(np.argmax(tells)) * sampling_time
-    said = f"past values of {name} do not explain the error linearly beyond chance"
+    said = f"past values of {name} do not explain the error linearly: not significant"
     if share > 0:
         said = (
-            f"the last {lags} samples of {name} explain {100 * share:.0f} % of the error's variance linearly, most "
+            f"the last {lags} samples of {name} explain {100 * share:.0f} % of the error variance linearly, most "
             f"{quantity(delay, 's')} back: the linear part of the model is not right"
         )
     return Structure("past inputs", name, share, said, (), chance, round(delay, 12))
 
 
 def frequency_structure(e: Array, sampling_time: float) -> Structure:
-    """Tell how much of the error is one line of its spectrum, and how flat the rest is.
+    """Return how much of the error is one line of its spectrum, and how flat the rest is.
 
     Examples
     --------
@@ -143,7 +136,7 @@ def frequency_structure(e: Array, sampling_time: float) -> Structure:
     lines = np.fft.rfftfreq(n, sampling_time)[1 : (n + 1) // 2]
     if power.size < 8 or power.sum() <= 0:
         return Structure("frequency", "", 0.0, "the error is too short for a spectrum")
-    # A median of exponentials is their mean times ln 2; neighbours tell the level of a coloured spectrum.
+    # A median of exponentials is their mean times ln 2; neighbours give the level of a coloured spectrum.
     level = median_filter(power, size=min(31, power.size), mode="reflect") / np.log(2)
     ratio = power / np.maximum(level, 1e-12 * power.max())
     # At the lowest lines a steep spectrum has no level: a trend is not a line.
@@ -157,7 +150,7 @@ def frequency_structure(e: Array, sampling_time: float) -> Structure:
     at = float(lines[peak])
     said = f"no line stands out of the error's spectrum (flatness {min(flatness, 1.0):.2g})"
     if share > 0:
-        said = f"{100 * share:.0f} % of the error's variance is a line at {quantity(at, 'Hz')}"
+        said = f"{100 * share:.0f} % of the error variance is a line at {quantity(at, 'Hz')}"
     edges = np.unique(np.geomspace(1, power.size, 11).astype(int))
     scale = float(np.var(e)) / power.sum()
     bins = tuple(

@@ -1,4 +1,4 @@
-"""Tell whether one fitted model is better than another, or it is chance.
+"""Return whether one fitted model is better than another, or it is chance.
 
 Residuals are correlated, so no test that assumes independence can be trusted.  Held-out errors are compared by a *block
 bootstrap*: whole blocks of the paired difference of squares are drawn again, so that what is correlated stays together
@@ -24,11 +24,6 @@ def correlation_length(residuals: Sequence[Array]) -> float:
     ----------
     residuals
         Shape (n,). Per experiment.
-
-    Returns
-    -------
-    float
-        At least 1.
     """
     longest = max(len(r) for r in residuals)
     total = np.zeros(longest)
@@ -50,13 +45,6 @@ def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> fl
     ----------
     worse, better
         Shape (n,). Held-out residuals of the two models, per experiment.
-    seed
-        Of the draws.
-
-    Returns
-    -------
-    float
-        Share of the draws in which the mean square does not fall, at least 1 over the number of draws.
 
     Examples
     --------
@@ -76,30 +64,23 @@ def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> fl
 
 
 def rms(residuals: Sequence[Array]) -> float:
-    """Return the root mean square over all experiments; infinite where a model runs away."""
+    """Return the root mean square over all experiments; infinite where a model diverges."""
     with np.errstate(over="ignore"):
         return float(np.sqrt(np.mean(np.concatenate(list(residuals)) ** 2)))
 
 
 def structure(residuals: Sequence[Array], lags: int = 25) -> float:
-    """Return how far residuals are from white: the share of their power that their own past tells, 0 for noise.
+    """Return how far residuals are from white: the share of their power that their own past explains, 0 for noise.
 
     Parameters
     ----------
     residuals
         Shape (n,). Per experiment.
-    lags
-        How much of the past counts.
-
-    Returns
-    -------
-    float
-        Sum of the squared autocorrelations beyond what chance gives, as a share of it with the power itself.
 
     Notes
     -----
     White noise gives ``(n - k) / (n (n + 2))`` in the mean of the square at lag k (Ljung and Box, Biometrika 65, 1978).
-    It is taken off the sum: off each square, with what falls below zero left out, chance would add up.
+    It is subtracted from the sum, not from each square, where clipping at zero would add up.
     """
     lag, squares, counts = np.arange(1, lags + 1), 0.0, 0
     for residual in residuals:

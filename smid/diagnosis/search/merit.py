@@ -1,4 +1,4 @@
-"""Where effects stand against each other: scores, ranks, and what may be named.
+"""Scores and ranks of effects, and which may be named.
 
 See `smid.diagnosis.search.search` for the score and its thresholds.
 """
@@ -54,7 +54,7 @@ class Record:
         return fit.residual(self.data, self.output)
 
     def site(self, fit: Fit) -> Site:
-        """Return what effects on the noise may know: all of the residual."""
+        """Return the site for effects on the noise: the residual of all samples."""
         return Site(self.data, self.input, self.output, self.residual(fit))
 
     def fitted_part(self, residual: Sequence[Array]) -> list[Array]:
@@ -66,7 +66,7 @@ class Record:
         return [r[h] for r, h in zip(residual, self.held, strict=True) if h.any()]
 
     def score(self, fit: Fit) -> float:
-        """Return the score of a fit; infinite where it runs away."""
+        """Return the score of a fit; infinite where the simulation diverges."""
         residual = self.residual(fit)
         if not all(np.isfinite(r).all() for r in residual):
             return np.inf
@@ -99,19 +99,19 @@ class Record:
         return max(largest * problem.scale[self.output] / within, 1.0)
 
     def merit(self, fit: Fit) -> float:
-        """Return the score of a finished model, with what uniform noise of the bound that it needs is less likely."""
+        """Return the score of a finished model, plus the loss of likelihood where it needs a larger noise bound."""
         return self.score(fit) + 2 * sum(int(u.sum()) for u in self.used) * float(np.log(self.excess(fit)))
 
 
 def _bridged(residual: Array, counted: Mask) -> Array:
-    """Draw a straight line through samples that do not count, glitches or a warm-up."""
+    """Interpolate samples that do not count: glitches and the warm-up."""
     where = np.flatnonzero(counted)
     return np.interp(np.arange(residual.size), where, residual[where]) if where.size else residual
 
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A trial with its standing.
+    """A trial with its score.
 
     Parameters
     ----------
@@ -162,27 +162,27 @@ class Stage:
 
 
 def differs(record: Record, first: Fit, second: Fit) -> bool:
-    """Tell whether an experiment could separate two models: their predictions differ by more than the error left."""
+    """Return whether an experiment could separate two models: their predictions differ by more than the error left."""
     experiment = separating_experiment({"first": first, "second": second}, record.data, record.input, record.output)
     left = rms(record.held_part(record.residual(first)))
     return experiment is None or experiment.difference > left
 
 
 def standing(record: Record, base: Fit, trial: Trial) -> Ranked:
-    """Return a trial with its standing over a base; its score is infinite where it runs away."""
+    """Return a trial with its score over a base; infinite where the simulation diverges."""
     before, after = (record.held_part(record.residual(f)) for f in (base, trial.fit))
     return Ranked(trial, record.score(trial.fit), rms(after), chance(before, after))
 
 
 def rank(record: Record, base: Fit, trials: Sequence[Trial]) -> list[Ranked]:
-    """Return trials with their standing, best first; those that run away are left out."""
+    """Return trials with their scores, best first; those that diverge are left out."""
     with np.errstate(all="ignore"):
         ranked = [standing(record, base, trial) for trial in trials]
     return sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score)
 
 
 def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
-    """Return a stage with the effect that may be named, if any, those that do as well, and those that help less."""
+    """Return a stage with the effect that may be named, the equally good effects, and the runners-up."""
     own, rmse, ranked = found.score, found.rmse, found.ranked
     margin = MARGIN + 2 * np.log(max(len(ranked), 1))
     sure = [r for r in ranked if own - r.score > margin and r.chance <= _CHANCE and r.rmse < (1 - _LEAST_GAIN) * rmse]
@@ -206,7 +206,7 @@ def judge(found: Stage, effects: Sequence[Effect]) -> Stage:
 
 
 def _special(passing: Sequence[Ranked], contains: Mapping[str, Sequence[str]]) -> Ranked | None:
-    """Return the special case that nearly does as well as the general effects before it: the rest may fit anything."""
+    """Return the special case that explains nearly as much as the general effects before it."""
     for one in passing[1:]:
         ahead = [r for r in passing if r.score < one.score - TIE] or passing[:1]
         is_special = all(one.trial.effect in contains[r.trial.effect] for r in ahead)
@@ -221,13 +221,13 @@ def drop(found: Stage) -> float:
 
 
 def carries_over(record: Record, base: Base, extended: Base) -> bool:
-    """Tell whether causes halve the held-out error, and not by chance: asked where the first did not lower it alone."""
+    """Return whether causes halve the held-out error significantly, for a first cause that did not lower it alone."""
     before, after = (record.held_part(record.residual(b.fit)) for b in (base, extended))
     return rms(after) < _HALF * rms(before) and chance(before, after) <= _CHANCE
 
 
 def errs_more(record: Record, one: Fit, other: Fit) -> bool:
-    """Tell whether another fit takes a fifth off the held-out error of one: then that takes nobody's place."""
+    """Return whether another fit has a held-out error lower by a fifth or more."""
     first, second = (rms(record.held_part(record.residual(f))) for f in (one, other))
     return second < _PROVISIONAL * first
 

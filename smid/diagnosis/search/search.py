@@ -77,7 +77,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search found.
+    """The result of a search.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Found:
     base
         The extended model.
     dropped
-        Effects that were named first and then not missed.
+        Effects that were named first and withdrawn later, because the others explain the data without them.
     """
 
     stages: tuple[Stage, ...]
@@ -102,22 +102,7 @@ def search(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Found:
-    """Name causes until nothing is left that an effect explains.
-
-    Parameters
-    ----------
-    base
-        The fitted base model.
-    executor
-        To try effects in parallel.
-    progress
-        Called with a line of text.
-
-    Returns
-    -------
-    Found
-        Also after Ctrl-C, or where the time limit ends the search, with what was found until then.
-    """
+    """Return the causes, searched until no effect explains more."""
     path = _Path((), base, ())
     try:
         first = _stage(record, base, effects, executor, progress) if not _is_noise(record, base) else None
@@ -137,16 +122,17 @@ def search(
             begun = _Path((_chosen(first, choice),), base.extended(choice.trial), ())
             _tell(progress, begun.stages[0])
             followed = _follow(record, base, begun, effects, executor, progress)
-            # A detour has to gain as much as a cause, and so has each cause that it names more.
+            # A detour must gain as much as a cause, and so must each additional cause that it names.
             more = max(len(followed.stages) - len(path.stages), 0)
             ahead = MARGIN * (1 + more) if choice in first.runners_up else 0.0
             reached = record.merit(followed.base.fit)
-            # What halves the held-out error stands, also beside a likelier leader that did not carry over.
+            # An effect that halves the held-out error is named even if another one has a higher likelihood but does
+            # not reduce that error.
             is_way_out = not path.stages and carries_over(record, base, followed.base)
             if not paths or is_way_out or reached < min(merit, refused) - ahead:
                 path, merit = followed, reached
             if not paths and not path.stages:
-                # The leader did not carry over: what is less likely than it is not named in its place.
+                # The leader did not lower the held-out error: a less likely effect is not named in its place.
                 refused = record.merit(begun.base.fit)
             paths.append((followed, reached))
         # As good as the best, and an experiment would separate them.
@@ -164,13 +150,13 @@ def search(
 
 
 def _chosen(found: Stage, choice: Ranked) -> Stage:
-    """Return a stage with another leader; one that would have been named but for the first carries over."""
+    """Return a stage with another leader; a runner-up counts as one that lowers the held-out error."""
     return replace(found, leader=choice, tied=(), carries=found.carries or choice in found.runners_up)
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Named causes, the model they make, and what was named first and then not missed."""
+    """Named causes, the model with them, and the effects that were withdrawn."""
 
     stages: tuple[Stage, ...]
     base: Base
@@ -189,9 +175,9 @@ def _follow(
     executor: Executor | None,
     progress: Progress | None,
 ) -> _Path:
-    """Name further causes until nothing is left that an effect explains, and put them to the test again."""
+    """Name further causes until no effect explains more, then test each again."""
     while len(path.stages) < MOST_CAUSES and not _is_noise(record, path.base):
-        # What was not missed once is not tried again: the two of them could take turns for ever.
+        # A withdrawn effect is not tried again: two effects could replace each other without end.
         others = [e for e in effects if e.name not in path.dropped]
         found = _stage(record, path.base, others, executor, progress)
         if found.leader is None or _noise_explains_more(record, found, effects):
@@ -199,7 +185,7 @@ def _follow(
         _tell(progress, found)
         path = replace(path, stages=(*path.stages, found), base=path.base.extended(found.leader.trial))
     path = _settled(record, path)
-    # Alone, a cause that passed all tests has been put to them already.
+    # A single cause that passed all tests need not be tested again.
     return (
         path
         if len(path.stages) == 1 and _is_sure(path.stages[0])
@@ -208,7 +194,7 @@ def _follow(
 
 
 def _settled(record: Record, path: _Path) -> _Path:
-    """Cut a path before the first cause that did not carry over, unless what followed made it do so."""
+    """Cut a path before the first cause that did not lower the held-out error, unless later causes made it do so."""
     for k, found in enumerate(path.stages):
         if not found.carries and not carries_over(record, found.base, path.base):
             return replace(path, stages=path.stages[:k], base=found.base)
@@ -216,14 +202,14 @@ def _settled(record: Record, path: _Path) -> _Path:
 
 
 def _is_sure(found: Stage) -> bool:
-    """Tell whether a stage's leader passed the test against chance when it was found."""
+    """Return whether a stage's leader passed the test against chance when it was found."""
     return drop(found) > MARGIN
 
 
 def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]) -> bool:
-    """Tell whether an effect on the noise makes the residual likelier than a leader that it counts among its rivals.
+    """Return whether an effect on the noise makes the residual likelier than a leader that smooths this noise.
 
-    A leader that takes most of the held-out error away is no filter of noise.
+    A leader that removes most of the held-out error does not smooth noise.
     """
     assert found.leader is not None
     if found.leader.rmse < _FILTERED * found.rmse:
@@ -231,7 +217,9 @@ def _noise_explains_more(record: Record, found: Stage, effects: Sequence[Effect]
     leader = found.leader.trial.effect
     model, site = found.base.fit.model, record.site(found.base.fit)
     drops = [
-        d.score_drop for e in effects if e.detect and leader in e.rivals and (d := e.detect(model, site)) is not None
+        d.score_drop
+        for e in effects
+        if e.detect and leader in e.smoothed_by and (d := e.detect(model, site)) is not None
     ]
     return max(drops, default=0.0) > drop(found)
 
@@ -242,9 +230,9 @@ def _tell(progress: Progress | None, found: Stage) -> None:
 
 
 def _is_noise(record: Record, base: Base) -> bool:
-    """Tell whether nothing is left to explain: all errors within the noise bound, and white."""
+    """Return whether only noise is left: all errors within the noise bound, and white."""
     largest = max(float(np.abs(part).max()) for part in _left(record, base))
-    # A fit errs too, by a little: a free run within 1.1 of the bound is as good as within it.
+    # A fit has a small error too: a free run within 1.1 times the bound counts as within it.
     return record.noise_bound is not None and largest <= 1.1 * record.noise_bound and _is_white(record, base)
 
 
@@ -281,14 +269,14 @@ def _stage(
     """Try all effects on a base, quickly, the promising again thoroughly, and judge them."""
     own, rmse = record.score(base.fit), rms(record.held_part(record.residual(base.fit)))
     quick = _try_all(effects, base, QUICK, executor, progress)
-    # Where only noise is left, the promising are few, most often none.
+    # Where only noise is left, few effects or none are promising.
     least = own if _is_white(record, base) else np.inf
     ranked = rank(record, base.fit, quick)
-    # A fit that is not at its end yet may leave what is slow, and with it the likelihood, for last.
+    # A fit that has not converged may lack slow changes, and with them likelihood.
     carrying = sorted(ranked, key=lambda r: r.rmse)[:_CARRYING]
     promising = {r.trial.effect for r in (*ranked[:_PROMISING], *carrying) if r.score < least}
     thorough = _try_all([e for e in effects if e.name in promising], base, THOROUGH, executor)
-    # A thorough trial is at its end, and counts instead of the quick one.
+    # A thorough trial has converged, and replaces the quick one.
     trials = {t.effect: t for t in [*quick, *thorough]}
     judged = judge(Stage(base, own, rmse, tuple(rank(record, base.fit, [*trials.values()]))), effects)
     leader = judged.leader
@@ -305,7 +293,7 @@ def _reconsider(
     is noted as tied.
     """
     by_name = {e.name: e for e in effects}
-    # What came near at any stage: while others stood in its place, a cause may have done so at another than its own.
+    # Effects that came near at any stage.
     near = dict.fromkeys(
         r.trial.effect for s in path.stages for r in s.ranked[:_RECONSIDERED] if r.trial.effect in by_name
     )
@@ -340,7 +328,7 @@ def _reconsider(
             weighed = weigh(record, reduced, replace(trials[k], fit=path.base.fit), alternatives, by_name)
             path = replace(path, stages=tuple(weighed if i == k else s for i, s in enumerate(path.stages)))
             k += 1
-    # Each stage now says what its cause gains beside all others: the largest first, in the held-out error it reports.
+    # Each stage now has the gain of its cause beside all others: sort by the held-out error without it.
     errors = {name: _error_without(record, start, path, name, by_name) for name in {t.effect for t in path.trials}}
     return replace(path, stages=tuple(sorted(path.stages, key=lambda s: (-errors[_name(s)], -drop(s)))))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from smid.data import Dataset
-from smid.diagnosis.effects.effect import Array, Effect, Extension, Mask, Site
+from smid.diagnosis.effects.effect import Array, Describe, Effect, Extension, Mask, Site
 from smid.fitting.fit import Fit, Fitting, one_step_ahead
 from smid.models import Model
 
@@ -35,6 +35,8 @@ class Trial:
         The parameters that it has more than the base.
     signature
         Share of the base cost that the first step promised.
+    describe
+        The sentence about it, see `Extension`.
     """
 
     effect: str
@@ -42,6 +44,7 @@ class Trial:
     fit: Fit
     parameters: tuple[str, ...]
     signature: float
+    describe: Describe | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -79,7 +82,7 @@ class Base:
         return replace(self, fit=trial.fit)
 
     def site(self) -> Site:
-        """Return what effects may know: the part that may be fitted."""
+        """Return the site for effects: the part of the record that may be fitted."""
         residual = self.fit.residual(self.data, self.output)
         runs, rest = [], []
         for run, used, error in zip(self.data.experiments, self.used, residual, strict=True):
@@ -123,16 +126,10 @@ THOROUGH = Effort(5, 12, 3, 12, 2, 5)
 
 
 def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
-    """Fit the promising extensions that an effect offers and return the best.
-
-    Returns
-    -------
-    Trial or None
-        None where the effect does not apply, or none of its simulations is finite.
-    """
+    """Fit the promising extensions that an effect offers and return the best."""
     with np.errstate(all="ignore"):
         ranked = []
-        for extension in effect.extend(base.fit.model, base.site()):
+        for extension in effect.extensions(base.fit.model, base.site()):
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
             if scored:
@@ -140,14 +137,14 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
         for place, (extension, problem, scored) in enumerate(ranked[: effort.extensions]):
-            # First only the rest of the model adapts to what a start says: the starts can be compared then. Small
-            # ones say too little for that, and only their signature tells which.
+            # Adapt only the rest of the model to each start first, so that starts can be compared. For small starts
+            # only the signature is informative.
             new = _added(extension.model, base.fit.model)
             first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
             others.sort(key=lambda pair: pair[1])
             begun = [vector for vector, _ in (first, *others[: effort.starts - 1])]
             if place < effort.afresh:
-                # The base may have bent itself out of shape for want of the effect: begin without it, too.
+                # Without the effect the fit of the base may be far off: begin from a fit of the whole, too.
                 ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
                 begun += [problem.start(ahead)] if ahead else []
             fitted = [problem.solve(vector, effort.short, 1e-4) for vector in begun]
@@ -165,23 +162,15 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
 
 
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
-    """Tell whether no parameter sits where the effect would be another one."""
+    """Return whether all parameters lie where the effect is not another one."""
     values = dict(zip(problem.run.parameters, vector.tolist(), strict=False))
     return all(low < values[name] < high for name, (low, high) in extension.inside.items())
 
 
 def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] | None = None) -> Trial | None:
-    """Put an effect on another base in the same way; None where it does not go or runs away.
-
-    Parameters
-    ----------
-    trial
-        How it was put on; the fit begins from the values that it had.
-    values
-        Values of a larger model that held it, from which the fit begins, too: the base alone may sit in another valley.
-    """
+    """Return an effect fitted to another base in the same way; None where it does not apply or diverges."""
     with np.errstate(all="ignore"):
-        for extension in effect.extend(base.fit.model, base.site()):
+        for extension in effect.extensions(base.fit.model, base.site()):
             added = _added(extension.model, base.fit.model)
             if extension.label == trial.label and len(added) == len(trial.parameters):
                 problem, known = _fitting(extension.model, base), _known(extension, base)
@@ -196,7 +185,9 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
 
 
 def _trial(effect: Effect, extension: Extension, base: Base, fit: Fit, signature: float) -> Trial:
-    return Trial(effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature)
+    return Trial(
+        effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature, extension.describe
+    )
 
 
 def _added(extended: Model, model: Model) -> tuple[str, ...]:
@@ -209,7 +200,7 @@ def _fitting(model: Model, base: Base) -> Fitting:
 
 
 def _known(extension: Extension, base: Base) -> dict[str, float]:
-    # What an extension does not name begins where the base was fitted, or in the middle of its box.
+    # Parameters that an extension does not name start at the base's value, or in the middle of the box.
     middle = {p.name: 0.5 * (p.lower + p.upper) for p in extension.model.parameters if np.isfinite(p.upper - p.lower)}
     return middle | dict(base.fit.model.values)
 

@@ -7,28 +7,27 @@ from collections.abc import Callable, Iterator
 import sympy
 
 from smid.diagnosis.effects.effect import Site
-from smid.diagnosis.effects.parts.naming import signal_of
+from smid.diagnosis.effects.parts.naming import read_channel
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
 __all__ = ["usable"]
 
 
-def usable(model: Model, site: Site) -> Iterator[tuple[str, float, float, Callable[[int], sympy.Expr]]]:
-    """Give name, middle, half span and deviation ``(v[t - lag] - middle) / half`` of each channel that moves.
+def usable(model: Model, site: Site) -> Iterator[tuple[Model, str, float, float, Callable[[int], sympy.Expr]]]:
+    """Yield each channel that moves: the model that can read it, name, middle, half span and deviation.
 
-    A channel whose name stands for a parameter or a computed signal of the model cannot be read by it.
+    The deviation at a lag is ``(v[t - lag] - middle) / half``.
     """
-    taken = {p.name for p in model.parameters} | {line.signal for line in model.lines}
-    taken |= {item.noise for item in model.measurements if item.noise}
     for channel in site.other_channels:
         low, high = site.span(channel)
-        if low == high or channel in taken:
+        if low == high:
             continue
         middle, half = float(site.values(channel).mean()), (high - low) / 2
-        v = signal(signal_of(model, channel))
+        reading, name = read_channel(model, channel)
+        v = signal(name)
 
         def deviation(lag: int, v: sympy.IndexedBase = v, middle: float = middle, half: float = half) -> sympy.Expr:
             return (v[t - lag] - number(middle)) / number(half)
 
-        yield channel, middle, half, deviation
+        yield reading, channel, middle, half, deviation

@@ -12,7 +12,7 @@ __all__ = ["with_clock"]
 
 
 def with_clock(model: Model, sampling_time: float) -> tuple[Model, sympy.Expr]:
-    """Give the model with a clock, the one it has or a new one, and the time now in seconds.
+    """Return the model with a clock, the one it has or a new one, and the time now in seconds.
 
     Examples
     --------

@@ -25,19 +25,7 @@ _BOX = (-5.0, 5.0)
 
 
 def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]:
-    """Give the curves that the levels in the data can tell from a straight line.
-
-    Parameters
-    ----------
-    model
-        Model to be extended.
-    site
-        Where the data are.
-    channel
-        Channel whose levels the curve is for.
-    stem
-        Beginning of the parameters' names.
-    """
+    """Yield the curves that the levels in the data can tell from a straight line."""
     levels = np.unique(site.values(channel))
     if len(levels) < 3:
         return

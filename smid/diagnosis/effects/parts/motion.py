@@ -1,6 +1,6 @@
-"""States that are a speed, or a position, for the forces against motion to act on.
+"""States that are a speed or a position, for forces against motion.
 
-Which a state is cannot be read off a difference equation, so both are offered: of any state as a *speed*, of one of
+A difference equation does not show which a state is, so both are offered: of any state as a *speed*, of one of
 order two as a *position* whose increment is the speed.  In rates a position is a state whose rate is another state.
 
 Dry friction on a speed in a difference equation acts along the step, and holds what comes to rest within it; of a
@@ -69,7 +69,7 @@ def time_of(friction: str) -> str:
 
 
 def motions(model: Model, site: Site) -> Iterator[Motion]:
-    """Give the ways to read the plant's states as mechanics."""
+    """Yield the ways to read the plant's states as mechanics."""
     states = {state.own: state for state in state_lines(model)}
     output = output_signal(model, site)
     moved = _largest_change(site, 1)
@@ -98,7 +98,7 @@ def motions(model: Model, site: Site) -> Iterator[Motion]:
 
 
 def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
-    """Give the motions that dry friction can act on, each with the model it is a motion of.
+    """Yield the motions that dry friction can act on, each with the model it is a motion of.
 
     A rate comes twice: as it is, and as the difference equation that integrates it, where friction can stick.  A speed
     that neither turns nor comes to rest is left out: there dry friction is a constant force.
@@ -116,7 +116,7 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
 
 
 def _largest_change(site: Site, order: int) -> float:
-    """Give the largest difference of the output per sample, over a hundredth of the record to leave out noise."""
+    """Return the largest difference of the output per sample, over a hundredth of the record to leave out noise."""
     largest = 0.0
     for run in site.data.experiments:
         values = run.values[site.output]
@@ -138,16 +138,8 @@ def with_dry_friction(
 
     Parameters
     ----------
-    model
-        The model.
-    motion
-        Where.
     threshold
         The force, not negative, by what it changes the speed per second; in a difference equation per step.
-    parameters
-        Its parameters.
-    sticking
-        Speed below which friction in a rate is viscous; None in a difference equation, which needs none.
     """
     line = motion.state.line
     if sticking is not None:
@@ -167,7 +159,7 @@ def _held(v: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
 
 
 def _slid(coasting: sympy.Expr, free: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
-    """Give the speed after a step, from what it would be without friction, and without friction and drive.
+    """Return the speed after a step, from what it would be without friction, and without friction and drive.
 
     Exact for a mass, or a first-order lag, that a constant force drives during the step: where it comes to rest within
     the step it turns round, or stays.

@@ -1,9 +1,9 @@
-"""Where on a model an effect can act: its input, its output, the lines that carry its state, its own parameters.
+"""Where an effect can act on a model: input, output, state lines, and parameters.
 
-A *state line* defines a signal from that signal's own past, ``w[t] = f(w[t-1], u[t-1])``, or gives its rate,
-``d/dt w = f(w, u)``.  What it adds is the *increment* f - w[t-1], or the rate f; forces, leaks and directions act on
-it.  A line that another effect has put something behind (``w_raw = f(w[t-1]), w = min(w_raw, s)``) still is one: its
-*own* signal is the one it reads back.  States that effects themselves bring in are left out.
+A *state line* defines a signal from that signal's own past, ``w[t] = f(w[t-1], u[t-1])``, or gives its rate, ``d/dt w =
+f(w, u)``.  What it adds is the *increment* f - w[t-1], or the rate f; forces, leaks and directions act on it. A line
+behind which another effect was inserted (``w_raw = f(w[t-1]), w = min(w_raw, s)``) is still a state line: its *own*
+signal is the one that it reads back. States that effects added are left out, see `Model.origins`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import sympy
 from sympy.core.function import Application
 
 from smid.diagnosis.effects.effect import Site
-from smid.diagnosis.effects.parts.naming import is_brought, is_helper, signal_of
+from smid.diagnosis.effects.parts.naming import signal_of
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.symbols import number, plain_symbols, references, swapped
 
@@ -53,12 +53,12 @@ class StateLine:
 
     @property
     def lag(self) -> int:
-        """Samples back at which the line sees the world: 0 for a rate, 1 for a difference equation."""
+        """Samples back at which the line reads signals: 0 for a rate, 1 for a difference equation."""
         return 0 if self.line.rate else 1
 
     @property
     def level(self) -> sympy.Expr:
-        """The state as the line sees it."""
+        """The state that the line reads."""
         return signal(self.own)[t - self.lag]
 
     @property
@@ -72,11 +72,11 @@ class StateLine:
         return max((lag for name, lag in references(self.line.expression) if name == self.own), default=1) or 1
 
     def own_coefficient(self, lag: int) -> sympy.Expr:
-        """Give the factor of the state at a lag, from the terms that are linear in it."""
+        """Return the factor of the state at a lag, from the terms that are linear in it."""
         return self.coefficient(signal(self.own)[t - lag])
 
     def coefficient(self, reference: sympy.Indexed) -> sympy.Expr:
-        """Give the factor of a signal at a lag, from the terms that are linear in it."""
+        """Return the factor of a signal at a lag, from the terms that are linear in it."""
         own = str(reference.base.label)
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(multiplied_out(swapped(self.line.expression, self.numbers))):
@@ -86,13 +86,13 @@ class StateLine:
         return total
 
     def inflow(self, source: StateLine) -> sympy.Expr:
-        """Give the factor at which another state flows into this one; 0 for a bare copy, as of speed to position."""
+        """Return the factor at which another state flows into this one; 0 for a bare copy, as of speed to position."""
         factor = self.coefficient(source.level)
         return factor if source.own != self.own and factor.free_symbols else sympy.Integer(0)
 
     @property
     def drive(self) -> sympy.Expr:
-        """What the line gives where its own past is zero."""
+        """The expression of the line with its own past set to zero."""
         own = {
             signal(name)[t - lag]: sympy.Integer(0)
             for name, lag in references(self.line.expression)
@@ -110,7 +110,7 @@ class StateLine:
 
 
 def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
-    """Expand products and leave curves as they are: within them nothing is linear, and a nested one takes minutes."""
+    """Expand products, but not inside functions, where nothing is linear and expansion takes minutes."""
     powers = {power for power in expression.atoms(sympy.Pow) if not power.exp.is_Integer}
     curves = {curve: sympy.Dummy(real=True) for curve in expression.atoms(Application) | powers}
     closed = sympy.expand(swapped(expression, curves))
@@ -118,7 +118,7 @@ def multiplied_out(expression: sympy.Expr) -> sympy.Expr:
 
 
 def output_signal(model: Model, site: Site) -> str:
-    """Name the state that the main output shows, behind any sensor curve or lag; the measured signal without one."""
+    """Return the state behind the main output, before any sensor curve or lag; without one, the measured signal."""
     measured = signal_of(model, site.output)
     owns = {state.own for state in state_lines(model)}
     now = {line.signal: {name for name, lag in references(line.expression) if lag == 0} for line in model.lines}
@@ -129,19 +129,20 @@ def output_signal(model: Model, site: Site) -> str:
         if name in owns:
             return name
         seen.add(name)
-        waiting += sorted(now.get(name, set()) - seen)
+        # In the order of the lines, whatever the signals are called.
+        waiting += [line.signal for line in model.lines if line.signal in now.get(name, set()) - seen]
     return measured
 
 
 def static_end(model: Model, name: str) -> str:
-    """Name the last signal that is a static function of one, and all that the rest of the model sees of it."""
+    """Return the last signal in a chain of static functions that are the only readers of each other."""
     readers: dict[str, list[Line]] = {}
     for line in model.lines:
         for read in {read for read, _ in references(line.expression)}:
             readers.setdefault(read, []).append(line)
     while len(readers.get(name, ())) == 1:
         (curve,) = readers[name]
-        # What only a sensor sees is not the model's any more.
+        # A signal that only a sensor reads is not part of the plant.
         if curve.rate or references(curve.expression) != {(name, 0)} or curve.signal not in readers:
             break
         name = curve.signal
@@ -153,7 +154,7 @@ def state_lines(model: Model) -> tuple[StateLine, ...]:
     found = []
     numbers = {p.symbol: number(p.lower) for p in model.parameters if p.lower == p.upper}
     for line in model.lines:
-        own = None if is_helper(line.signal) else _own(model, line)
+        own = None if line.signal in model.origins else _own(model, line)
         if own is not None and references(line.expression):
             found.append(StateLine(line, own, numbers))
     return tuple(found)
@@ -177,7 +178,7 @@ def _own(model: Model, line: Line) -> str | None:
 def with_increment(
     model: Model, state: StateLine, increment: sympy.Expr, parameters: Iterable[Parameter] = ()
 ) -> Model:
-    """Give a state line another increment, or rate."""
+    """Return a state line another increment, or rate."""
     expression = increment if state.line.rate else state.level + increment
     return model.replace_line(state.line.signal, expression, parameters)
 
@@ -186,17 +187,18 @@ def base_parameters(model: Model) -> tuple[Parameter, ...]:
     """List the parameters of the plant, fixed ones too: those its states depend on and that no effect brought in."""
     lines = {line.signal for line in _upstream(model)}
     used = {name for line in model.lines if line.signal in lines for name in plain_symbols(line.expression)}
-    return tuple(p for p in model.parameters if p.name in used and not is_brought(p.name))
+    return tuple(p for p in model.parameters if p.name in used and p.name not in model.origins)
 
 
 def _upstream(model: Model) -> Iterator[Line]:
-    """Give the lines that the plant's states depend on, without those that effects' states follow."""
+    """Yield the lines that the plant's states depend on, without those that effects' states follow."""
     by_name = {line.signal: line for line in model.lines}
     waiting = [state.line.signal for state in state_lines(model)]
     for name in waiting:
         yield by_name[name]
         reads = sorted({other for other, _ in references(by_name[name].expression)})
-        waiting += [other for other in reads if other in by_name and other not in waiting and not is_helper(other)]
+        added = {*waiting, *model.origins}
+        waiting += [other for other in reads if other in by_name and other not in added]
 
 
 def let_vary(
@@ -207,26 +209,7 @@ def let_vary(
     *,
     states_only: bool = False,
 ) -> Model | None:
-    """Replace a parameter, where the plant's lines use it, by an expression that may hold it again.
-
-    Parameters
-    ----------
-    model
-        The model.
-    parameter
-        Parameter of the plant; it stays, with its box and its value.
-    vary
-        What it becomes in a line that sees the world `lag` samples back.
-    parameters
-        Parameters that the expression brings in.
-    states_only
-        Whether static lines, an input curve, keep the constant.
-
-    Returns
-    -------
-    Model or None
-        None where no such line uses the parameter.
-    """
+    """Replace a parameter, where the plant's lines use it, by an expression that may hold it again."""
     states = {state.line.signal: state for state in state_lines(model)}
     names = set(states) if states_only else {line.signal for line in _upstream(model)}
     changed, lines = False, []
@@ -245,7 +228,7 @@ def scaled(model: Model, parameter: Parameter, factor: Parameter) -> Model | Non
 
 
 def magnitude(model: Model, parameter: Parameter) -> float:
-    """Give the size of a parameter with its sign: its value, else the middle or end of its box, else 1."""
+    """Return the size of a parameter with its sign: its value, else the middle or end of its box, else 1."""
     value = model.values.get(parameter.name)
     if not value:
         ends = [end for end in (parameter.lower, parameter.upper) if abs(end) != float("inf")]

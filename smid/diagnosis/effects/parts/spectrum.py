@@ -1,4 +1,4 @@
-"""The strongest lines in the spectrum of what the base model leaves, located between the bins."""
+"""The strongest lines in the spectrum of the residual, located between the bins."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PADDING = 16
 
 
 def leftover(site: Site) -> Array:
-    """Give the longest residual without its straight line, shape (n,); of the output where there is none."""
+    """Return the longest residual without its straight line, shape (n,); of the output where there is none."""
     records = site.residual or tuple(run.values[site.output] for run in site.data.experiments)
     longest = max(records, key=len)
     time = np.arange(len(longest))
@@ -20,23 +20,13 @@ def leftover(site: Site) -> Array:
 
 
 def peaks(site: Site, count: int) -> tuple[float, ...]:
-    """Give the angular frequencies of the strongest peaks, strongest first.
+    """Return the angular frequencies of the strongest peaks, strongest first.
 
-    Parameters
-    ----------
-    site
-        Where the residual comes from.
-    count
-        How many at most.
-
-    Returns
-    -------
-    tuple of float
-        In radians per second; at least one period fits the record.
+    In radians per second; at least one period fits the record.
     """
     residual = leftover(site)
     n = len(residual)
-    # A Hann window keeps the feet of a strong line from being taken for lines.
+    # A Hann window suppresses the side lobes of a strong line.
     power = np.abs(np.fft.rfft(residual * np.hanning(n), _PADDING * n))
     inner = np.arange(_PADDING, len(power) - 1)
     tops = inner[(power[inner] >= power[inner - 1]) & (power[inner] > power[inner + 1])]
@@ -52,7 +42,7 @@ def peaks(site: Site, count: int) -> tuple[float, ...]:
 
 
 def amplitudes(site: Site, frequency: float) -> tuple[float, float]:
-    """Give the amplitudes of sine and cosine at a frequency in radians per second, by least squares."""
+    """Return the amplitudes of sine and cosine at a frequency in radians per second, by least squares."""
     residual = leftover(site)
     angle = frequency * site.sampling_time * np.arange(len(residual))
     basis = np.column_stack((np.sin(angle), np.cos(angle)))

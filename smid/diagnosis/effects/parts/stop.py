@@ -1,8 +1,7 @@
-"""The stop operator: what a play keeps back of its input, ``s = x - play(x)``.
+"""The stop operator, the input minus its play: ``s = x - play(x)``.
 
-It is the better state of the two for a fit: where nothing is known of the past it begins at zero, in the middle of
-its range, and can be moved both ways, while a play begins at one end of its own.
-Reference: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
+As a state it suits a fit better than the play: it starts at zero, in the middle of its range, while a play starts at
+one end. Reference: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ __all__ = ["stop"]
 
 
 def stop(x: sympy.IndexedBase, state: sympy.IndexedBase, half: sympy.Expr) -> sympy.Expr:
-    """Give the stop of ``x`` at ``t``, kept in ``state``, where the play's gap is twice ``half``.
+    """Return the stop of ``x`` at ``t``, kept in ``state``, where the play's gap is twice ``half``.
 
     Examples
     --------

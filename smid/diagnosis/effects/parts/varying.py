@@ -1,23 +1,24 @@
-"""What varies in a plant: a parameter, ``p -> p + dp s``, its pace or its gain, with s of order one.
+"""What varies in a plant: a parameter, ``p -> p + dp s``, or the time constant or gain of a state, with s of order one.
 
-The *pace* of a state multiplies all that its line adds, ``w[t] = w[t-1] + exp(c s) (f - w[t-1])``: the time constant
-varies and the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be short, it is
-``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.  Where s
-depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one step of
-the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).  The
-*gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp and
-c have the null value 0.
+The *time constant* is divided by ``exp(c s)``: this factor, the pace, multiplies all that its line adds, ``w[t] =
+w[t-1] + exp(c s) (f - w[t-1])``; the gain at rest stays.  Of a sampled lag with the pole p, whose steps need not be
+short, it is ``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.
+Where s depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one
+step of the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).
+The *gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp
+and c have the null value 0.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 
 import sympy
 
-from smid.diagnosis.effects.effect import Extension
+from smid.diagnosis.effects.effect import Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh
 from smid.diagnosis.effects.parts.plant import (
     StateLine,
@@ -31,17 +32,50 @@ from smid.diagnosis.effects.parts.plant import (
 from smid.models import Model, Parameter
 from smid.models.symbols import plain_symbols, references, swapped
 
-__all__ = ["extensions", "sentence", "told"]
+__all__ = ["Varied", "extensions"]
 
 _REACH, _START = 2.0, 0.03
 _MOST = math.log(100.0)  # the factor on a pace or a gain, either way: cold oil or an empty line may slow by tens
 _LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
 
 
+_SPOKEN = {"pace": "time constant", "gain": "gain"}
+
+
+@dataclass(frozen=True)
+class Varied:
+    """What varies: a parameter, or the pace or gain of a state, and the parameter that is the amount."""
+
+    name: str
+    kind: str
+    amount: str
+
+    @property
+    def what(self) -> str:
+        """The beginning of a sentence; the name of a parameter is left as it is."""
+        return self.name if self.kind == "parameter" else f"The {_SPOKEN[self.kind]} of {self.name}"
+
+    def much(self, values: Mapping[str, float], times: float = 1.0) -> str:
+        """Return by how much it varies.
+
+        Examples
+        --------
+        >>> Varied("a1", "parameter", "a1_drift").much({"a1_drift": 0.25})
+        'by +0.25'
+        >>> Varied("w", "pace", "w_pace_drift").much({"w_pace_drift": 0.0})
+        'by the factor 1'
+        """
+        amount = times * values[self.amount]
+        if self.kind == "parameter":
+            return f"by {amount:+.3g}"
+        return f"by the factor {math.exp(-amount if self.kind == 'pace' else amount):.3g}"
+
+
 def extensions(
     model: Model,
     suffix: str,
     vary: Callable[[int], sympy.Expr],
+    describe: Callable[[Varied, Mapping[str, float], Site], str],
     label: str = "",
     *,
     shape: tuple[Parameter, ...] = (),
@@ -54,24 +88,8 @@ def extensions(
 
     Parameters
     ----------
-    model
-        The model, with whatever signals `vary` reads.
-    suffix
-        Behind the parameter's name, to name its amount.
-    vary
-        What the parameter varies with, of order one, in a line that sees the world `lag` samples back.
-    label
-        Behind the parameter's name in the label.
     shape
         Further parameters, those of `vary`.
-    places
-        Where these start.
-    states_only
-        Whether static lines keep the constant.
-    parameters
-        Whether the parameters vary each.
-    kinds
-        What may vary beside parameters: "pace", "gain".
     """
     found = []
     for parameter in base_parameters(model) if parameters else ():
@@ -89,7 +107,9 @@ def extensions(
             continue
         # The smaller parameter first: a smaller pole is the stabler one.
         starts = tuple({amount.name: sign * _START * size, **place} for place in places for sign in (-1, 1))
-        found.append(Extension(extended, starts, f"{parameter.name} {label}".rstrip()))
+        varied = Varied(parameter.name, "parameter", amount.name)
+        named = f"{parameter.name} {label}".rstrip()
+        found.append(Extension(extended, starts, named, describe=partial(describe, varied)))
     for state in state_lines(model):
         for kind in kinds:
             amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_MOST, _MOST), "", 0.0)
@@ -100,9 +120,10 @@ def extensions(
                 continue
             extended = with_increment(model, state, grown, [amount, *shape])
             starts = tuple({amount.name: sign * 0.1, **place} for place in places for sign in (-1, 1))
-            found.append(Extension(extended, starts, f"{kind} of {state.own} {label}".rstrip()))
+            varied, named = Varied(state.own, kind, amount.name), f"{kind} of {state.own} {label}".rstrip()
+            found.append(Extension(extended, starts, named, describe=partial(describe, varied)))
         if parameters and state.order > 1 and not shape:
-            found += _together(model, state, suffix, vary, label)
+            found += _together(model, state, suffix, vary, describe, label)
     return tuple(found)
 
 
@@ -117,7 +138,7 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
         pole = sympy.Max(_LEAST_POLE, pole)
 
         def seen(passed: sympy.Expr) -> sympy.Expr:
-            """Give the factor after a lag of pace one has gone on for a time, in samples."""
+            """Return the factor after a lag of pace one has gone on for a time, in samples."""
             return swapped(factor, {state.level: state.level + (1 - pole**passed) / (1 - pole) * state.increment})
 
         early = seen(factor / 2)
@@ -128,7 +149,12 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
 
 
 def _together(
-    model: Model, state: StateLine, suffix: str, vary: Callable[[int], sympy.Expr], label: str
+    model: Model,
+    state: StateLine,
+    suffix: str,
+    vary: Callable[[int], sympy.Expr],
+    describe: Callable[[Varied, Mapping[str, float], Site], str],
+    label: str,
 ) -> list[Extension]:
     """Let all parameters of a line vary, each by its own amount: poles of order two move together when time does."""
     held = [p for p in base_parameters(model) if p.name in plain_symbols(state.line.expression)]
@@ -141,11 +167,15 @@ def _together(
         if moved is None:
             return []
         extended, starts = moved, {**starts, amount.name: 1e-3 * size}
-    return [Extension(extended, (starts,), f"all of {state.own} {label}".rstrip())] if len(held) > 1 else []
+    if len(held) < 2:
+        return []
+    first = Varied(held[0].name, "parameter", next(iter(starts)))
+    named = f"all of {state.own} {label}".rstrip()
+    return [Extension(extended, (starts,), named, describe=partial(describe, first))]
 
 
 def _largest_beside(model: Model, parameter: Parameter) -> float:
-    """Give the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
+    """Return the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
     same = [q for q in base_parameters(model) if _factors(model, q) == _factors(model, parameter)]
     return max(abs(magnitude(model, q)) for q in same)
 
@@ -171,22 +201,3 @@ def _beside(symbol: sympy.Symbol, node: sympy.Expr) -> frozenset[str]:
 
 def _moved(amount: Parameter, vary: Callable[[int], sympy.Expr]) -> Callable[[sympy.Symbol, int], sympy.Expr]:
     return lambda symbol, lag: symbol + amount.symbol * vary(lag)
-
-
-def told(stem: str, amount: float) -> tuple[str, str]:
-    """Say what varies and by how much, from the name of an amount without its suffix.
-
-    Examples
-    --------
-    >>> told("a1", 0.25), told("w_pace", 0.0)
-    (('a1', 'by +0.25'), ('the pace of w', 'by the factor 1'))
-    """
-    for kind in ("pace", "gain"):
-        if stem.endswith(f"_{kind}"):
-            return f"the {kind} of {stem.removesuffix(f'_{kind}')}", f"by the factor {math.exp(amount):.3g}"
-    return stem, f"by {amount:+.3g}"
-
-
-def sentence(text: str) -> str:
-    """Begin a sentence with a capital, but leave names of parameters as they are."""
-    return text[0].upper() + text[1:] if text.startswith("the ") else text

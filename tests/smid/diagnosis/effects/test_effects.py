@@ -59,11 +59,11 @@ def test_each_selective_effect_applies_where_it_should() -> None:
     assert [applies("power_law", case) for case in cases()] == [name != "the arm" for name in kinds]
 
 
-def test_names_are_unique_and_rivals_exist() -> None:
+def test_names_are_unique_and_effects_that_are_named_exist() -> None:
     names = [effect.name for effect in EFFECTS]
     assert len(set(names)) == len(names)
-    unknown = {(effect.name, rival) for effect in EFFECTS for rival in effect.rivals if rival not in names}
-    assert not unknown
+    named = {other for effect in EFFECTS for other in (*effect.contains, *effect.smoothed_by)}
+    assert named <= set(names)
 
 
 def _leak(model: Model, site: Site, null: float | None = 0.0, push: float = 1.0) -> Iterator[Extension]:
@@ -95,7 +95,7 @@ def test_an_effect_of_ones_own_passes() -> None:
         (replace(OWN, describe=lambda *_: "It leaks 3"), "no sentence"),
         (replace(OWN, extend=lambda *_: ()), "applies to none"),
         (replace(OWN, summary="It leaks."), "full stop"),
-        (replace(OWN, rivals=("leak",)), "own rival"),
+        (replace(OWN, describe=None), "has a describe"),
         (replace(OWN, name="A leak"), "snake_case"),
     ],
 )

@@ -24,7 +24,7 @@ def describe(values, site):
     return f"The state gains {next(iter(values.values())):.3g} {site.unit(site.output)} each sample."
 
 
-leak = Effect("leak", "the state leaks", extend, describe, rivals=("sensor_bias",))
+leak = Effect("leak", "the state leaks", extend, describe)
 """
 
 

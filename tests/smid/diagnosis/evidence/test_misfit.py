@@ -107,7 +107,7 @@ def test_the_sentence_says_where_and_how_much():
     found = misfit(data, "pressure", [free], noise_bound=0.3)
     assert "bar (RMSE" in found.sentence
     assert "current falls" in found.sentence
-    assert "leaves the noise bound of 0.3 bar" in found.sentence
+    assert "exceeds the noise bound of 0.3 bar" in found.sentence
     assert found.sentence.splitlines() == [found.sentence]
     assert "error against" in str(found)
     white, run = record(0)

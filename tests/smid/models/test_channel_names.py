@@ -1,0 +1,109 @@
+"""A data column may have any name, also one that a model uses for a signal, a noise or a parameter."""
+
+import json
+
+import numpy as np
+import pytest
+
+import smid
+from smid.fitting.binding import bind
+from smid.models import (
+    ErrorsInVariables,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    Reactor,
+    RotatingArm,
+    Wiener,
+    simulate,
+)
+
+BUILDERS = {
+    "Hammerstein": lambda **names: Hammerstein(powers=(1, 3), **names),
+    "noisy Hammerstein": lambda **names: Hammerstein(powers=(1, 3), input_noise=True, **names),
+    "Wiener": lambda **names: Wiener(inverse_powers=(3,), **names),
+    "OutputError": OutputError,
+    "ErrorsInVariables": ErrorsInVariables,
+    "Reactor": lambda **names: Reactor(sampling_time=0.1, **names),
+    "RotatingArm": lambda **names: RotatingArm(drag=True, sampling_time=0.01, **names),
+}
+COLUMNS = [
+    ("v", "w"),
+    ("x", "v"),
+    ("w", "x"),
+    ("eta", "zeta"),
+    ("y", "z"),
+    ("w", "u"),
+    ("a1", "b0"),
+    ("alpha", "gamma1"),
+    ("tau", "a"),
+    ("theta", "c"),
+    ("angle", "speed"),
+    ("u_true", "s3"),
+    ("w2", "w"),
+]
+
+
+def values(model: Model) -> dict[str, float]:
+    return {
+        p.name: p.lower if p.lower == p.upper else {"tau": 2.0, "x": 1.0}.get(p.name, 0.1) for p in model.parameters
+    }
+
+
+@pytest.mark.parametrize("columns", COLUMNS, ids=" and ".join)
+@pytest.mark.parametrize("name", BUILDERS)
+def test_a_model_runs_the_same_whatever_its_columns_are_called(name: str, columns: tuple[str, str]) -> None:
+    build, (first, second) = BUILDERS[name], columns
+    plain, u = build(), np.abs(np.sin(np.arange(40.0)))
+    expected = simulate(plain, {"u": u}, values(plain))["y"]
+    data = smid.Dataset.from_arrays(
+        input={first: u},
+        output={second: expected},
+        sampling_time=plain.sampling_time or 1.0,
+    )
+    for model in (build(input=first, output=second), bind(plain, data)):
+        assert model.channels == (first, second)
+        assert [p.name for p in model.parameters] == [p.name for p in plain.parameters]
+        np.testing.assert_allclose(simulate(model, {first: u}, values(model))[second], expected, rtol=1e-9)
+        assert Model.from_dict(json.loads(json.dumps(model.to_dict()))) == model
+        assert len(str(model).splitlines()) <= len(str(plain).splitlines()) + 1
+
+
+def test_equations_stay_as_they_are_where_no_name_clashes() -> None:
+    assert str(Hammerstein(powers=(3,), input="current", output="pressure")).splitlines()[1:5] == [
+        "  v[t] = current[t]",
+        "  x[t] = gamma1*v[t]**3",
+        "  w[t] = -alpha*w[t - 1] + (alpha + 1)*x[t - 1]",
+        "  pressure[t] = w[t] + eta[t]",
+    ]
+
+
+def test_equations_are_numbered_where_a_name_clashes() -> None:
+    assert str(Hammerstein(powers=(3,), input="v", output="w")).splitlines()[1:5] == [
+        "  v2[t] = v[t]",
+        "  x[t] = gamma1*v2[t]**3",
+        "  w2[t] = -alpha*w2[t - 1] + (alpha + 1)*x[t - 1]",
+        "  w[t] = w2[t] + eta[t]",
+    ]
+
+
+def test_one_column_for_input_and_output_is_refused() -> None:
+    with pytest.raises(ModelError, match="'w' stands for 2 channels"):
+        OutputError(input="w", output="w")
+
+
+@pytest.mark.parametrize("columns", [("w", "b0"), ("a1", "eta"), ("b0", "w")], ids=" and ".join)
+def test_intervals_are_the_same_whatever_the_columns_are_called(columns: tuple[str, str]) -> None:
+    rng = np.random.default_rng(0)
+    u = rng.uniform(-1, 1, 30)
+    y = simulate(OutputError(), {"u": u}, {"a1": -0.5, "b0": 1.0})["y"] + rng.uniform(-0.05, 0.05, 30)
+
+    def found(first: str, second: str) -> smid.Estimate:
+        data = smid.Dataset.from_arrays(input={first: u}, output={second: y}, sampling_time=1.0)
+        return smid.identify(OutputError(stable=True), data, 0.05)
+
+    plain, renamed = found("u", "y"), found(*columns)
+    for interval in plain.intervals:
+        other = renamed[interval.name]
+        assert (other.lower, other.upper) == pytest.approx((interval.lower, interval.upper), abs=1e-6)
