@@ -112,6 +112,10 @@ def check_solver(solver: Solver) -> None:
     ------
     ProblemError
         When the solver is unknown or not installed.
+
+    Examples
+    --------
+    >>> check_solver("clarabel")
     """
     _back_end(solver)
 

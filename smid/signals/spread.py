@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from smid.data import DataError, excitation
-from smid.display.style import BLUE, GRID, ORANGE, WIDTH, style
 from smid.signals.generators import check_samples
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["plot_spread"]
 
@@ -50,6 +52,10 @@ def plot_spread(
     >>> len(plot_spread({"sine": (u, np.roll(u, 3))}, 1.0).axes)
     3
     """
+    from matplotlib.figure import Figure
+
+    from smid.display.style import BLUE, GRID, ORANGE, WIDTH, style
+
     pairs = {name: (np.asarray(u, dtype=float), np.asarray(y, dtype=float)) for name, (u, y) in records.items()}
     if not pairs:
         raise DataError("no record to draw: give at least one")

@@ -27,7 +27,7 @@ clutch = _studies(
     {
         "hammerstein": "Identify a Hammerstein model in three phases (section 3.2).",
         "records": "List the bundled records.",
-        "recursive": "Estimate recursively, and certify recursive sets (3.3, 6.2).",
+        "recursive": "Estimate recursively, and certify recursive sets (sections 3.3 and 6.2).",
         "sensors": "Train virtual sensors of the position (chapter 5, section 6.2).",
     },
 )

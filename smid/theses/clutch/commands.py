@@ -25,7 +25,7 @@ def records(_progress: Progress) -> Made:
 @click.option("--stop", type=int, default=PART[1], show_default=True, help="First sample not to use any more.")
 @click.option("--order", type=click.IntRange(min=1), default=3, show_default=True, help="Highest relaxation order.")
 def hammerstein(progress: Progress, start: int, stop: int, order: int) -> Made:
-    """Identify a Hammerstein model in three phases (thesis, section 3.2)."""
+    """Identify a Hammerstein model in three phases (section 3.2)."""
     study = hammerstein_study(part=(start, stop), orders=range(1, order + 1), progress=progress)
     return study, {"part": f"20C_ramp_a, samples {start}:{stop}", "orders": f"1 to {order}"}
 
@@ -40,5 +40,5 @@ def recursive(progress: Progress) -> Made:
 @study_command
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of splits and starts.")
 def sensors(progress: Progress, seed: int) -> Made:
-    """Train the virtual sensors of the position, and one for all temperatures (chapter 5, section 6.2)."""
+    """Train virtual sensors of the position (chapter 5, section 6.2)."""
     return sensor_chapter(seed, progress=progress), {"seed": seed}

@@ -17,7 +17,7 @@ from smid.theses.study_command import Made, study_command
 @click.option("--iterations", type=click.IntRange(min=1), default=300, show_default=True, help="Most steps from each.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of noise and starts.")
 def reactor(progress: Progress, **settings: int) -> Made:
-    """Join networks to a reactor's first principles (section 6.2, tables 5 and 6)."""
+    """Join networks to a reactor's first principles (section 6.2)."""
     return reactor_study(**settings, progress=progress), settings
 
 
@@ -27,7 +27,7 @@ def reactor(progress: Progress, **settings: int) -> Made:
     "--input", "names", type=click.Choice(list(TABLE_F1)), multiple=True, help="Of table F.1; by default all."
 )
 def arm(progress: Progress, starts: int, names: tuple[str, ...]) -> Made:
-    """Estimate the rotating arm, white and with a network for its friction (section 6.3, tables 8 and F.2)."""
+    """Estimate the rotating arm, with and without a network (section 6.3)."""
     study = arm_study(starts, inputs=names or tuple(TABLE_F1), progress=progress)
     return study, {"starts": starts, "inputs": ", ".join(names) or "all"}
 
