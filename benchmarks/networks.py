@@ -17,9 +17,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
+from relaxations.algebra.arrays import Array
 from smid.data.bundled import load_clutch
 from smid.networks import (
-    Array,
     Method,
     NetworkError,
     TanhNetwork,

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import os
 
+from relaxations.algebra.arrays import Array
+
 # Before NumPy is imported: matrices this small gain nothing from threads, and threads make timings useless.
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -28,7 +30,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.signal import lfilter
 
@@ -45,7 +46,6 @@ try:
 except ImportError as missing:
     raise SystemExit(f"no {missing.name}; install the rival with: pip install padasip") from None
 
-Array = NDArray[np.float64]
 
 RUNS, SAMPLES = 200, 5000
 SEEDS, CHANGED, LENGTH = 100, 300, 600

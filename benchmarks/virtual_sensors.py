@@ -14,11 +14,11 @@ import time
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.data.bundled import load_clutch
 from smid.data.resample import resample
 from smid.display.table import Table
-from smid.networks import Array
 from smid.sensors import PTX, BoundedSensor
 from smid.theses.clutch import POSITION_NOISE_BOUND, simulate_clutch, simulate_position
 from smid.theses.clutch.plant import NOISE_BOUND

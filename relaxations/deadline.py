@@ -25,6 +25,9 @@ Given = TypeVar("Given")
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
 
+Progress = Callable[[str], None]
+"""What long work calls with a line of text now and then."""
+
 
 class TimeIsUp(Exception):
     """Raised when the time limit is reached."""

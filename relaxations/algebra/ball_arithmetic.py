@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from relaxations.algebra.arrays import Array, Index
 
 EPSILON = 2.0**-52
 TINY = 2.0**-1022  # the smallest normal number: a bound of the error of an underflow

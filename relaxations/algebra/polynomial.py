@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 
 Factors = NDArray[np.int64]
 

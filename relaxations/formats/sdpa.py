@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers import ConicSolution, solve

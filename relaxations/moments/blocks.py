@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Factors, Polynomials
 from relaxations.moments.moment import monomials_up_to
 

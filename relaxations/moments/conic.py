@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation
 

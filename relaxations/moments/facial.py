@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Factors, Polynomials, pad, unique
 from relaxations.moments.moment import monomials_up_to
 

@@ -38,7 +38,7 @@ from math import comb
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials, unique
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError

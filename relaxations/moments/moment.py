@@ -17,7 +17,8 @@ from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Factors, Polynomials, multiply, pad, unique
 from relaxations.errors import ProblemError
 

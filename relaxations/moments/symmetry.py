@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Factors, Polynomials
 from relaxations.moments.blocks import Clique, Split
 from relaxations.problem.problem import PolynomialProblem

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Factors, Polynomials
 from relaxations.moments.blocks import Clique, Split
 from relaxations.reductions.sparsity import chordal_cliques

@@ -16,7 +16,7 @@ from math import ceil, floor, nextafter, prod
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time
 from relaxations.points.witness import Witness

@@ -18,7 +18,7 @@ from math import comb
 import numpy as np
 from scipy.linalg import qr, schur
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Factors, multiply, pad
 from relaxations.moments.moment import Relaxation, monomials_up_to
 

@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 from scipy.sparse.linalg import spsolve_triangular
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
 from relaxations.problem.problem import PolynomialProblem

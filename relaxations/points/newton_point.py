@@ -23,7 +23,7 @@ from math import nextafter
 import numpy as np
 from scipy.linalg import qr
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.points.exact_point import Row, bound_values, is_active, rows
 from relaxations.points.witness import Witness

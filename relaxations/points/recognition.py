@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation

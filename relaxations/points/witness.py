@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra import fixed_point
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.fixed_point import Interval
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time

@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, concatenate, outwards
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls, concatenate, outwards
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 

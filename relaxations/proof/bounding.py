@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import TimeIsUp, check_time
 from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from relaxations import check
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.points.recognition import equality_multipliers, product_multipliers

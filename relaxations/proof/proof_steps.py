@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Outcome, Relaxed

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem

@@ -19,8 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials, pad
+from relaxations.deadline import Progress
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
@@ -30,7 +31,7 @@ from relaxations.search.enclosure import uninterrupted
 from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
-from relaxations.search.tightener import BOXES, Progress
+from relaxations.search.tightener import BOXES
 from relaxations.solvers import Solver
 
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do

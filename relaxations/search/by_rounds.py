@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import map_in_time
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem

@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import TimeIsUp
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness

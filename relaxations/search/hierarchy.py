@@ -15,8 +15,8 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
-from relaxations.deadline import STOPS, limited, stopped_by
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import STOPS, Progress, limited, stopped_by
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import Cuts, Method
@@ -28,7 +28,7 @@ from relaxations.search.by_rounds import by_rounds
 from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason, contracted, uninterrupted
 from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
-from relaxations.search.tightener import Progress, Task, Tightener
+from relaxations.search.tightener import Task, Tightener
 from relaxations.solvers import Solver, check_solver
 
 __all__ = ["Enclosure", "Interval", "Progress", "Proof", "Reason", "contracted", "intervals", "uninterrupted"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness, Relaxed
 

@@ -18,9 +18,10 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.deadline import STOPS, check_seconds, stopped_by, time_limit
+from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
 from relaxations.moments.lift import METHODS as LIFTS
 from relaxations.moments.lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
@@ -38,7 +39,6 @@ from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
 from relaxations.search.orders import check_orders, node_order, not_flat, ways
 from relaxations.search.plan import Plan
-from relaxations.search.tightener import Progress
 from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments.lift import complicating_variables, nonlinear_variables

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Protocol
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Record
 from relaxations.search.enclosure import Reason
@@ -15,7 +16,6 @@ from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 
-Progress = Callable[[str], None]
 BOXES = 500  # for each end and stage of branching with cuts
 
 

@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.moments.conic import ConicProgram
 
 

@@ -9,7 +9,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time, remaining
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers.capture import captured

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop

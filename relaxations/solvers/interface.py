@@ -18,7 +18,7 @@ from importlib import import_module
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import ConicProgram

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop

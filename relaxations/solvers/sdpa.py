@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers.capture import captured
 from relaxations.solvers.stop import Stop

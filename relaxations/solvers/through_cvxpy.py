@@ -8,7 +8,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop

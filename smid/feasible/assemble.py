@@ -13,7 +13,8 @@ from functools import cache
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
 from smid.data import Dataset

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem

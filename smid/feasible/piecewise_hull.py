@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials, pad
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.regimes import Ranges

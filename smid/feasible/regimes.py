@@ -14,7 +14,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array, Index, outwards
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, outwards
 from relaxations.algebra.polynomial import Polynomials
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.template import Hinge, Reference, Template, Term

@@ -17,7 +17,8 @@ from functools import reduce
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls
 from smid.feasible.piecewise_functions import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t

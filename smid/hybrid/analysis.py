@@ -26,6 +26,7 @@ import sympy
 from numpy.typing import ArrayLike
 from sympy.solvers.solveset import NonlinearError
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
@@ -33,7 +34,6 @@ from smid.hybrid.topology import topology_named
 from smid.models import Model, ModelError, simulate
 from smid.models.linear_block import DELAY, RATE, exact_values, response
 from smid.models.symbols import references
-from smid.networks import Array
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 

@@ -6,15 +6,16 @@ Models without Max, Min, Abs and sign, or whose priors and data decide all of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import Progress
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
 from relaxations.proof.method import Cuts, Method
@@ -25,7 +26,6 @@ from relaxations.solvers import Solver
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed
 
-Progress = Callable[[str], None]
 NOTHING = Polynomials.from_terms([{}])  # the objective of a search for any feasible point
 
 

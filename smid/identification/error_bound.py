@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.problem.problem import PolynomialProblem

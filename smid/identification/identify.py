@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
-from relaxations.deadline import STOPS, limited
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import STOPS, Progress, limited
 from relaxations.proof.bounding import Emptiness
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
@@ -21,7 +21,7 @@ from smid.data import Dataset
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import Enclosed, Encloser, Progress, Settings
+from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.identification.piecewise import Piecewise

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, stopped_by
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, stopped_by
 from relaxations.points.witness import find_witness

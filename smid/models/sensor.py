@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from smid.models.compiled import Array
+from relaxations.algebra.arrays import Array
 from smid.models.errors import ModelError
 from smid.models.parts import Measurement
 from smid.models.symbols import VALUE

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks.network import Array
 
 __all__ = ["delayed"]
 

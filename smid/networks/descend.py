@@ -11,10 +11,10 @@ from enum import Enum
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.least_squares import LeastSquares, Method
-from smid.networks.network import Array
 
 __all__ = ["Descent", "Progress", "ProgressCallback", "Stop", "descend"]
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.networks.least_squares import Iterate, LeastSquares
-from smid.networks.network import Array
 
 __all__ = ["gauss_newton"]
 

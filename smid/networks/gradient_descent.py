@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from relaxations.algebra.arrays import Array
 from smid.networks.least_squares import Iterate, LeastSquares
-from smid.networks.network import Array
 
 __all__ = ["gradient_descent"]
 

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.networks.network import Array
 
 __all__ = ["Iterate", "LeastSquares", "Method", "NormalEquations", "sum_normal_equations"]
 

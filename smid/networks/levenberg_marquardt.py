@@ -15,9 +15,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.networks.least_squares import Iterate, LeastSquares
 from smid.networks.lockstep import Rows, descents
-from smid.networks.network import Array
 
 __all__ = ["levenberg_marquardt"]
 

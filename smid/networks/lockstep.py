@@ -24,7 +24,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from smid.networks.network import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["Points", "descents", "lockstep", "stacked_normal_equations"]
 

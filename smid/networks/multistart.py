@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.descend import Descent, ProgressCallback, Stop, descend
 from smid.networks.least_squares import LeastSquares, Method
-from smid.networks.network import Array
 
 __all__ = ["MultiStart", "multistart"]
 

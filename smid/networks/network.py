@@ -19,13 +19,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 
 __all__ = ["Array", "Linearisation", "TanhNetwork", "weight_count"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks.network import Array, TanhNetwork
+from smid.networks.network import TanhNetwork
 
 __all__ = ["Scaling", "scaling_of"]
 

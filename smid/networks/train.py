@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.display.result import Part, Result
 from smid.models import ModelError
@@ -21,7 +22,7 @@ from smid.networks.descend import ProgressCallback
 from smid.networks.least_squares import Method, NormalEquations, sum_normal_equations
 from smid.networks.levenberg_marquardt import levenberg_marquardt
 from smid.networks.multistart import MultiStart, multistart
-from smid.networks.network import Array, TanhNetwork, weight_count
+from smid.networks.network import TanhNetwork, weight_count
 from smid.networks.scaling import fold, scaling_of
 from smid.networks.split import Split, random_split
 from smid.networks.start import nguyen_widrow

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result, Tabular
 from smid.display.table import Table
 from smid.identification.estimate import round_down, round_up

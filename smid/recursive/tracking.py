@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
-from smid.recursive.arx import Array, Arx
+from smid.recursive.arx import Arx
 from smid.recursive.estimator import History, RecursiveEstimator
 from smid.recursive.free_run import FreeRun, free_run
 from smid.recursive.method import DivergenceError, Method

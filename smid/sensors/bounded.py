@@ -26,11 +26,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.models import ModelError
-from smid.networks import Array
 from smid.sensors.lag import lag
 from smid.sensors.sensor import VirtualSensor, require_channels, trained
 from smid.sensors.stream import Stream

@@ -17,9 +17,10 @@ from typing import Self
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
 
 __all__ = ["CFPX", "scale_pressure"]

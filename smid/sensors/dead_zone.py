@@ -16,8 +16,9 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data
 
 __all__ = ["DeadZone"]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from smid.networks import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["lag", "lag_derivatives"]
 

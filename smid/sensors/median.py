@@ -14,9 +14,9 @@ from collections import deque
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
-from smid.networks import Array
 
 __all__ = ["RunningMedian", "causal_median", "centred_median", "check_order", "check_record"]
 

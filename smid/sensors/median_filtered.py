@@ -7,9 +7,10 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.median import RunningMedian, centred_median, check_order, check_record
 from smid.sensors.sensor import Run, Samples, VirtualSensor, trained
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from smid.networks import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["Play", "play"]
 

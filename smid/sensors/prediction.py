@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
-from smid.networks import Array
 
 __all__ = ["Prediction"]
 

@@ -22,9 +22,10 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback, TanhNetwork, weight_count
+from smid.networks import ProgressCallback, TanhNetwork, weight_count
 from smid.sensors.lag import lag
 from smid.sensors.ptx_dynamics import Dynamics, Memory
 from smid.sensors.ptx_training import SCHEDULED, train_ptx

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from smid.networks import Array
+from relaxations.algebra.arrays import Array
 from smid.sensors.lag import lag
 from smid.sensors.play import Play, play
 

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.networks import (
-    Array,
     NormalEquations,
     ProgressCallback,
     Scaling,

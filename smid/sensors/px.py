@@ -12,8 +12,9 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.networks import Array, ProgressCallback, TanhNetwork, train, weight_count
+from smid.networks import ProgressCallback, TanhNetwork, train, weight_count
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
 
 __all__ = ["PX"]

@@ -15,10 +15,11 @@ from typing import Protocol, Self, TypeVar
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.data.channel import name_hint
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.prediction import Prediction
 from smid.sensors.stream import Stream
 

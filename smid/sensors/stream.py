@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks import Array
 
 if TYPE_CHECKING:
     from smid.sensors.sensor import Run

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
+from relaxations.algebra.arrays import Array
 from smid.signals.constant import constant
-from smid.signals.generators import Array
 from smid.signals.modulating_filter import ModulatingFilter
 from smid.signals.multisine import multisine
 from smid.signals.noise import noise

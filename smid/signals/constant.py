@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from smid.signals.generators import Array, check_samples
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import check_samples
 
 __all__ = ["constant"]
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 
 __all__ = ["Array", "Seed", "check_samples", "clock_samples", "generator"]
 
-Array = NDArray[np.float64]
 Seed = int | np.random.Generator
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from smid.signals.generators import Array, Seed, check_samples, generator
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import Seed, check_samples, generator
 
 __all__ = ["noise"]
 

@@ -5,7 +5,8 @@ Reference: hybrid thesis, section 2.4.2 and listing K.1: noise of +-0.05 on step
 
 from __future__ import annotations
 
-from smid.signals.generators import Array, Seed
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import Seed
 from smid.signals.noise import noise
 from smid.signals.staircase import staircase
 

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+from smid.signals.generators import Seed, check_samples, clock_samples, generator
 
 __all__ = ["qprts"]
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["ramp"]
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["step"]
 

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["TABLE_F1", "Sines", "sum_of_sines"]
 

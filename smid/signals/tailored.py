@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples, clock_samples
+from smid.signals.generators import check_samples, clock_samples
 
 __all__ = ["tailored"]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import Model
 from smid.models.expressions import to_text

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.search.benders.split import Rows, Split, frame
 
 # Numbers at a time: arrays of many cuts over a long record would go through the memory again and again.

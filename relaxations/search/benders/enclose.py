@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.conic import FEWER, check_bytes
 from relaxations.points.witness import Verifier

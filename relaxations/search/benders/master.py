@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.deadline import check_time, remaining
 
 GAIN = 1e-3  # of half a box's width: less is not worth a step

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.search.benders.split import Split
 from relaxations.solvers import Solver, solve

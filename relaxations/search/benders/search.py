@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.master import least
 from relaxations.search.benders.program import ask

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.deadline import STOPS
 from relaxations.search.benders.master import Shrunk, contradiction, least, lower_bound, shrink
 from relaxations.search.benders.search import Asker, Point

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
 from smid.data.bundled import load_clutch
 from smid.display.table import Table

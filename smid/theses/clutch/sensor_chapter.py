@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.data.bundled import load_clutch
 from smid.display.table import Table

@@ -15,7 +15,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from relaxations.search.hierarchy import Progress, Reason
+from relaxations.deadline import Progress
+from relaxations.search.hierarchy import Reason
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table

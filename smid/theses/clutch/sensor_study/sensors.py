@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.models import ModelError

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.networks import ProgressCallback

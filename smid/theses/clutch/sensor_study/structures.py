@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table

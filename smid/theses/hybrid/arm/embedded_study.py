@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.algebra.intervals import Intervals
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
 from smid.display.result import Part
 from smid.display.table import Table

@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
-from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem

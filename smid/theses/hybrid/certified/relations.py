@@ -35,8 +35,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array, Mask
-from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem

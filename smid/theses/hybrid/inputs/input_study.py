@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from relaxations.algebra.arrays import Array
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import Dataset, excitation
 from smid.design.fisher import FisherInformation
 from smid.design.shrinking import shrinking_input

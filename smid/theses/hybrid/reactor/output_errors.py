@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings

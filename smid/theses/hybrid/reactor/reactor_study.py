@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.display.result import plain
 from smid.models import ModelError

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.hybrid.analysis import Requirement, learned_response, required

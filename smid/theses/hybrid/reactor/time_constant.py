@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Progress
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.hybrid.back_couplings import SIMPLE, STATIC, BackCouplings
