@@ -110,22 +110,27 @@ def _definitions(rows: list[Polynomial], auxiliary: set[int], n_parameters: int)
 
 
 def _check_equalities(rows: list[Polynomial], expected: list[Row], definitions: Definitions) -> None:
-    """Match the rows with the model's equations, in order; a missing equation only enlarges the set."""
-    place, products = 0, False
+    """Match the rows with the equations of the model, in order; a missing equation only enlarges the set.
+
+    With auxiliary variables, the same equations follow once more, with delta in place of q gamma.
+    """
+    exact: list[Terms] = [row.polynomial for row in expected]
+    again = [_in_products(terms, definitions) or {} for terms in exact] if definitions else []
+    place = 0
     for k, row in enumerate(rows):
-        if not products and definitions.keys() & row.variables:
-            place, products = 0, True
-        first = place
-        while place < len(expected):
-            exact = expected[place].polynomial
-            if products:
-                exact = _in_products(exact, definitions) or {}
-            place += 1
-            if contains(row, exact):
-                break
-        else:
-            what = str(expected[first]) if first < len(expected) else "any equation of the model"
+        found = _first_held(row, exact, place)
+        if found is None and again:
+            exact, again, place = again, [], 0
+            found = _first_held(row, exact, place)
+        if found is None:
+            what = str(expected[place]) if place < len(expected) else "any equation of the model"
             raise NotProvenError(f"equality {k} of the proof is not {what}")
+        place = found + 1
+
+
+def _first_held(row: Polynomial, exact: list[Terms], start: int) -> int | None:
+    """Return the place of the first polynomial, from start on, that a row of the proof holds."""
+    return next((k for k in range(start, len(exact)) if contains(row, exact[k])), None)
 
 
 def _in_products(exact: Terms, definitions: Definitions) -> Terms | None:

@@ -70,7 +70,7 @@ def test_a_median_longer_than_the_record(causal):
 
 def test_a_centred_median_cannot_stream():
     sensor = MedianFiltered(CFPX(3)).fit(load_clutch("20C_step_a").crop(200, 300), seed=1)
-    with pytest.raises(ModelError, match="still to come: take causal=True"):
+    with pytest.raises(ModelError, match="future samples: take causal=True"):
         sensor.stream()
 
 
