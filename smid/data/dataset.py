@@ -131,7 +131,9 @@ class Dataset(Result):
                 values[channel] = array
         for channel in units or {}:
             if channel not in values:
-                raise DataError(f"a unit is given for {channel!r}, which is no channel; {name_hint(channel, values)}")
+                raise DataError(
+                    f"a unit is given for {channel!r}, which is not a channel; {name_hint(channel, values)}"
+                )
         return cls(
             experiments=(Experiment(name, values),),
             channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),

@@ -147,7 +147,7 @@ class RecursiveEstimator:
         Raises
         ------
         DataError
-            If the sample is no finite number; the estimator stays as it was.
+            If the sample is not a finite number; the estimator stays as it was.
         DivergenceError
             If the parameters grow without bound.
         """

@@ -121,7 +121,7 @@ def gain_study(
     Raises
     ------
     ModelError
-        If a gain is no positive number.
+        If a gain is not a positive number.
     DataError
         If the record does not fit.
 

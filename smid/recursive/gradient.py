@@ -14,9 +14,9 @@ __all__ = ["check_gain", "retake"]
 
 
 def check_gain(gain: float) -> None:
-    """Refuse an adaptation gain that is none, with a `ModelError`."""
+    """Raise a `ModelError` if the adaptation gain is not a positive number."""
     if not (gain > 0 and math.isfinite(gain)):
-        raise ModelError(f"gain = {gain} is no adaptation gain: give a positive number")
+        raise ModelError(f"gain = {gain} is not an adaptation gain: give a positive number")
 
 
 def retake(gain: Callable[[Array], Array], phi: Array, error: float, held: Array) -> Array:

@@ -201,7 +201,7 @@ class RecursiveSet:
         Raises
         ------
         DataError
-            If the sample is no finite number; the set stays as it was.
+            If the sample is not a finite number; the set stays as it was.
         """
         arx, change = self.arx, None
         # NaN fails the comparison too.

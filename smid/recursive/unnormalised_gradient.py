@@ -37,7 +37,7 @@ class UnnormalisedGradient(Method):
     Raises
     ------
     ModelError
-        If the gain is no positive number.
+        If the gain is not a positive number.
 
     Examples
     --------

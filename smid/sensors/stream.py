@@ -90,7 +90,7 @@ class Stream:
 
     def _check_time(self, time: float) -> None:
         if not np.isfinite(time):
-            raise DataError(f"time = {time} s is no instant: give the seconds of the sample")
+            raise DataError(f"time = {time} s is not a finite time: give the seconds of the sample")
         if self._last is None:
             return
         step = time - self._last

@@ -82,7 +82,7 @@ def test_mistake_is_told_in_one_line(smid, line, words):
         ('class = "OutputError"\nstabel = true', ["stabel", "did you mean 'stable'"]),
         ('class = "OutputErorr"', ["OutputErorr", "did you mean 'OutputError'"]),
         ("na = 1", ["names no class"]),
-        ("class = ", ["no TOML"]),
+        ("class = ", ["is not valid TOML"]),
         ('class = "OutputError"\nna = "one"', ["'na'", "whole number"]),
     ],
 )

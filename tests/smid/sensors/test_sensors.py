@@ -163,7 +163,7 @@ def test_warm_up_samples_do_not_count():
         ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order"),
         ((0.0, 0.004), "0.004 s between the samples"),
         ((0.0, 0.002, 0.0), "came after"),
-        ((float("nan"),), "is no instant"),
+        ((float("nan"),), "is not a finite time"),
     ],
 )
 def test_samples_out_of_order(trained, times, message):
