@@ -37,14 +37,14 @@ class Reason(Enum):
     the feasible set is certified empty
     """
 
-    TIGHT = "every end meets its witness within the tolerance"
-    STALLED = "the box no longer shrinks at this order; raise the order to tighten"
-    ROUNDS = "the rounds asked for are used up"
+    TIGHT = "every end meets a verified point within the tolerance"
+    STALLED = "the bounds no longer improve at this order; raise the order to tighten"
+    ROUNDS = "all rounds are used"
     EMPTY = "the feasible set is certified empty"
     TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
-    UNBOUNDED = "no box could be proven, and nothing else without one: give bounds, or richer data"
+    UNBOUNDED = "no finite box could be proven, so there are no bounds: give bounds of the parameters, or data with more excitation"
 
 
 @dataclass(frozen=True)

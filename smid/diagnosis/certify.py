@@ -37,7 +37,7 @@ class Emptiness:
     first, last
         The window, samples counted from the start of the experiment.
     samples
-        Samples that carry most of the proof, each with its share.
+        Most influential samples, each with its share of the proof.
     """
 
     channel: str

@@ -31,12 +31,14 @@ class CentreStatus(Enum):
     Examples
     --------
     >>> print(CentreStatus.FEASIBLE.value)
-    the vector of centres is feasible (verified)
+    the interval midpoints, taken together, fit the data (verified)
     """
 
-    FEASIBLE = "the vector of centres is feasible (verified)"
-    INFEASIBLE = "the vector of centres is proven infeasible; the nearest feasible point found is given"
-    UNDECIDED = "it is undecided whether the vector of centres is feasible"
+    FEASIBLE = "the interval midpoints, taken together, fit the data (verified)"
+    INFEASIBLE = (
+        "the interval midpoints, taken together, do not fit the data (proven); the nearest verified point is given"
+    )
+    UNDECIDED = "it is not known whether the interval midpoints, taken together, fit the data"
 
 
 @dataclass(frozen=True, repr=False)

@@ -68,7 +68,7 @@ class EmptyFeasibleSetError(ValueError, Result):
         yield Table("What carries the proof.", ("experiment", "sample", "share"), rows, "lrr")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: the message, the certified least bound, and the samples that carry the proof."""
+        """Return plain data: the message, the certified least bound, and the most influential samples."""
         return {"message": str(self), "least_bound": self.least_bound, "samples": plain(self.samples)}
 
 
@@ -223,7 +223,7 @@ def _proven_empty(feasible: FeasibleSet, empty: Emptiness, settings: Settings) -
     given = feasible.bounds[channel]
     unit = feasible.data.channel(channel).unit
     proven = f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
-    samples_text = f"Samples that carry the proof: {carried}"
+    samples_text = f"Most influential samples: {carried}"
     if feasible.structure.hinges:
         return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
     # Enclose the least noise bound, so that the user knows how far to raise the given one.

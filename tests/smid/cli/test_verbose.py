@@ -18,7 +18,7 @@ COMMON = "run.csv --input u --output y --model model.toml"
                 "a1 in [",
                 "lift of order 1, complicating: a1",
                 "the solver said",
-                "they stopped: every end meets its witness",
+                "they stopped: every end meets a verified point",
             ],
         ),
         (f"identify {COMMON}", ["least noise bound of y in [", "it stopped: every end", "they stopped: "]),
