@@ -44,7 +44,7 @@ class Reason(Enum):
     TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
-    UNBOUNDED = "no finite box could be proven, so there are no bounds: give bounds of the parameters, or data with more excitation"
+    UNBOUNDED = "no finite box could be proven, so there are no bounds: give bounds, or data with more excitation"
 
 
 @dataclass(frozen=True)

@@ -35,9 +35,7 @@ class CentreStatus(Enum):
     """
 
     FEASIBLE = "the interval midpoints, taken together, fit the data (verified)"
-    INFEASIBLE = (
-        "the interval midpoints, taken together, do not fit the data (proven); the nearest verified point is given"
-    )
+    INFEASIBLE = "the interval midpoints, taken together, do not fit the data (proven); see the nearest point"
     UNDECIDED = "it is not known whether the interval midpoints, taken together, fit the data"
 
 
