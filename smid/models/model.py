@@ -268,7 +268,7 @@ class Model:
             ],
             "constraints": [to_text(constraint) for constraint in self.constraints],
             "values": dict(self.values),
-            **({"origins": dict(self.origins)} if self.origins else {}),
+            "origins": dict(self.origins),
             **(integration if self.continuous else {}),
         }
 
