@@ -56,7 +56,7 @@ def table(known: Known, limit: float = LIMIT) -> str:
 
 def bundled() -> Known:
     """Return the clutch thesis's model on the first 200 samples of the ramp that comes with smid."""
-    data = load_clutch("clutch_20C_ramp_a").crop(0, 200)
+    data = load_clutch("hammerstein_20C_ramp_a").crop(0, 200)
     model = Hammerstein(poles=1, powers=(5, 4, 3), input_scale=0.01, stable=True)
     return Known("Hammerstein of the clutch, bundled ramp", model, data, {data.output: 0.3}, CLUTCH)
 

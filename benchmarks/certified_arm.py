@@ -16,8 +16,8 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.design import shrinking_input
 from smid.display.table import Table
@@ -26,8 +26,6 @@ from smid.theses.hybrid.certified import PRIOR, CertifiedArm, certify_arm
 from smid.theses.hybrid.certified.box import CONSTANTS
 from smid.theses.hybrid.inputs import arm_inputs, arm_tailored, arm_widths
 from smid.theses.hybrid.inputs.input_study import NARROW, SAMPLES, SAMPLING_TIME, TAILORED
-
-Array = NDArray[np.float64]
 
 
 def inputs(samples: int, noise_bound: float, budget: int) -> dict[str, Array]:
@@ -55,7 +53,7 @@ def row(name: str, found: list[CertifiedArm]) -> tuple[str, ...]:
     widths = [f"{100 * np.median([f.relative_width(k) for f in found]):.3g}%" for k in CONSTANTS]
     lowest = min(f.intervals["Ws"][0] for f in found)
     highest = max(f.intervals["Ws"][1] for f in found)
-    told = sum(f.told("Ws") for f in found)
+    told = sum(f.determined("Ws") for f in found)
     return (
         name,
         f"{inside} of {len(found)}",

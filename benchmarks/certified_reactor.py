@@ -9,8 +9,8 @@ import argparse
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.table import Table
 from smid.signals import noisy_staircase, prbs, qprts, sine
@@ -19,7 +19,6 @@ from smid.theses.hybrid.certified import certify_reactor
 
 PLANTS = ("time_constant", "factor", "power")
 NOISE_BOUND = 0.005
-Array = NDArray[np.float64]
 
 
 def inputs(n: int) -> dict[str, Array]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks import networks, recursive_sets, virtual_sensors
 
-HEAD = """# The clutch, measured
+HEAD = """# Benchmark of the clutch models
 
 Written by `python -m benchmarks.clutch`; each part is a module of its own there. All records are simulated. BLAS
 has one thread; of the times only ratios within one table mean something."""

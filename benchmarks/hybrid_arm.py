@@ -36,6 +36,7 @@ import numpy as np
 import sympy
 from scipy.optimize import least_squares
 
+from relaxations.algebra.arrays import Array
 from smid import Dataset, OutputError
 from smid.data import load_record
 from smid.display.table import Table, figure
@@ -44,14 +45,13 @@ from smid.fitting.fit import Fit, Fitting, fit
 from smid.hybrid import BackCouplings, embedded, estimate, parallel, series
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.rotating_arm import MOTOR
-from smid.networks import Array, NetworkError, descend, levenberg_marquardt, nguyen_widrow
-from smid.signals import TABLE_F1
+from smid.networks import NetworkError, descend, levenberg_marquardt, nguyen_widrow
+from smid.signals import TABLE_F1, ModulatingFilter
 from smid.theses.hybrid import simulate_arm
 from smid.theses.hybrid.arm import (
     ARM,
     COMPARED,
     WAYS,
-    ModulatingFilter,
     arm_study,
     embedded_arm,
     embedded_error,

@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid import Dataset, OutputError
 from smid.display.table import Table, figure
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, fit
 from smid.hybrid import BackCouplings, HybridEstimate, embedded, estimate, network_of, parallel, series
 from smid.models import Model, signal, t
-from smid.networks import Array
 from smid.theses.hybrid.cooled_reactor import arrhenius, cooled_reactor
 from smid.theses.hybrid.reactor import output_errors, requirement_study, time_constant_study
 

@@ -17,9 +17,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
-from smid.data.bundled import load_clutch_records
+from relaxations.algebra.arrays import Array
+from smid.data.bundled import load_clutch
 from smid.networks import (
-    Array,
     Method,
     NetworkError,
     TanhNetwork,
@@ -44,7 +44,7 @@ SIZES, STARTS, JACOBIANS, RECORD = (4, 10), 3, 100, "20C_step_a"
 
 
 def _problem() -> tuple[NetworkError, float]:
-    values = load_clutch_records(RECORD).experiments[0].values
+    values = load_clutch(RECORD).experiments[0].values
     rows = random_split(values["position"].size, 1).training
     inputs = delayed([values["current"], values["pressure"]], [(1, 2), (1, 2)])[rows]
     target = values["position"][rows][:, None]

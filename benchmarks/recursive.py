@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import os
 
+from relaxations.algebra.arrays import Array
+
 # Before NumPy is imported: matrices this small gain nothing from threads, and threads make timings useless.
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -23,7 +25,6 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from smid.recursive import Arx, ForgettingFactor, KalmanFilter, Method, RecursiveEstimator, free_run
 from smid.signals import noise
@@ -34,7 +35,6 @@ try:
 except ImportError as missing:
     raise SystemExit(f"no {missing.name}; install the rivals with: pip install padasip filterpy") from None
 
-Array = NDArray[np.float64]
 Run = Callable[[], Array]
 
 REPEATS = 7

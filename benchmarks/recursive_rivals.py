@@ -7,9 +7,8 @@ intersection of the boxes around their sets.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from relaxations.algebra.arrays import Array
 
 
 class Ellipsoid:

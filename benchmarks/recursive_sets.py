@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import os
 
+from relaxations.algebra.arrays import Array
+
 # Before NumPy is imported: matrices this small gain nothing from threads, and threads make timings useless.
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -28,7 +30,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.signal import lfilter
 
@@ -45,7 +46,6 @@ try:
 except ImportError as missing:
     raise SystemExit(f"no {missing.name}; install the rival with: pip install padasip") from None
 
-Array = NDArray[np.float64]
 
 RUNS, SAMPLES = 200, 5000
 SEEDS, CHANGED, LENGTH = 100, 300, 600
@@ -393,7 +393,7 @@ def clutch() -> str:
     began = time.perf_counter()
     rows = []
     arx = Arx(powers=(5, 4, 3), input_scale=0.01)
-    for name in ("clutch_20C_ramp_a", "clutch_20C_ramp_b", "clutch_20C_steps"):
+    for name in ("hammerstein_20C_ramp_a", "hammerstein_20C_ramp_b", "varying_pole_20C_steps"):
         data = load_clutch(name)
         run = data.experiments[0].values
         estimator = RecursiveSet(arx, 0.3, {name: (-1.0, 1.0) for name in arx.names[1:]})

@@ -97,7 +97,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("docs/stories.md"))
     given = parser.parse_args()
     lines = [
-        "# The stories of the two theses",
+        "# Diagnosis of the plants of two theses",
         "",
         "Written by `python -m benchmarks.stories`: simulated plants of the theses, all effects tried, two processes.",
         "",

@@ -14,11 +14,11 @@ import time
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.data.resample import resample
 from smid.display.table import Table
-from smid.networks import Array
 from smid.sensors import PTX, BoundedSensor
 from smid.theses.clutch import POSITION_NOISE_BOUND, simulate_clutch, simulate_position
 from smid.theses.clutch.plant import NOISE_BOUND
@@ -108,7 +108,7 @@ def fresh(bounded: BoundedSensor) -> Table:
 
 def other_sizes(sensor: PTX) -> Table:
     """Return what sensors of other sizes reach on the held-out records."""
-    data = load_clutch_records(HELD_OUT)
+    data = load_clutch(HELD_OUT)
     rows = []
     for plays, neurons in OTHER_SIZES:
         _tell(f"training PTX with {plays} plays and {neurons} neurons")
@@ -127,7 +127,7 @@ def other_sizes(sensor: PTX) -> Table:
 
 def update_time(bounded: BoundedSensor) -> str:
     """Return how long a sample takes."""
-    data = load_clutch_records(HELD_OUT[0])
+    data = load_clutch(HELD_OUT[0])
     values, stream, seconds = data.experiments[0].values, bounded.stream(), []
     samples: list[tuple[Array, ...]] = list(zip(values["pressure"], values["temperature"], strict=True))
     for k, (pressure, temperature) in enumerate(samples):
@@ -140,8 +140,8 @@ def update_time(bounded: BoundedSensor) -> str:
 
 def run() -> str:
     """Return all tables."""
-    parts: list[object] = [table(report=_tell) for table in (table_5_1, table_5_2, table_5_3, table_5_4)]
-    sensors = train_thesis_sensors(report=_tell)
+    parts: list[object] = [table(progress=_tell) for table in (table_5_1, table_5_2, table_5_3, table_5_4)]
+    sensors = train_thesis_sensors(progress=_tell)
     parts.append(cross_errors(sensors))
     rows = [
         (number, " and ".join(traces.records), name, f"{error:.3f}")
@@ -150,7 +150,7 @@ def run() -> str:
         for name, error in traces.rmse.items()
     ]
     parts.append(Table("Behind the figures.", ("figure", "record", "sensor", "RMSE [mm]"), tuple(rows), "lllr"))
-    study = single_sensor_study(report=_tell)
+    study = single_sensor_study(progress=_tell)
     intervals = interval_study(study.sensor)
     parts += [study, intervals, fresh(intervals.sensor), other_sizes(study.sensor), update_time(intervals.sensor)]
     return "## Virtual sensors\n\n```\n" + "\n\n".join(map(str, parts)) + "\n```"

@@ -11,9 +11,12 @@
 # %% [markdown]
 # # First intervals in five minutes
 #
-# Least squares answers "which parameters fit best?". Set membership asks another question: *which parameters are
-# possible at all*, given how wrong the sensor can be? The answer is an interval for each parameter, and its ends are
-# theorems. This page gets them for the pressure of a clutch actuator, reads them, and tries them on other records.
+# Least squares returns the parameters that fit best. Set membership returns *all* parameters that fit, given the
+# largest error of the sensor. The result is a certified interval for each parameter: no value outside it fits the
+# data.
+#
+# This page computes certified intervals for the pressure of a clutch actuator. It explains how to read them, and
+# validates the model on other records.
 
 # %%
 # %matplotlib inline
@@ -30,16 +33,16 @@ from smid.display.style import style
 # %% [markdown]
 # ## A record
 #
-# A current drives a valve, which sets a pressure. The record comes with the package and is **simulated**, so that what
-# is found can be compared with what made it. With a record of your own, give the path of your file.
+# A current drives a valve, and the valve sets a pressure. The record comes with the package. It is **simulated**, so
+# the true parameters are known. For your own record, give the path of your CSV file.
 
 # %%
-record = smid.Dataset.from_csv(record_path("clutch_20C_ramp_a.csv"), input="current", output="pressure")
+record = smid.Dataset.from_csv(record_path("hammerstein_20C_ramp_a"), input="current", output="pressure")
 print(record)
 
 # %% [markdown]
-# A few samples with large changes tell more than many at rest: the first two ramps are enough. The rest is kept to try
-# the model on.
+# A few samples with large changes carry more information than many samples at rest. We identify on the first two
+# ramps, and keep the rest for validation.
 
 # %%
 data, rest = record.crop(0, 200), record.crop(200)
@@ -55,8 +58,8 @@ with style():
 # %% [markdown]
 # ## A model
 #
-# What do we know of the plant? That a static curve turns the current into a pressure, and that the pressure follows
-# with one pole: a Hammerstein model. Its structure is assumed, its four parameters are asked for.
+# A static curve turns the current into a pressure, and the pressure follows with one pole. This is a Hammerstein
+# model. We assume its structure, and identify its four parameters.
 
 # %%
 model = smid.Hammerstein(poles=1, powers=(5, 4, 3), input_scale=0.01, unit_dc_gain=True, stable=True)
@@ -65,25 +68,26 @@ print(model)
 # %% [markdown]
 # ## The intervals
 #
-# The other thing to know is how wrong the sensor can be. This one errs by 0.3 bar at most; nothing is said of the
-# noise's mean or distribution.
+# smid also needs the noise bound, the largest error of the sensor. Here it is 0.3 bar. smid assumes nothing about the
+# mean or the distribution of the noise.
 
 # %%
 estimate = smid.identify(model, data, noise_bound=0.3)
 print(estimate)
 
 # %% [markdown]
-# How to read it:
+# How to read the table:
 #
-# - **lower, upper**: no parameter outside explains the record. This is proven, with every rounding error accounted for.
-# - **gap**: how much the interval could be too wide. Beside each proven end stands a *witness*, parameters that were
-#   verified to explain the record; the gap is the distance between the two. Here it is nothing beside the width.
-# - **centre**: the middle, a model to work with.
+# - **lower, upper**: no parameter outside this interval fits the record. The proof includes all rounding errors.
+# - **gap**: the interval could be too wide by this much at most. For each end, smid verified parameters that fit the
+#   record; the output calls them a *witness*. The gap is the distance from the end to this verified point. Here it is
+#   negligible.
+# - **centre**: the midpoint of the interval. The central model uses these values.
 #
-# The record is simulated, so the parameters that made it are known. They must lie inside.
+# The record is simulated, so the true parameters are known. They must lie inside.
 
 # %%
-truth = true_parameters("clutch_20C_ramp_a")
+truth = true_parameters("hammerstein_20C_ramp_a")
 for name, value in truth.items():
     interval = estimate[name]
     assert interval.lower <= value <= interval.upper
@@ -94,10 +98,10 @@ for name, value in truth.items():
 estimate.plot()
 
 # %% [markdown]
-# ## What the interval says
+# ## What the interval means
 #
-# Take a pole by hand and ask whether the record allows it. Inside, near the end, it does. A little outside there is a
-# proof that it does not, and the samples that tell:
+# Fix the pole and identify again. A pole just inside the interval fits the record. A pole just outside does not fit,
+# and smid proves it. The message lists the samples with most influence on the proof.
 
 # %%
 alpha = estimate["alpha"]
@@ -118,14 +122,16 @@ except smid.EmptyFeasibleSetError as proof:
 # %% [markdown]
 # ## Where the noise bound comes from
 #
-# From the sensor: its data sheet, or a record at rest. It can be computed from the data how small it may be,
+# Take the noise bound from the sensor: from its data sheet, or from a record at rest. `smid.error_bound` computes the
+# least noise bound with which the model fits the data:
 
 # %%
 bound = smid.error_bound(model, data)
 print(bound)
 
 # %% [markdown]
-# but never identify with that value. There the intervals shrink to a point, *whatever the truth is*:
+# Do not identify with the least noise bound. With that bound the intervals shrink to a point, *whatever the true
+# parameters are*:
 
 # %%
 for factor in (1.001, 1.2):
@@ -136,22 +142,24 @@ for factor in (1.001, 1.2):
 # %% [markdown]
 # ## Other samples, other records
 #
-# The intervals are as true as the model and the bound. Whether the model predicts is another question, answered by a
-# free run: from the current alone, without looking at the pressure.
+# The intervals are valid if the model and the noise bound are correct. A free run shows whether the model predicts:
+# it simulates the pressure from the current alone.
 
 # %%
 validations = [smid.validate(estimate.model, rest, noise_bound=0.3)]
-for name in ("clutch_20C_ramp_b", "clutch_60C_ramp_a", "clutch_20C_steps"):
-    other = smid.Dataset.from_csv(record_path(f"{name}.csv"), input="current", output="pressure")
+for name in ("hammerstein_20C_ramp_b", "hammerstein_60C_ramp_a", "varying_pole_20C_steps"):
+    other = smid.Dataset.from_csv(record_path(name), input="current", output="pressure")
     validations.append(smid.validate(estimate.model, other, noise_bound=0.3))
 for validation in validations:
     print(f"{validation}\n")
 
 # %% [markdown]
-# The same plant at the same temperature: the error is noise. At 60 degrees the curve and the pole are others. The steps
-# come from a plant that this model does not describe; why, [diagnosis](08_diagnosis_simulated.ipynb) tells.
+# - **Same plant, same temperature**: the error is close to the noise.
+# - **60 degC**: the curve and the pole are different.
+# - **Steps**: this model does not describe the plant that made the record. [Diagnosis](08_diagnosis_simulated.ipynb)
+#   shows how to find the reason.
 #
-# ## A page to pass on
+# ## A report
 
 # %%
 with TemporaryDirectory() as folder:
@@ -159,5 +167,5 @@ with TemporaryDirectory() as folder:
     print(f"{page.name}: {page.stat().st_size // 1000} kB, tables and figures, to open in any browser")
 
 # %% [markdown]
-# **Try next:** `record.crop(0, 60)` (fewer samples, wider intervals); `noise_bound=0.6`; your own CSV. Then:
+# **Try next:** `record.crop(0, 60)` (fewer samples, wider intervals); `noise_bound=0.6`; your own CSV file. Then:
 # [why a solver's answer is not a proof](02_solver_is_no_proof.ipynb).

@@ -11,10 +11,12 @@
 # %% [markdown]
 # # Why a solver's answer is not a proof
 #
-# An interval end is the optimum of a polynomial problem. A relaxation makes it a semidefinite program, a solver solves
-# that and prints a number with many digits. It is tempting to publish it. Below such an interval excludes the
-# parameters that made the data, which is shown by means that no solver has a part in; then comes what is done about it:
-# a *certificate*, which can be written to a file and checked by others.
+# Each end of an interval is the optimum of a polynomial problem. A relaxation turns this problem into a semidefinite
+# program, and a solver returns a number with many digits. This number can be wrong.
+#
+# On this page, an interval from a solver excludes the parameters that made the data. Two methods without a
+# semidefinite solver confirm the error. Then we compute a *certificate*, write it to a file, and check it with an
+# independent program.
 
 # %%
 # %matplotlib inline
@@ -43,12 +45,12 @@ from smid.display.style import BLUE, GREEN, INK, ORANGE, RED, style
 # %% [markdown]
 # ## The problem
 #
-# Twenty samples of the simulated clutch ramp, $|\eta_t| \le 0.3$ bar, and the Hammerstein model that made them. Every
-# parameter gets a box, so that nothing depends on how one would be derived.
+# We use twenty samples of the simulated clutch ramp, with $|\eta_t| \le 0.3$ bar, and the Hammerstein model that made
+# them. Every parameter has finite bounds, so the result does not depend on derived boxes.
 
 # %%
 START, STOP, BOUND = 15, 35, 0.3
-record, truth = load_clutch("clutch_20C_ramp_a"), true_parameters("clutch_20C_ramp_a")
+record, truth = load_clutch("hammerstein_20C_ramp_a"), true_parameters("hammerstein_20C_ramp_a")
 data = record.crop(START, STOP)
 boxes = {"gamma1": (-0.01, 0.0), "gamma2": (0.0, 0.1), "gamma3": (-0.2, 0.0)}
 model = smid.Hammerstein(poles=1, powers=(5, 4, 3), input_scale=0.01, stable=True, bounds=boxes)
@@ -56,10 +58,10 @@ feasible = smid.FeasibleSet(model, data, BOUND)
 print(feasible)
 
 # %% [markdown]
-# ## The interval that a textbook gives
+# ## The interval from the textbook relaxation
 #
-# Lasserre's relaxation of order 2 on the cliques of the equations, built as in the textbook and handed to Clarabel. The
-# solver's number is the cost of the moments that it ends with.
+# We build Lasserre's relaxation of order 2 on the cliques of the equations, and solve it with Clarabel. The solver's
+# bound is the cost at its final moments.
 
 
 # %%
@@ -82,11 +84,11 @@ print(f"alpha in [{textbook[0]:.6f}, {textbook[1]:.6f}], statuses {lower[0]} and
 print(f"the pole that made the data, {truth['alpha']}, is {'inside' if holds else 'OUTSIDE'}")
 
 # %% [markdown]
-# ## Is that pole possible? Two judges that are no semidefinite solver
+# ## Does the true pole fit the data? Two independent checks
 #
-# **Exact fractions.** Simulate the true parameters from the record's first sample on, in Python's fractions: nothing is
-# rounded. The largest error says whether they explain the samples. An interval without this pole is false, however many
-# digits it has.
+# **Exact fractions.** Simulate the true parameters in Python's fractions, from the first sample of the record. No
+# value is rounded. If the largest error is within the noise bound, the true parameters fit the samples. An interval
+# without the true pole is then wrong.
 
 # %%
 alpha, *gammas = (Fraction(str(truth[name])) for name in ("alpha", "gamma1", "gamma2", "gamma3"))
@@ -101,9 +103,9 @@ assert largest <= Fraction("0.3")
 print(f"largest error of the true parameters: {float(largest):.4f} bar, within {BOUND} bar: exactly")
 
 # %% [markdown]
-# **A linear program at each pole.** With the pole held, the model is linear in all that is left: three gammas and the
-# first state. So the least noise bound at that pole is a linear program in five unknowns, and a pole is possible where
-# it is at most 0.3 bar. Bisection finds both ends.
+# **A linear program at each pole.** With the pole fixed, the model is linear in three gammas and the first state. The
+# least noise bound at this pole is therefore a linear program with five unknowns. The pole fits the data if the least
+# noise bound is at most 0.3 bar. Bisection finds both ends.
 
 
 # %%
@@ -145,13 +147,18 @@ with style():
     figure.legend(loc="outside upper center", ncols=2)
 
 # %% [markdown]
-# ## Why it fails
+# ## Why the solver fails
 #
-# Every equation puts vectors into the null space of all feasible moment matrices. The feasible set of the semidefinite
-# program has no interior, and interior-point methods lose their footing: the last iterate is a number without meaning.
-# The remedy is classical, to reduce the matrices to the face where feasible ones live (`method="sparse"`), or to need
-# no such matrices at all (`method="lift"`, [next page](03_orders_sparsity_lift.ipynb)). The solver then converges.
-# Still:
+# Every equation puts vectors into the null space of all feasible moment matrices. The feasible set of the
+# semidefinite program then has no interior, and interior-point methods do not converge. The last iterate is
+# meaningless.
+#
+# There are two remedies:
+#
+# - `method="sparse"` reduces the matrices to the face that contains the feasible ones (facial reduction).
+# - `method="lift"` needs no such matrices ([next page](03_orders_sparsity_lift.ipynb)).
+#
+# With both, the solver gets close to the optimum. Its number is still not a proof:
 
 # %%
 rows = [("textbook", 2, (lower, upper))]
@@ -165,25 +172,25 @@ for method, order, ends in rows:
 print(f"{'linear programs':16}  [{oracle[0]:.8f}, {oracle[1]:.8f}]")
 
 # %% [markdown]
-# Compare the digits: even a converged solver's number may lie a little inside the true interval, and its status does
-# not tell. The numbers of the next column never do (the code asserts it). Where the solver broke down they are
-# worthless, wide open, and thereby honest; where it converged they lose a few units in a late digit.
+# Compare the two columns. The number of a solver that converged can lie slightly inside the true interval, and the
+# status does not show it. The certified bounds never lie inside the true interval; the code asserts this. Where the
+# solver failed, the certified bounds are very wide, but valid. Where it converged, they lose a few units in a late
+# digit.
 #
 # ## What a certificate is
 #
-# To prove $x^2 - x \ge -\tfrac{1}{4}$, write it as $(x - \tfrac{1}{2})^2 - \tfrac{1}{4}$: a square is not negative.
-# A certificate
-# is that, for any polynomial on any set of equations and inequalities. A solver's dual variables are multipliers
-# $\lambda_k$ and matrices $F_j$, and whatever they are, the polynomial
+# To prove $x^2 - x \ge -\tfrac{1}{4}$, write it as $(x - \tfrac{1}{2})^2 - \tfrac{1}{4}$: a square is not negative. A
+# certificate does the same for any polynomial on any set of equations and inequalities. The dual variables of a
+# solver give multipliers $\lambda_k$ and matrices $F_j$. For any values of $\lambda_k$ and $F_j$, the polynomial
 #
 # $$ r = f - \sum_k \lambda_k h_k m_k - \sum_j \langle F_j F_j^{\mathsf T},\; g_j b_j b_j^{\mathsf T} \rangle $$
 #
-# has $f \ge r$ on the feasible set, where $h_k = 0$ and $g_j \ge 0$. With all variables scaled to $[-1, 1]$,
-# $r \ge r_0 - \sum_{i > 0} |r_i|$. Had the solver been exact, $r$ would be a constant; the less exact, the weaker the
-# bound. So the solver is asked for a good guess, and the proof is multiplication. smid does it in arithmetic that
-# encloses its own rounding errors.
+# satisfies $f \ge r$ on the feasible set, where $h_k = 0$ and $g_j \ge 0$. With all variables scaled to $[-1, 1]$, $r
+# \ge r_0 - \sum_{i > 0} |r_i|$. An exact solver would make $r$ constant. A less exact solver gives a weaker bound,
+# but the bound stays valid. So the solver only supplies a good guess, and the proof is a multiplication. smid
+# multiplies in arithmetic that encloses its own rounding errors.
 #
-# ## A certificate to give away
+# ## A certificate in a file
 
 # %%
 folder = Path(mkdtemp())
@@ -204,9 +211,9 @@ def check(file):
 assert check(folder / "alpha.json") == 0
 
 # %% [markdown]
-# The file states the problem, data included, and the multipliers. Who does not trust smid, or the solver, or NumPy,
-# has some 600 lines of Python to trust. Tampering is found, for everything is multiplied out again. A bound that is a
-# little too good:
+# The file contains the problem with its data, and the multipliers. To accept the result you need to trust only the
+# package `relaxations.check`, not smid, the solver or NumPy. The check multiplies everything out again, so it finds
+# any change that breaks the proof. First change: a bound that is slightly too good.
 
 # %%
 document = json.loads((folder / "alpha.json").read_text(encoding="utf-8"))
@@ -229,7 +236,7 @@ def better_bound(copy):
 assert tampered(better_bound) == 1
 
 # %% [markdown]
-# Another problem than the one that was solved, one coefficient of the first equation changed in its fourth digit:
+# Second change: another problem. One coefficient of the first equation changes by 0.1 %:
 
 
 # %%
@@ -241,9 +248,9 @@ def other_data(copy):
 assert tampered(other_data) == 1
 
 # %% [markdown]
-# (That the problem in the file is the one of *your* record is for you to compare; the check judges what it is given.)
+# (The check does not know your record. `smid verify` compares the problem in the file with your model and your data.)
 #
-# A multiplier that is made worse leaves a valid proof of a weaker bound; the claimed one no longer follows:
+# Third change: a worse multiplier. It still proves a weaker bound, but not the bound that the file claims:
 
 
 # %%
@@ -255,6 +262,6 @@ def other_multiplier(copy):
 assert tampered(other_multiplier) == 1
 
 # %% [markdown]
-# **Try next:** claim less instead of more in `better_bound`; take other samples in `START, STOP`. What facial
-# reduction and the rest are: [the mathematics](../docs/maths.md). Then: [orders, sparsity, the
+# **Try next:** claim a weaker bound in `better_bound`; take other samples in `START, STOP`. [The
+# mathematics](../docs/maths.md) explains facial reduction and the other steps. Then: [orders, sparsity, the
 # lift](03_orders_sparsity_lift.ipynb).

@@ -11,10 +11,11 @@
 # %% [markdown]
 # # Orders, sparsity, the lift
 #
-# A polynomial problem is relaxed to a convex one in *moments*, one number for each monomial. The order says up to which
-# degree. A higher order gives a tighter bound and costs more, much more. This page is about what to pay: it uses the
-# package `relaxations` alone, first on a problem from a collection, then on one of identification, where structure
-# makes the same bound much cheaper.
+# A relaxation turns a polynomial problem into a convex problem in *moments*, one number for each monomial. The order
+# sets the highest degree of the monomials. A higher order gives a tighter bound and costs much more.
+#
+# This page shows how to choose. It starts with the package `relaxations` alone, on two problems of a collection. Then
+# it treats an identification problem, whose structure makes the same bound much cheaper.
 
 # %%
 # %matplotlib inline
@@ -36,9 +37,9 @@ from smid.display.style import INK, style
 # %% [markdown]
 # ## A bound and a point
 #
-# Minimise a linear function where a quadratic, bent the wrong way, cuts a piece out of a polytope: a problem of
-# Floudas and Pardalos (GLOBALLib's ex3_1_4). A local search may end in either of two corners. What is wanted is a
-# point, and a proof that no other is better.
+# Minimise a linear function on a polytope from which a concave quadratic constraint removes a piece. The problem is
+# GLOBALLib's ex3_1_4, by Floudas and Pardalos. A local search can end in either of two corners. We want a point, and
+# a proof that no other point is better.
 
 # %%
 x1, x2, x3 = variables("x1 x2 x3")
@@ -47,11 +48,11 @@ polytope = [x1 + x2 + x3 <= 4, 3 * x2 + x3 <= 6, x1 >= 0, x1 <= 2, x2 >= 0, x2 <
 print(minimise(-2 * x1 + x2 - x3, [cut >= 0, *polytope]))
 
 # %% [markdown]
-# ## What an order gives
+# ## What a higher order gives
 #
-# `minimise` raised the order until the bound met a point that it had found. Step by step, for this problem and one with
-# eight variables (a network of heat exchangers, Floudas 3.2); both are in `relaxations.library` under their names, with
-# their optima. Every bound is certified.
+# `minimise` raised the order until the bound met a feasible point. Here we do it order by order, for this problem and
+# for a problem with eight variables (a network of heat exchangers, Floudas 3.2). Both are in `relaxations.library`,
+# with their known optima. Every bound is certified.
 
 
 # %%
@@ -89,14 +90,14 @@ with style():
     panels[0].legend()
 
 # %% [markdown]
-# Each order is at least as tight as the one before, up to the digits that the solver leaves and the certificate has to
-# deduct. Mostly a low one is nearly exact, as the third is here. What orders are needed is not known beforehand; that
-# the bound has met a verified point tells that it was enough.
+# Each order is at least as tight as the previous one, up to the solver's accuracy, which the certificate deducts.
+# Often a low order is nearly exact; here it is order 3. The necessary order is not known in advance. The order is
+# sufficient when the bound meets a verified point.
 #
 # ## What an order costs
 #
-# With $n$ variables and order $d$ there are $\binom{n + 2d}{2d}$ moments in a matrix $\binom{n + d}{d}$ wide. Matrices
-# beyond some forty are slow, beyond a few hundred hopeless:
+# With $n$ variables and order $d$ there are $\binom{n + 2d}{2d}$ moments, in a matrix of width $\binom{n + d}{d}$.
+# Matrices wider than about forty are slow. Matrices wider than a few hundred are impractical:
 
 # %%
 print("variables" + "".join(f"{f'order {d}: width':>17}{'moments':>11}" for d in (1, 2, 3)))
@@ -104,10 +105,10 @@ for n in (2, 4, 8, 16, 32, 64):
     print(f"{n:9}" + "".join(f"{comb(n + d, d):17}{comb(n + 2 * d, 2 * d):11}" for d in (1, 2, 3)))
 
 # %% [markdown]
-# ## A problem of identification
+# ## An identification problem
 #
-# Now $N$ samples of a plant with one pole, $w_t = -a_1 w_{t-1} + b_0 u_{t-1}$, $y_t = w_t + \eta_t$: two parameters and
-# one noise for each sample. That is a problem in $N + 2$ variables, and order 1 is not enough.
+# Take $N$ samples of a plant with one pole, $w_t = -a_1 w_{t-1} + b_0 u_{t-1}$, $y_t = w_t + \eta_t$. The unknowns
+# are two parameters and one noise for each sample. The problem has $N + 2$ variables, and order 1 is not tight.
 
 
 # %%
@@ -129,9 +130,9 @@ print(*(f"0 = {equality}" for equality in feasible.to_sympy()["equalities"][:2])
 # %% [markdown]
 # ## Sparsity
 #
-# Each equation holds the two parameters and two neighbouring noises, nothing else. A dark square below stands for two
-# variables that share an equation. Such a graph falls into *cliques*, here one for each equation, and small moment
-# matrices, one for each clique, take the place of the large one. Variables that never meet share no moments.
+# Each equation contains the two parameters and two neighbouring noises. A dark square below marks two variables that
+# share an equation. This graph splits into *cliques*, here one for each equation. Several small moment matrices, one
+# for each clique, replace the large one. Variables that share no equation share no moments.
 
 # %%
 names, cliques = feasible.problem.names, feasible.cliques()
@@ -151,9 +152,10 @@ with style():
 # %% [markdown]
 # ## The lift
 #
-# There is more structure than sparsity. Hold $a_1$, and everything else enters linearly. So moments are needed of the
-# powers of $a_1$, and of their products with one other variable, not of products among the noises. The *complicating*
-# variables, those that must be held, are found by themselves: a smallest set that covers every product.
+# The equations have more structure than sparsity. With $a_1$ fixed, all other variables enter linearly. So the lift
+# needs only moments of powers of $a_1$, and their products with one other variable. It needs no products of noises.
+# smid finds the *complicating* variables, which must be fixed, automatically: they are a smallest set that covers
+# every product.
 
 # %%
 print("complicating:", feasible.complicating)
@@ -168,8 +170,9 @@ for method, order in (("dense", 1), ("sparse", 1), ("sparse", 2), ("lift", 1), (
     print(f"{method:8}  {order:5}  {sizes}   {bound:.8f}")
 
 # %% [markdown]
-# Dense and sparse of order 1 say the same, and too little. Order 2 meets the point, but dense it would be a matrix 190
-# wide. The lift meets the point at its order 1, with fewer moments than any other. How the cost grows with the record:
+# Dense and sparse relaxations of order 1 give the same bound, which is not tight. The sparse relaxation of order 2
+# meets the verified point; a dense one would need a matrix of width 190. The lift meets the point at order 1, with
+# fewer moments than any other method. Cost against the length of the record:
 
 # %%
 ways = (("dense", 1), ("sparse", 1), ("sparse", 2), ("lift", 1), ("lift", 2))
@@ -197,7 +200,7 @@ with style():
     figure.legend(loc="outside upper center", ncols=3)
 
 # %% [markdown]
-# What is beyond the machine is refused before it is begun:
+# smid refuses a relaxation that exceeds the memory of the machine, before it starts:
 
 # %%
 try:
@@ -206,11 +209,14 @@ except ProblemError as error:
     print(fill(str(error), 110))
 
 # %% [markdown]
-# ## When an order is not enough
+# ## When an order is not tight
 #
-# Raising the order is the dearest way to close a gap. Two are cheaper. *Contract*: a certified interval is a smaller
-# box, on which the same relaxation is tighter. *Branch*: split the box and bound the parts. `minimise` and
-# `smid.identify` do both by themselves; here with order 1 alone, on the first problem:
+# A higher order is the most expensive way to close a gap. Two ways are cheaper:
+#
+# - **Contract**: a certified interval is a smaller box, and the same relaxation is tighter on a smaller box.
+# - **Branch**: split the box and bound the parts.
+#
+# `minimise` and `smid.identify` do both automatically. Here is branching with order 1 only, on the first problem:
 
 # %%
 case = library.load("gms_Bex3_1_4")
@@ -218,6 +224,6 @@ print(minimise_problem(case.problem, case.objective, order=1, nodes=0))
 print(minimise_problem(case.problem, case.objective, order=1, nodes=400))
 
 # %% [markdown]
-# **Try next:** `library.names()` has a hundred; `motzkin` has no certificate at any order, and `waki_strange` makes
-# solvers report bounds that are false. `smid.order_study` compares orders on your record
-# ([a study on a cluster](12_study_on_a_cluster.ipynb)). Then: [errors in variables](04_errors_in_variables.ipynb).
+# **Try next:** `library.names()` lists a hundred problems. `motzkin` has no certificate at any order, and
+# `waki_strange` makes solvers report wrong bounds. `smid.order_study` compares orders on your record ([a study on a
+# cluster](12_study_on_a_cluster.ipynb)). Then: [errors in variables](04_errors_in_variables.ipynb).

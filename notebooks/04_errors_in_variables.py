@@ -11,10 +11,11 @@
 # %% [markdown]
 # # Errors in variables: when the input is noisy too
 #
-# The first pages took the input as exact. Often it is measured like the output, by a sensor that errs. Blaming all
-# noise on the output then gives intervals that look good and are false. The errors-in-variables model puts a bound on
-# each channel; what that costs, and how prior knowledge pays for it, is shown on simulated data, where the truth is
-# known.
+# The previous pages take the input as exact. Often a sensor with noise measures the input too. If the model assigns
+# all noise to the output, the intervals can be narrow and wrong. The errors-in-variables model has a noise bound for
+# each channel.
+#
+# This page shows on simulated data how much wider its intervals are, and how prior knowledge makes them narrower.
 
 # %%
 # %matplotlib inline
@@ -49,9 +50,9 @@ def inside(estimate):
 
 
 # %% [markdown]
-# ## The naive way
+# ## Input taken as exact
 #
-# Fifteen samples, both sensors good to 0.1. Take the recorded input for the true one:
+# We take fifteen samples, with a noise bound of 0.1 for both sensors, and use the recorded input as if it were exact:
 
 # %%
 data = experiment(seed=3, n=15)
@@ -61,13 +62,13 @@ print(naive)
 print("the parameters that made the data are", "inside" if inside(naive) else "OUTSIDE")
 
 # %% [markdown]
-# Nothing warns: the set is not empty, the intervals are narrow, their ends are proven. They are theorems *about an
-# exact input*, and this input is not exact.
+# There is no warning: the feasible set is not empty, the intervals are narrow, and their ends are proven. The proof
+# assumes *an exact input*, and this input is not exact.
 #
 # ## Both channels noisy
 #
-# The true input $u_t - \zeta_t$ takes the place of $u_t$, with $|\zeta_t| \le 0.1$. The product $b_0 \zeta_t$ makes
-# $b_0$ a complicating parameter beside $a_1$.
+# The true input $u_t - \zeta_t$ replaces $u_t$, with $|\zeta_t| \le 0.1$. Because of the product $b_0 \zeta_t$, $b_0$
+# is a complicating parameter, as $a_1$ is.
 
 # %%
 noisy_input = smid.ErrorsInVariables(na=1, stable=True)
@@ -78,11 +79,11 @@ print("the parameters that made the data are", "inside" if inside(honest) else "
 assert inside(honest)
 
 # %% [markdown]
-# ## A picture, by other means
+# ## An independent check
 #
-# With one pole the set of possible parameters can be drawn without any optimisation. Given $(a_1, b_0)$, the states
-# that are possible at $t$ form an interval: what the last one and the input allow, cut with $y_t \pm 0.1$. Where it
-# stays nonempty to the end, the parameters are possible.
+# With one pole, the feasible set of the parameters can be drawn without optimisation. For given $(a_1, b_0)$, the
+# possible states at $t$ form an interval. It follows from the previous interval and the input, and is intersected
+# with $y_t \pm 0.1$. The parameters are feasible if no interval is empty.
 
 
 # %%
@@ -115,12 +116,11 @@ with style():
     figure.legend(loc="outside upper center", ncols=2)
 
 # %% [markdown]
-# The boxes fit around the sets, which were drawn without them. The naive set lies within the honest one and misses the
-# truth. A line of constant DC gain crosses the honest set; that will be of use.
+# The certified boxes fit the drawn sets closely. The set with the exact input lies within the errors-in-variables set
+# and does not contain the true parameters. A line of constant DC gain crosses the errors-in-variables set; the last
+# section uses it.
 #
-# ## How often
-#
-# One record proves little. A dozen:
+# ## Repeat on twelve records
 
 # %%
 ways = {"exact input": (output_error, {"y": BOUND}), "errors in variables": (noisy_input, {"u": BOUND, "y": BOUND})}
@@ -137,9 +137,9 @@ for name, count in counts.items():
 assert counts["errors in variables"] == {"truth inside": 12}
 
 # %% [markdown]
-# Mostly the data are merciful: they prove that no parameters explain them with an exact input, and a longer record
-# proves it the sooner. The temptation then is to raise the output's bound until something is feasible, which turns the
-# proof into a false interval:
+# For most records, smid proves that no parameters fit the data with an exact input. A longer record makes this more
+# likely. Do not raise the output's noise bound until the set becomes feasible. The intervals can then exclude the
+# true parameters:
 
 # %%
 longer = experiment(seed=4, n=25)
@@ -156,8 +156,9 @@ for factor in (1.05, 1.2, 1.5):
 # %% [markdown]
 # ## Prior knowledge
 #
-# The honest intervals are wider, for more is possible. What else is known? The DC gain, often, from an experiment at
-# rest: say 5, to 4 % or exactly. It leaves a strip of the set.
+# The errors-in-variables intervals are wider because more parameters fit. Prior knowledge makes them narrower. Often
+# the DC gain is known from an experiment at rest, here 5, within 4 % or exactly. It keeps only a strip of the
+# feasible set.
 
 # %%
 estimates = {
@@ -174,7 +175,8 @@ exact = smid.identify(smid.ErrorsInVariables(na=1, stable=True, dc_gain=5.0), da
 print(f"{'DC gain 5':20} a1 {exact['a1'].width:.4f} wide, b0 = 5 (1 + a1)")
 
 # %% [markdown]
-# A prior is part of the theorem. One that is false makes it one about another plant; sometimes the data refute it:
+# The proof holds only if the prior is true. With a false prior, the intervals can exclude the true parameters.
+# Sometimes the data refute a false prior:
 
 # %%
 for gain in ((5.7, 6.0), (7.0, 9.0)):
@@ -186,5 +188,5 @@ for gain in ((5.7, 6.0), (7.0, 9.0)):
         print(f"gain in {gain}:", str(proof).split(". ")[0])
 
 # %% [markdown]
-# **Try next:** `na=2` has four complicating parameters and takes some seconds; halve the input's bound and see which
-# intervals shrink. Then, a whole study: [the clutch](05_clutch_hammerstein.ipynb).
+# **Try next:** `na=2` has four complicating parameters and takes some seconds; halve the input's noise bound and see
+# which intervals shrink. Then, a whole study: [the clutch](05_clutch_hammerstein.ipynb).

@@ -9,28 +9,28 @@
 # ---
 
 # %% [markdown]
-# # The clutch, section 3.2: a Hammerstein model and what it cannot do
+# # The clutch, section 3.2: a Hammerstein model and its limits
 #
-# A dual clutch actuator turns a current (mA) into a pressure (bar). The thesis of
-# [the clutch](../README.md) identified a static curve followed by one pole,
+# A dual clutch actuator turns a current (mA) into a pressure (bar). The thesis of [the clutch](../README.md)
+# identified a static curve followed by one pole,
 #
 # $$x_t = \gamma_1 v_t^5 + \gamma_2 v_t^4 + \gamma_3 v_t^3, \qquad
 #   w_t = -\alpha w_{t-1} + (1 + \alpha) x_{t-1}, \qquad y_t = w_t + \eta_t,\ |\eta_t| \le D,$$
 #
-# in three phases: the least noise bound, parameter intervals, validation. Its records are confidential; ours bear the
-# same names and are **simulated** by a plant that has what the thesis found: dead zones, hysteresis, a pole that
-# depends on pressure and direction, three temperatures.
+# in three phases: the least noise bound, parameter intervals, validation. The records of the thesis are confidential.
+# Ours have the same names and are **simulated**. The simulated plant has the effects that the thesis found: dead
+# zones, hysteresis, a pole that depends on pressure and direction, three temperatures.
 
 # %%
 # %matplotlib inline
 import matplotlib.pyplot as plt
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.hammerstein_study import PART, hammerstein_study
 from smid.theses.clutch.overview import record_overview
 
 # %%
-records = load_clutch_records()
+records = load_clutch()
 print(record_overview())
 
 # %%
@@ -46,8 +46,8 @@ for column, name in enumerate(("20C_ramp_a", "20C_step_a")):
 # %% [markdown]
 # ## The three phases
 #
-# They are run on a part of `20C_ramp_a` that passes all levels. Every interval is certified: order 1 is valid too, and
-# a higher order can only be tighter.
+# We identify on a part of `20C_ramp_a` that covers all levels. Every interval is certified, at every order. A higher
+# order can only make it tighter.
 
 # %%
 study = hammerstein_study()
@@ -57,10 +57,10 @@ print()
 print(study.orders)
 
 # %% [markdown]
-# ## What the thesis printed, and what a certificate allows
+# ## The thesis's intervals, and what the certificates show
 #
-# The interval it prints for $\gamma_1$ has its lower end above its upper end, and the pole of the model below the table
-# lies outside the interval printed for it. No solver status tells that; a certificate does.
+# The thesis prints an interval for $\gamma_1$ whose lower end is above its upper end. The pole of the thesis's model
+# lies outside the interval printed for it. A solver's status does not show such errors; a certificate does.
 
 # %%
 print(study.printed)
@@ -68,8 +68,8 @@ print(study.printed)
 # %% [markdown]
 # ## Validation: ramps and steps
 #
-# The free run follows the ramps and fails on the steps, as in figures 3.3 and 3.4. The rival is a Hammerstein model
-# with all powers up to five, fitted by least squares (the thesis's HS20).
+# The free run follows the ramps and fails on the steps, as in figures 3.3 and 3.4 of the thesis. For comparison, a
+# Hammerstein model with all powers up to five is fitted by least squares (the thesis's HS20).
 
 # %%
 print(study.runs)
@@ -80,20 +80,20 @@ study.plot()
 # %% [markdown]
 # ## Width against the noise bound
 #
-# At the least noise bound the intervals shrink to a point *whatever the truth is*: a small interval says nothing if the
-# bound came from the data.
+# At the least noise bound the intervals shrink to a point *whatever the true parameters are*. If the noise bound
+# comes from the data, a narrow interval is no evidence of accuracy.
 
 # %%
 print(study.widths)
 study.widths.plot()
 
 # %% [markdown]
-# ## In words
+# ## Conclusion
 
 # %%
 print(study.conclusion)
 
 # %% [markdown]
-# **Try next:** another part of the record (`PART`), or your own: `hammerstein_study` is made of `error_bound`,
-# `identify` and `validate`. Why the steps fail, [diagnosis](08_diagnosis_simulated.ipynb) tells. Then: [the same
-# plant, sample by sample](05b_clutch_recursive.ipynb).
+# **Try next:** another part of the record (`PART`), or your own record: `hammerstein_study` calls `error_bound`,
+# `identify` and `validate`. [Diagnosis](08_diagnosis_simulated.ipynb) shows how to find the reason for a misfit like
+# the one on the steps. Then: [the same plant, sample by sample](05b_clutch_recursive.ipynb).

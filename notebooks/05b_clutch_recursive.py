@@ -11,21 +11,21 @@
 # %% [markdown]
 # # The clutch, section 3.3: recursive estimation, and what an error of 2e-14 means
 #
-# Where a model with constant parameters fails, the thesis estimates them anew at every sample and reports errors of
-# $2 \cdot 10^{-14}$ bar. Three errors have to be told apart:
+# Where a model with constant parameters fails, the thesis estimates them again at every sample. It reports errors of
+# $2 \cdot 10^{-14}$ bar. Three errors must be distinguished:
 #
-# - *a posteriori*: with parameters that have seen this very sample,
-# - *one step ahead*: with parameters that have seen the samples before it,
-# - *free run*: with the last parameters frozen.
+# - *a posteriori*: the parameters were updated with this sample,
+# - *one step ahead*: the parameters were updated with the previous samples only,
+# - *free run*: the last parameters are kept constant.
 
 # %%
 # %matplotlib inline
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.recursive_study import recursive_study
 from smid.theses.clutch.set_study import set_study
 
 # %%
-study = recursive_study(load_clutch_records(("20C_ramp_a", "20C_step_a", "20C_step_b")))
+study = recursive_study(load_clutch(("20C_ramp_a", "20C_step_a", "20C_step_b")))
 print(study.meaning)
 
 # %%
@@ -35,17 +35,18 @@ print(study.summary)
 study.plot()
 
 # %% [markdown]
-# The adaptation gain (figure 3.12): with gain 1 the a posteriori error vanishes by construction, for any data.
+# Errors against the adaptation gain (figure 3.12 of the thesis). With gain 1 the a posteriori error is zero by
+# construction, for any data.
 
 # %%
 print(study.gains)
 study.gains.plot()
 
 # %% [markdown]
-# ## Recursive set-membership: the thesis's first wish
+# ## Recursive set membership, the thesis's first proposal
 #
-# At every sample a certified outer set of the parameters. If it becomes empty, no constant parameters explain the
-# samples: the plant has changed, proven, and we know when.
+# At every sample smid updates a certified outer set of the parameters. If the set becomes empty, no constant
+# parameters fit the samples. This proves that the plant has changed, and gives the time of the change.
 
 # %%
 sets = set_study()

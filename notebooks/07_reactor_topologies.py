@@ -11,12 +11,16 @@
 # %% [markdown]
 # # The reactor: first principles and a network, joined in four ways
 #
-# A stirred tank is believed to obey $\tau \dot y + y = K(\tau) u$. The plant differs from that in one known way. A
-# network shall take up the difference: after the model (series), beside it (parallel), beside it with $\tau$ estimated
-# at once (simultaneous), or inside its balance (embedded).
+# We model a stirred tank by $\tau \dot y + y = K(\tau) u$. The plant differs from this model in one known way. A
+# network must learn the difference. It can stand in four places:
 #
-# A hybrid model is a model like any other: its network is an expression in its lines, its weights are parameters. So
-# it is simulated, differentiated and fitted as all models are.
+# - after the model (series),
+# - beside it (parallel),
+# - beside it, with $\tau$ estimated at the same time (simultaneous),
+# - inside its balance (embedded).
+#
+# A hybrid model is an ordinary smid model: the network is an expression in its lines, and the weights are parameters.
+# So it can be simulated, differentiated and fitted like any other model.
 
 # %%
 # %matplotlib inline
@@ -45,8 +49,8 @@ from smid.theses.hybrid.reactor.records import free_run
 # %% [markdown]
 # ## Two networks with one past output each
 #
-# The plant has $\tau = 2$ s, the model believes in 4 s. Each network reads one past sample of its own output, as in
-# the thesis's first attempts.
+# The plant has $\tau = 2$ s; the model has 4 s. Each network reads one past sample of its own output, as in the first
+# attempts of the thesis.
 
 # %%
 data, held_out = reactor_record("time_constant"), reactor_record("time_constant", "constant")
@@ -75,15 +79,16 @@ with style():
 # %% [markdown]
 # ## What the network has to learn
 #
-# In series it has to learn $H_P / H_M$, in parallel $H_P - H_M$. Their z-transforms tell how many past samples that
-# takes. In series one past input is missing from the simple network; in parallel two past inputs and one past output.
+# In series it has to learn $H_P / H_M$, in parallel $H_P - H_M$. Their z-transforms give the number of past samples
+# that the network needs. In series, the simple network lacks one past input. In parallel, it lacks two past inputs
+# and one past output.
 
 # %%
 for topology in ("series", "parallel"):
     print(required(reactor_plant("time_constant"), white, topology, 1.0), "\n")
 
 # %% [markdown]
-# Who reckons with a plant says so, and is warned:
+# If you pass `plant=`, `estimate` checks the back couplings and warns when too few are given:
 
 # %%
 with warnings.catch_warnings(record=True) as told:
@@ -92,8 +97,8 @@ with warnings.catch_warnings(record=True) as told:
 print(told[0].message)
 
 # %% [markdown]
-# Learned beside required, for the linear mismatches (table 6). Networks with as many back couplings as the analysis
-# asks for lie on the dots.
+# Learned against required response, for the linear mismatches (table 6). Networks with the required number of back
+# couplings lie on the dots.
 
 # %%
 requirements = requirement_study(starts=1, iterations=100)
@@ -113,11 +118,11 @@ print(errors)
 errors.plot()
 
 # %% [markdown]
-# ## A time constant and a network at once
+# ## A time constant and a network at the same time
 #
-# The plant has $\tau = 2$ and twice the outflow of $y$; the estimate starts at 4. Only a static network inside the
-# balance leaves the dynamics to $\tau$. Beside the model a dynamic network fits as well with a wrong $\tau$: the data
-# cannot tell whose dynamics are the plant's.
+# The plant has $\tau = 2$ and twice the outflow of $y$; the estimate starts at 4. Only with a static network inside
+# the balance is the estimate of $\tau$ correct. A dynamic network beside the model fits as well with a wrong $\tau$.
+# The data cannot separate the dynamics of the network from those of the plant.
 
 # %%
 print(time_constant_study(starts=2))
@@ -125,8 +130,8 @@ print(time_constant_study(starts=2))
 # %% [markdown]
 # ## A reaction rate from a network
 #
-# A cooled reactor, whose designer knows flows and heat but takes the reaction rate for a constant. A network of the
-# temperature stands in its place, in both balances, and finds Arrhenius's law.
+# The designer of a cooled reactor knows the flows and the heat, but assumes a constant reaction rate. A network of
+# the temperature replaces the rate in both balances. It learns Arrhenius's law.
 
 # %%
 plant = replace(cooled_reactor(known_rate=True), sampling_time=6.0)
@@ -156,4 +161,4 @@ with style():
 
 # %% [markdown]
 # **Try next:** more neurons, fewer back couplings, another seed. Then: [the arm](07b_arm_local_minima.ipynb), where
-# the same idea gets stuck.
+# the estimation of an embedded network ends in local minima.

@@ -11,20 +11,21 @@
 # %% [markdown]
 # # The arm and its local minima
 #
-# A motor turns an arm: $J \ddot\alpha = c u - W(\dot\alpha) - b \dot\alpha |\dot\alpha|$. Friction $W$ sticks near rest
-# and glides elsewhere, with a jump between. The embedded hybrid model keeps Newton's law and puts a network
-# $N(\dot\alpha)$ in the place of friction and drag. The thesis estimated $1/J$ and the weights at once, from
-# random weights: of 100 runs 24 were good. Why, and what helps?
+# A motor turns an arm: $J \ddot\alpha = c u - W(\dot\alpha) - b \dot\alpha |\dot\alpha|$. The friction $W$ is static
+# friction near rest and sliding friction elsewhere, with a jump between them. The embedded hybrid model keeps
+# Newton's law, and a network $N(\dot\alpha)$ replaces friction and drag.
+#
+# The thesis estimated $1/J$ and the weights at the same time, from random weights. Of 100 runs, 24 were good. This
+# page shows why, and what helps.
 
 # %%
 # %matplotlib inline
 import numpy as np
 
-from smid.signals import TABLE_F1
+from smid.hybrid import FreeRunError
+from smid.signals import TABLE_F1, ModulatingFilter
 from smid.theses.hybrid.arm import (
     ARM,
-    FreeRunError,
-    ModulatingFilter,
     alternating_runs,
     embedded_arm,
     embedded_error,
@@ -44,11 +45,11 @@ from smid.theses.hybrid.arm.figures import friction_figure, response_figure
 record = held_record(TABLE_F1["six_unequal"])
 
 # %% [markdown]
-# ## The integrator decides: the white model
+# ## The integrator matters: the white model
 #
-# Table F.2: by Euler's method, with every tenth sample kept, the constants make up for what the method errs. The arm's
-# motion can be solved exactly instead, from event to event. Then even sticking is found, which the thesis found at 1.6,
-# its start, whatever it did.
+# In table F.2 the thesis uses Euler's method and every tenth sample. The estimated constants then compensate the
+# error of the method. The motion of the arm can be computed exactly instead, from event to event. Then even the
+# static friction is estimated correctly. The thesis always found its starting value, 1.6.
 
 # %%
 print(estimate_white(thesis_record(TABLE_F1["one_sine"]), "euler"))
@@ -64,8 +65,8 @@ print("plant:", {name: ARM[name] for name in ("theta", "b", "Ws", "Wd")})
 figure_6_9().plot()
 
 # %% [markdown]
-# Descents from random points: most find the valley, and follow it to ever smaller hidden weights, for one tanh is at
-# its best as a straight line. The others end on a plateau, where the neuron has become a jump.
+# From random points, most descents reach the valley. They follow it to smaller and smaller hidden weights, where one
+# tanh is almost a straight line. The other descents end on a plateau, where the neuron is almost a jump.
 
 # %%
 hybrid = embedded_arm((1,))
@@ -81,15 +82,15 @@ print(f"plateau: {np.sum(errors > 3)}, at {errors[errors > 3].min():.0f} rad and
 # %% [markdown]
 # ## Without simulation: input error, and alternating estimation
 #
-# Derivatives of the measured angle come from a spline-type modulating function, a differentiator that does not delay.
+# A spline-type modulating function computes derivatives of the measured angle. It differentiates without delay.
 
 # %%
 response_figure(ModulatingFilter(order=3, width=2), record.sampling_time)
 
 # %% [markdown]
-# With speed and acceleration known, the torque that was applied is compared with $J \ddot\alpha + N(\dot\alpha)$. The
-# inertia comes out right. Of the network there are three shapes, as in figure 6.11: right, too smooth, and with a jump
-# that goes down.
+# With known speed and acceleration, we compare the applied torque with $J \ddot\alpha + N(\dot\alpha)$. The inertia
+# is estimated correctly. The network takes three shapes, as in figure 6.11: right, too smooth, and with a jump in the
+# wrong direction.
 
 # %%
 runs = input_error_runs(range(40))
@@ -97,7 +98,8 @@ print({shape: runs.shapes.count(shape) for shape in ("right", "too smooth", "wro
 print(f"1/J: median {np.median(runs.theta):.2f}, {runs.theta.min():.2f} to {runs.theta.max():.2f}")
 
 # %% [markdown]
-# Alternating, network and inertia by turns, as the thesis did (21.70 to 21.78), with and without the jump.
+# Alternating estimation of network and inertia, as in the thesis (21.70 to 21.78). Some networks have the jump, and
+# some do not.
 
 # %%
 turns = alternating_runs(range(12))
@@ -108,13 +110,16 @@ print(
 )
 
 # %% [markdown]
-# ## Two ways out: begin where something is proven, or at the best of a search in input error
+# ## Two better starts: certified intervals, or a search in input error
 #
-# The arm's law is semialgebraic: 1/J, drag and friction have certified intervals that need no starting value, and their
-# centres are a start that is random in nothing but the network's neurons. Or search where it is cheap: the input error
-# has its best point nearly where the free-run error has it, and costs a thousandth; twenty descents there, one neuron
-# begun as a jump at rest, then one in free-run error. `docs/hybrid.md` counts 100 starts of each input. All starts are
-# trained in lockstep, in one NumPy loop over time.
+# - **Certified intervals.** The law of the arm is semialgebraic. So $1/J$, drag and friction have certified intervals
+#   that need no starting value. Start at their centres; only the neurons of the network start at random.
+# - **A search in input error.** The input error has almost the same optimum as the free-run error, and costs a
+#   thousandth. Run twenty descents in input error, with one neuron that starts as a jump at rest. Then run one
+#   descent in free-run error.
+#
+# `docs/hybrid.md` gives the results of 100 starts for each input. All starts are trained together, in one NumPy loop
+# over time.
 
 # %%
 study = embedded_study(["one_sine", "six_unequal"], starts=8)
@@ -124,7 +129,7 @@ print(study)
 study.plot()
 
 # %% [markdown]
-# What the network has learned, beside the plant's friction:
+# The friction that the network learned, and the friction of the plant:
 
 # %%
 hybrid = embedded_arm((5,))
@@ -141,5 +146,5 @@ error = np.abs(friction_curve(hybrid, problem.values(found), speed) - true_frict
 print(f"largest error over the visited speeds: {100 * error.max() / true_friction(speed).max():.1f} % of the largest")
 
 # %% [markdown]
-# **Try next:** another number of neurons in `embedded_arm`; your own input in `held_record`. Then:
-# [diagnosis on simulated data](08_diagnosis_simulated.ipynb).
+# **Try next:** another number of neurons in `embedded_arm`; your own input in `held_record`. Then: [diagnosis on
+# simulated data](08_diagnosis_simulated.ipynb).

@@ -9,13 +9,17 @@
 # ---
 
 # %% [markdown]
-# # Diagnosis: hide an effect, and see whether it is found
+# # Diagnosis: hide an effect, and test whether it is found
 #
-# When no parameters explain a record, the model lacks something. `smid.diagnose` looks for what: it extends the model
-# with each effect of a library in turn, fits again, and keeps what pays off on data that no fit has seen. Whether the
-# name it gives is right can be checked where the answer is known. So here is a plant, written without smid, with
-# something hidden in it. Three things are wanted: the right name; no name where nothing is wrong; and where the data
-# cannot tell, that it says so.
+# If no parameters fit a record, the model lacks an effect. `smid.diagnose` extends the model with each effect of a
+# library and fits again. It keeps an effect only if it reduces the error on held-out data.
+#
+# The diagnosis can be checked where the answer is known. So this page uses simulated plants, written without smid,
+# with a hidden effect. A good diagnosis does three things:
+#
+# - It names the right effect.
+# - It names nothing if the model is correct.
+# - It says so if the data cannot decide.
 
 # %%
 # %matplotlib inline
@@ -55,7 +59,7 @@ def show(found):
 
 
 # %% [markdown]
-# What we believe: a linear motor, one pole. This, the noise bound and the record is all that the diagnosis is told.
+# Our model is a linear motor with one pole. The diagnosis gets only this model, the noise bound and the record.
 
 # %%
 diagnose = partial(smid.diagnose, noise_bound=NOISE, workers=1)
@@ -65,7 +69,7 @@ voltage = smid.signals.qprs(400, seed=5, levels=(-1, -0.6, -0.2, 0.2, 0.6, 1), p
 # %% [markdown]
 # ## A dead zone
 #
-# Hidden: the amplifier does nothing below 0.15 V.
+# Hidden effect: the amplifier gives no output below 0.15 V.
 
 
 # %%
@@ -77,22 +81,27 @@ found = diagnose(model, record(voltage, dead_zone))
 show(found)
 
 # %% [markdown]
-# In this order: what the simulation gets wrong and on what the error depends; the certificate that no parameters of the
-# base model explain the record; the cause, how large it is, and why others were not taken; the gain on held-out data.
+# The output shows, in this order:
+#
+# 1. the error of the simulation, and the signals on which it depends;
+# 2. the proof that no parameters of the base model fit the record;
+# 3. the cause, its size, and why other effects were rejected;
+# 4. the gain on held-out data.
 
 # %%
 assert [cause.effect for cause in found.causes] == ["input_dead_zone"]
 found.plot()
 
 # %% [markdown]
-# The error before, against everything that was measured. A step at zero voltage is what a dead zone looks like:
+# The next plot shows the error of the base model against every measured signal. A dead zone causes a step at zero
+# voltage:
 
 # %%
 found.misfit.plot()
 
 # %% [markdown]
-# The intervals above are three standard deviations of a fit. The extended model is a model like any other, so they can
-# be replaced by certified ones, from the first samples of the record:
+# The intervals above are three standard deviations of a fit. The extended model is an ordinary smid model, so
+# `prove_parameters` can replace them with certified intervals, from the first samples of the record:
 
 # %%
 proven = smid.diagnosis.prove_parameters(found, NOISE, samples=90)
@@ -101,10 +110,10 @@ for parameter in proven.causes[0].parameters:
     assert parameter.lower <= np.sign(parameter.value) * 0.15 <= parameter.upper
 
 # %% [markdown]
-# ## Nothing hidden
+# ## No hidden effect
 #
-# The same motor behind a straight amplifier. Thirty effects are tried, and every one of them has parameters that fit
-# some of the noise. A wrong name is worse than no name:
+# The same motor with a linear amplifier. The diagnosis tests thirty effects, and each of them can fit some of the
+# noise. A wrong name is worse than no name:
 
 # %%
 clean = diagnose(model, record(voltage, lambda v: v))
@@ -113,13 +122,13 @@ assert clean.verdict == "none"
 assert clean.proof is None
 
 # %% [markdown]
-# The largest error exceeds the bound by a little: least squares does not know of bounds. A certificate decides whether
-# that matters, and there is none here.
+# The largest error exceeds the noise bound slightly, because least squares does not use the bound. Only a proof shows
+# that the model is wrong, and here there is none.
 #
-# ## Where the data cannot tell
+# ## The data cannot decide
 #
-# Hidden: an amplifier that saturates softly. The experiment is slow, one sine. Behind a slow enough input it makes no
-# difference whether a curve lies before the motor or in the tachometer behind it.
+# Hidden effect: an amplifier with soft saturation. The experiment is slow: one sine. With a slow input, a curve
+# before the motor and a curve of the tachometer have the same effect.
 
 
 # %%
@@ -133,8 +142,8 @@ show(unsure)
 assert unsure.verdict == "ambiguous"
 
 # %% [markdown]
-# It names the rivals and an experiment on which their predictions differ most, within the voltages that the plant has
-# seen. So go and do it. On a simulated plant that is one line:
+# The diagnosis names the rivals, and proposes an experiment on which their predictions differ most. The experiment
+# stays within the voltages of the record. We run it on the simulated plant:
 
 # %%
 experiment = unsure.experiment
@@ -144,8 +153,8 @@ print(alone.conclusion)
 assert alone.verdict == "none"
 
 # %% [markdown]
-# On the new record alone nothing is wrong! A PRBS has two levels, and through two points there is a straight line. It
-# tells the rivals apart only *together* with the record on which they were found:
+# With the new record alone, nothing is wrong. A PRBS has two levels, and a straight line passes through two points.
+# The new record separates the rivals only *together* with the first record:
 
 # %%
 runs = [replace(data.experiments[0], name=name) for data, name in ((unsure.data, "sine"), (repeated, "PRBS"))]
@@ -158,12 +167,12 @@ assert [cause.effect for cause in sure.causes] == ["input_curve"]
 sure.plot()
 
 # %% [markdown]
-# The model that is left can be used: `sure.model` simulates, is identified, is reported.
+# The extended model `sure.model` can be simulated, identified and reported.
 
 # %%
 print(sure.model)
 
 # %% [markdown]
-# **Try next:** two effects at once, `lambda v: soft(dead_zone(v))`; a tachometer that is quantised; `holdout=["PRBS"]`,
-# a whole run that no fit may see. How often the name is right is counted on [blind cases](../docs/diagnosis.md). Then:
-# [measured data](09_diagnosis_measured.ipynb), where nobody knows the answer.
+# **Try next:** two effects at once, `lambda v: soft(dead_zone(v))`; a tachometer with quantisation;
+# `holdout=["PRBS"]`, to hold out a whole run. [Blind cases](../docs/diagnosis.md) count how often the name is right.
+# Then: [measured data](09_diagnosis_measured.ipynb), where the answer is not known.

@@ -11,14 +11,14 @@
 # %% [markdown]
 # # Diagnosis of measured data
 #
-# On simulated data a diagnosis can be checked against what was hidden. On measured data nobody hid anything, the noise
-# has no known bound, and several things are wrong at once. Two classical records: one has a cause that textbooks name,
-# the other has none that is known.
+# On simulated data, the result of a diagnosis can be compared with the hidden effect. On measured data the answer is
+# not known, the noise has no known bound, and the model can lack several effects. This page treats two classical
+# records. One has a cause that textbooks name. The other has no known cause.
 #
-# The records are public but do not come with smid, since most licences do not allow passing them on. Put them into one
-# folder, each set in a folder under its own name, and name it in the environment variable `SMID_DATA` (an absolute
-# path). **Without it this page runs too, and tells what is missing.** The outputs below are from a run with the
-# records.
+# The records are public, but most licences do not allow us to distribute them. Put each record set into a folder with
+# its own name, and all these folders into one folder. Set the environment variable `SMID_DATA` to the absolute path
+# of this folder. **Without it this page also runs, and lists the missing files.** The outputs below are from a run
+# with the records.
 
 # %%
 # %matplotlib inline
@@ -51,7 +51,7 @@ def show(found):
 
 
 # %% [markdown]
-# Other sets come by the package `nonlinear_benchmarks`, which downloads them from nonlinearbenchmark.org:
+# The package `nonlinear_benchmarks` downloads other sets from nonlinearbenchmark.org:
 #
 # ```python
 # import nonlinear_benchmarks  # pip install nonlinear_benchmarks
@@ -62,9 +62,10 @@ def show(found):
 #
 # ## A gas furnace
 #
-# Box and Jenkins's series J: the feed of methane, and the carbon dioxide in the outlet. The base model is linear, of
-# order 2, with an offset and the usual one sample of delay. No bound of the sensor is known, so none is given; then
-# there is no certificate, and the judgement rests on the last 30 % of the record, which no fit has seen.
+# The record is series J of Box and Jenkins: the feed of methane, and the carbon dioxide in the outlet. The base model
+# is linear, of order 2, with an offset and a delay of one sample. The noise bound of the sensor is not known, so we
+# give none. Then there is no certificate, and the diagnosis is based on the last 30 % of the record, the held-out
+# samples.
 
 # %%
 furnace = record("box_jenkins_gas_furnace")
@@ -76,10 +77,14 @@ if furnace is not None:
     assert [cause.effect for cause in found.causes] == ["input_delay"]
 
 # %% [markdown]
-# Three things to read beside the name. The *confidence*, against all other effects of the library. The *gain* on
-# held-out data: this record's noise is slow, so even the right model follows it little better. And the *last
-# sentence*: whether what is left is more than noise. Box and Jenkins named a delay of three samples, one of which the
-# base model has:
+# Besides the name, read three things:
+#
+# - the *confidence*, against all other effects of the library;
+# - the *gain* on held-out data: the noise of this record is slow, so even the right model reduces the error only
+#   slightly;
+# - the *last sentence*: whether the remaining error is more than noise.
+#
+# Box and Jenkins named a delay of three samples. The base model already has one of them:
 
 # %%
 if furnace is not None:
@@ -90,11 +95,11 @@ if furnace is not None:
     print("With a delay of three samples in the base model:", again.conclusion)
 
 # %% [markdown]
-# ### A second witness
+# ### A check with set membership
 #
-# A fit, a bootstrap and a score have named the delay. Set membership can be asked too, and needs no noise bound: how
-# wrong would the sensor have to be for a model of order 1 to explain the first samples? The lower end of each enclosure
-# is proven: with a smaller bound there are no parameters.
+# The diagnosis named the delay by a fit, a bootstrap and a score. Set membership gives an independent check, without
+# a known noise bound. For each delay, we compute the least noise bound with which a model of order 1 fits the first
+# samples. The lower end of each interval is proven: with a smaller bound, no parameters fit.
 
 # %%
 if furnace is not None:
@@ -108,11 +113,11 @@ if furnace is not None:
     print(f"Proven: any other of these delays needs {others / least[best].upper:.2f} times the bound of delay {best}.")
 
 # %% [markdown]
-# ## A lamp under a plate
+# ## A lamp above a plate
 #
-# DaISy's heating system: the voltage of a halogen lamp, and the temperature of a steel plate under it. Dullerud and
-# Smith used it to ask whether a linear model can be *refuted*, and left unnamed what is missing. Friction or
-# backlash cannot be in it, so only effects are tried that a lamp, a plate and a thermocouple can have.
+# The record is DaISy's heating system: the voltage of a halogen lamp, and the temperature of a steel plate under it.
+# Dullerud and Smith tested whether the record *refutes* a linear model; they did not name what the model lacks.
+# Friction and backlash are impossible here. So we test only effects that a lamp, a plate and a thermocouple can have.
 
 # %%
 heating = record("daisy_heating_system")
@@ -128,9 +133,8 @@ if heating is not None:
     assert unnamed.unexplained
 
 # %% [markdown]
-# The misfit is large, and it has structure; that no effect is named is not for want of an error. But what fits the
-# first 70 % of the record does not carry over to the rest. To say so is the honest answer: a wrong name is worse than
-# none.
+# The misfit is large and has structure. But the effects that fit the first 70 % of the record do not reduce the error
+# on the rest. So the diagnosis names no effect. A wrong name would be worse than no name.
 
 # %%
 if heating is not None:
@@ -145,7 +149,8 @@ if heating is not None:
         axes.legend()
 
 # %% [markdown]
-# Dullerud and Smith's question has a certified answer, too: how wrong would the thermocouple have to be?
+# Set membership gives a certified answer to the question of Dullerud and Smith: the least noise bound of the
+# thermocouple with which the linear model fits.
 
 # %%
 if heating is not None:
@@ -154,6 +159,7 @@ if heating is not None:
     print(f"one pole, every fourth sample: {smid.error_bound(first, thinned)}")
 
 # %% [markdown]
-# **Try next:** all thirty effects on the lamp, which takes longer (leave out `effects` and `workers`), and look at the
-# confidence of what is named; other sets of `smid.data.RECORDS`. Twelve records, failures included, are on
-# [a page of their own](../docs/measured.md). Then: [experiments that shrink intervals](10_experiment_design.ipynb).
+# **Try next:** all thirty effects on the lamp (leave out `effects` and `workers`; this takes longer), and look at the
+# confidence of the result; other sets of `smid.data.RECORDS`. [Measured records](../docs/measured.md) shows the
+# results on twelve records, with the failures. Then: [experiments that make intervals
+# narrow](10_experiment_design.ipynb).

@@ -9,11 +9,11 @@
 # ---
 
 # %% [markdown]
-# # Design of experiments: the input that tells the most
+# # Design of experiments: inputs that make intervals narrow
 #
-# The thesis closes with two wishes: an optimisation that handles local minima, and experiments designed by Fisher's
-# information and by physical insight (7.4). For the arm's white model both have an answer that needs no starting value:
-# *certified intervals* of all constants. An input is then as good as its intervals are narrow.
+# The thesis ends with two proposals (7.4): an optimisation that handles local minima, and experiments designed by
+# Fisher information and physical insight. For the white model of the arm, both can be done without a starting value,
+# with *certified intervals* of all constants. The best input is the one with the narrowest intervals.
 
 # %%
 # %matplotlib inline
@@ -37,9 +37,9 @@ H, N, NOISE = 0.02, 300, 0.002  # s, samples, rad
 # %% [markdown]
 # ## Certified intervals without a starting value
 #
-# Given the speeds the arm's law is linear in $1/J$, $b/J$, $W_d/J$, $W_s/J$. What is known of the constants confines
-# the speeds; what is known of the speeds gives linear programs for the constants, each bound certified. The two take
-# turns, from a prior of three orders of magnitude.
+# For known speeds, the law of the arm is linear in $1/J$, $b/J$, $W_d/J$, $W_s/J$. Bounds on the constants give
+# bounds on the speeds. Bounds on the speeds give linear programs for the constants, and each bound is certified. smid
+# repeats both steps in turn. The prior covers three orders of magnitude.
 
 # %%
 u = arm_inputs(N)["tailored"]
@@ -50,7 +50,7 @@ print(found)
 print("the arm that made the data lies inside:", found.holds(ARM))
 
 # %% [markdown]
-# Where the speed can be, proven from the angles:
+# Bounds on the speed, proven from the angles:
 
 # %%
 fig, (top, bottom) = plt.subplots(2, 1, figsize=(7.5, 4.2), sharex=True, layout="constrained")
@@ -67,9 +67,9 @@ bottom.set_xlabel("time [s]")
 plt.show()
 
 # %% [markdown]
-# ## Fisher's information
+# ## Fisher information
 #
-# A D-optimal sum of six sines within 1 V, for $1/J$, $b$ and $W_d$; the start is unknown too.
+# A D-optimal sum of six sines within 1 V, for $1/J$, $b$ and $W_d$. The initial state is unknown too.
 
 # %%
 information = partial(arm_information, sampling_time=H, deviation=NOISE / np.sqrt(3), names=("theta", "b", "Wd"))
@@ -80,7 +80,8 @@ for name, signal in arm_inputs(N).items():
     print(f"{name:18} log det {information(within).log_determinant:.2f}")
 
 # %% [markdown]
-# For a smooth model the analytic sensitivities of its free run serve: the reactor, under three inputs.
+# For a smooth model, the Fisher information follows from the analytic sensitivities of its free run. Here is the
+# reactor, with three inputs.
 
 # %%
 reactor = Reactor(tau=None, a=None, sampling_time=1.0, substeps=4)
@@ -96,8 +97,8 @@ for name, signal in reactor_inputs.items():
 # %% [markdown]
 # ## The set-membership counterpart
 #
-# The input whose certified intervals are the narrowest, among tailored signals within 1 V. Every evaluation is a whole
-# certification, so only a few are looked at.
+# The input with the narrowest certified intervals, among tailored signals within 1 V. Each evaluation is a complete
+# certification, so only a few signals are evaluated.
 
 # %%
 widths = partial(arm_widths, sampling_time=H, noise_bound=NOISE, prior=dict(NARROW))
@@ -117,7 +118,7 @@ study.plot_intervals()
 study.plot_spread()
 
 # %% [markdown]
-# ## The reactor likewise
+# ## The same for the reactor
 #
 # $\tau$ and $a$ of the plants of table 2, from one record each.
 
@@ -131,5 +132,5 @@ for plant, power in (("time_constant", 1), ("factor", 1), ("power", 3)):
         print(f"{plant:14} {name:6} tau in [{low:.4f}, {high:.4f}] s, a in [{least:.4f}, {most:.4f}]")
 
 # %% [markdown]
-# **Try next:** a larger `budget`; another `NOISE`, to which widths are nearly proportional until sticking is lost in
-# it. Then: [what a plant is excited with](10b_input_signals.ipynb).
+# **Try next:** a larger `budget`; another `NOISE`. The widths are nearly proportional to the noise bound, as long as
+# it does not hide the static friction. Then: [input signals](10b_input_signals.ipynb).

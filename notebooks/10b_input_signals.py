@@ -9,11 +9,11 @@
 # ---
 
 # %% [markdown]
-# # Input signals: what a plant is excited with decides what can be known of it
+# # Input signals: what an input reveals about the plant
 #
-# Section 2.4 of the hybrid thesis asks for signals that are *persistently exciting*, and shows by plots of input
-# against output, the *spread*, how much of the plane each covers. All its signals are here, with the one that it
-# recommends at its end (7.4). Each is a pure function of its options and its seed.
+# Section 2.4 of the hybrid thesis requires *persistently exciting* signals. Its plots of input against output, the
+# *spread*, show how much of the plane each signal covers. This page shows all its signals, and the signal that it
+# recommends at its end (7.4). Each signal depends only on its options and its seed.
 
 # %%
 # %matplotlib inline
@@ -39,7 +39,7 @@ from smid.theses.hybrid.arm.exact_motion import exact_motion
 # %% [markdown]
 # ## Figure 2.5: the spread in a stirred tank
 #
-# The tank $2\dot y + y = 0.76 u$ under the thesis's inputs, one sample per second.
+# The tank $2\dot y + y = 0.76 u$ with the inputs of the thesis, one sample per second.
 
 # %%
 n = 200
@@ -58,8 +58,8 @@ plot_spread({name: (u, simulate_reactor("time_constant", u, 1.0, start=0.1)) for
 # %% [markdown]
 # ## Persistence of excitation
 #
-# The order is the size of the largest covariance matrix that is positive definite. A constant has none, a sine two,
-# a sum of $k$ sines $2k$ if it is sampled coarsely enough for floating point to see it.
+# The order is the size of the largest covariance matrix that is positive definite. A constant has order 0, and a sine
+# has order 2. A sum of $k$ sines has order $2k$. With too short a sampling time, rounding hides a part of this order.
 
 # %%
 for name, u in inputs.items():
@@ -72,7 +72,7 @@ for sampling_time in (1.0, 0.02):
     print(f"table F.1, every {sampling_time:g} s:", orders)
 
 # %% [markdown]
-# A signal that does not excite the order of a model is refused with the number.
+# If the order of a signal is too low for a model, `require_excitation` raises an error with both orders.
 
 # %%
 data = Dataset.from_arrays(input=inputs["sine"], output=inputs["sine"], sampling_time=1.0)
@@ -84,9 +84,9 @@ except DataError as error:
 # %% [markdown]
 # ## The rotating arm: table F.1, and a tailored signal
 #
-# The order counts frequencies. It says nothing of *where* a nonlinear plant is driven to: the arm sticks only below
-# 0.03 rad/s, and a signal that rushes through zero speed shows little of that, whatever its order. The tailored signal
-# brakes the arm, then lets it creep under a voltage too small to break away.
+# The order counts frequencies. It does not show *where* the input drives a nonlinear plant. The arm sticks only below
+# 0.03 rad/s. A signal that passes zero speed quickly shows little static friction, whatever its order. The tailored
+# signal brakes the arm. Then it keeps the arm in slow motion, with a voltage too small to break away.
 
 # %%
 arm = {name: TABLE_F1[name].signal(600, 0.02) for name in ("one_sine", "six_equal", "six_unequal")}
@@ -103,5 +103,5 @@ for name, v in speeds.items():
     print(f"{name:12} sticks at {np.mean(np.abs(v) < 0.03):.0%} of the samples")
 
 # %% [markdown]
-# **Try next:** `excitation` of the input of your own record. Then:
-# [your own model and your own effect](11_own_model_and_effect.ipynb).
+# **Try next:** `excitation` of the input of your own record. Then: [your own model and your own
+# effect](11_own_model_and_effect.ipynb).

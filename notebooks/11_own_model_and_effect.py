@@ -11,9 +11,11 @@
 # %% [markdown]
 # # Your own model, your own effect
 #
-# The models that come with smid are lists of equations, and so is yours. Written once, it is simulated, differentiated,
-# fitted, bounded and diagnosed like any other. An effect, what a model may lack, is a function that rewrites such a
-# list. This page writes both: for a hot water tank that stands outdoors, of which the library knows nothing.
+# The models that come with smid are lists of equations, and your model is too. Write it once; then smid simulates,
+# differentiates, fits, bounds and diagnoses it like any other model. An effect is something that a model may lack. In
+# code it is a function that extends a list of equations.
+#
+# This page writes a model and an effect for an outdoor hot water tank, which is not in the library.
 
 # %%
 # %matplotlib inline
@@ -37,12 +39,13 @@ STEP, DAY = 900.0, 86400.0  # s
 # %% [markdown]
 # ## A model
 #
-# Per sample the tank loses a share of its heat, and the flow $u$ replaces a share of its water by hot water:
+# In each sampling interval, the tank loses a share of its heat, and the flow $u$ replaces a share of its water by hot
+# water:
 #
 # $$\theta_t = \theta_{t-1} - \ell\, \theta_{t-1} + m\, u_{t-1} (40 - \theta_{t-1}), \qquad y_t = \theta_t + \eta_t .$$
 #
-# The product of flow and temperature makes it bilinear, so no transfer function will do. Parameters get finite boxes
-# where something is known of them: nothing certified can be said about a set that may reach to infinity.
+# The product of flow and temperature makes the model bilinear, so it has no transfer function. Give parameters finite
+# bounds where you know them. Nothing can be certified for a feasible set that may be unbounded.
 
 # %%
 loss = Parameter("loss", 0, 0.5, "1/sample")
@@ -56,7 +59,7 @@ print(tank)
 # %% [markdown]
 # ## A record
 #
-# Five days, a sample every quarter of an hour, by a loop that shares nothing with the model above.
+# Five days, one sample every quarter of an hour. The loop below simulates the tank without the model above.
 
 # %%
 N = 480
@@ -90,7 +93,7 @@ print(estimate)
 assert all(estimate[name].lower <= value <= estimate[name].upper for name, value in TRUTH.items())
 
 # %% [markdown]
-# The complicating parameters were found by themselves, the gradients too. On the days after:
+# smid found the complicating parameters and the gradients automatically. Validation on the following days:
 
 # %%
 print(smid.validate(estimate.model, indoors.crop(80), NOISE))
@@ -98,8 +101,8 @@ print(smid.validate(estimate.model, indoors.crop(80), NOISE))
 # %% [markdown]
 # ## A model file
 #
-# For a model that comes with smid no Python is needed, on the command line (`smid identify DATA.csv --model MODEL.toml
-# ...`) or here. A file names a class and its fields; what is wrong in it is told with the key.
+# A model class of smid needs no Python: a model file names the class and its fields. Use the file on the command line
+# (`smid identify DATA.csv --model MODEL.toml ...`) or here. The message about a mistake names the key.
 
 # %%
 folder = Path(mkdtemp())
@@ -114,7 +117,7 @@ except ModelError as error:
     print(fill(str(error).replace(f"{folder}/", ""), 110))
 
 # %% [markdown]
-# Is the bilinear model needed at all? A linear one is refuted by the same record:
+# Is the bilinear model necessary? The same record refutes a linear model:
 
 # %%
 try:
@@ -125,8 +128,8 @@ except smid.EmptyFeasibleSetError as proof:
 # %% [markdown]
 # ## Outdoors
 #
-# Now the tank stands in the sun, which nobody told the model. It is proven that its parameters do not explain the
-# record. What does the library say?
+# Now the sun warms the tank, and the model does not contain the sun. smid proves that no parameters of the model fit
+# the record. The diagnosis with the library:
 
 # %%
 rays = np.maximum(0, np.sin(2 * np.pi * STEP * np.arange(N) / DAY))
@@ -136,15 +139,15 @@ show(library)
 assert library.verdict == "none"
 
 # %% [markdown]
-# More than noise is left, and nothing that it knows carries over to the held-out part. It sees a line in the spectrum
-# at one period a day, but a sinusoid at the sensor is not what the sun does: it shines half the day, and what it
-# brings is stored in the tank.
+# The remaining error is more than noise, and no effect of the library reduces the error on the held-out data. The
+# misfit has a spectral line with a period of one day. But a sinusoid at the sensor is not the effect of the sun. The
+# sun shines half of the day, and the tank stores its heat.
 #
 # ## An effect
 #
-# That is knowledge of yours, put into a function. It gets a model, any model, and a site that tells what may be known
-# of the record; it gives the extended model with values to start a fit from. The new parameter has a *null* value, at
-# which the old model comes back. Names must be free, for the effect may be put on a model that has it already.
+# We know about the sun, so we write a function for it. It takes any model, and a site with information about the
+# record. It returns the extended model, with starting values for a fit. The new parameter has a *null* value, which
+# switches the effect off. The names must be new, because the effect may be applied to a model that already has it.
 
 
 # %%
@@ -162,8 +165,8 @@ def describe(values, site):
 sunshine = Effect("sunshine", "the sun warms the plant by day", extend, describe)
 
 # %% [markdown]
-# The contract is checked on base models of all kinds, on top of other effects and of itself. It is silent where it is
-# kept, and says what is broken where not, here in a careless version whose parameter cannot be switched off:
+# `check_effect` tests the effect on base models of all kinds, on top of other effects and of itself. It raises an
+# error if the effect breaks a rule. Here is an effect whose parameter cannot be switched off:
 
 # %%
 check_effect(sunshine)
@@ -180,8 +183,8 @@ except AssertionError as broken:
     print(broken)
 
 # %% [markdown]
-# It is registered by being listed, here beside all effects of the library, which compete with it. (An effect of a
-# notebook cell is tried in this process; one that lives in a module can use several.)
+# To register the effect, put it into the list of effects. Here it competes with all effects of the library. (An
+# effect from a notebook cell runs in this process only. An effect from a module can use several processes.)
 
 # %%
 found = smid.diagnose(tank, outdoors, NOISE, effects=[*EFFECTS, sunshine], workers=1)
@@ -194,8 +197,8 @@ found.plot()
 # %% [markdown]
 # ## Into the model
 #
-# Once its cause is known, the sun is an input like any other. With a channel for it the model is polynomial, and how
-# strong the sun is gets a certified interval, too.
+# When the cause is known, the sun becomes an input. With a channel for it the model is polynomial, and the strength
+# of the sun gets a certified interval.
 
 # %%
 sun = Parameter("sun", -5, 5, "K")
@@ -205,5 +208,6 @@ print(proven)
 assert all(proven[name].lower <= value <= proven[name].upper for name, value in {**TRUTH, "sun": 0.5}.items())
 
 # %% [markdown]
-# **Try next:** a second node for the tank's wall; `rate=True` in a `Line` is d/dt; an effect with two variants under
-# two labels. More: [how to extend](../docs/extend.md). Then: [a study on a cluster](12_study_on_a_cluster.ipynb).
+# **Try next:** a second node for the wall of the tank; `rate=True` in a `Line` means d/dt; an effect with two
+# variants under two labels. More: [how to extend](../docs/extend.md). Then: [a study on a
+# cluster](12_study_on_a_cluster.ipynb).

@@ -11,10 +11,11 @@
 # %% [markdown]
 # # A study on a cluster
 #
-# One interval answers one question. Research asks how intervals depend on things: on the noise bound, the number of
-# samples, the order and the method of the relaxation. That is a grid of identifications, each independent of the
-# others, which may take days and must survive a reboot. `smid.order_study` runs such a grid on processes or on a Dask
-# cluster, keeps every outcome as it comes, and resumes.
+# A study shows how intervals depend on the noise bound, the number of samples, the order and the method of the
+# relaxation. It is a grid of independent identifications. It may take days, and must survive a reboot.
+#
+# `smid.order_study` runs such a grid in processes or on a Dask cluster. It saves every result as soon as it is
+# computed, and it can resume.
 
 # %%
 # %matplotlib inline
@@ -36,8 +37,9 @@ from smid.study import StudyError
 # %% [markdown]
 # ## The question
 #
-# A plant with one pole, errors in variables. What do more samples bring, what does a better sensor, and which
-# relaxation should one pay for: the lift or the sparse hierarchy, of order 1 or 2? Every combination is one *cell*.
+# A plant with one pole, errors in variables. How much narrower do more samples make the intervals? How much does a
+# better sensor help? Which relaxation is worth its cost: the lift or the sparse hierarchy, of order 1 or 2? Every
+# combination is one *run*; the code and the progress call it a *cell*.
 
 # %%
 TRUTH = {"a1": -0.8, "b0": 1.0}
@@ -65,9 +67,9 @@ careful, sharp = ({"u": bound, "y": bound} for bound in (0.1, 0.05))
 # %% [markdown]
 # ## The cluster
 #
-# Here two worker processes of one thread each, on this machine's loopback. On a real cluster `dask scheduler` and `dask
-# worker` run on its nodes, and the client gets the scheduler's address; nothing else changes. (In a script, what starts
-# processes belongs under `if __name__ == "__main__":`.)
+# Here two worker processes with one thread each run on this machine. On a real cluster, `dask scheduler` and `dask
+# worker` run on its nodes, and the client gets the address of the scheduler. Nothing else changes. (In a script, put
+# code that starts processes under `if __name__ == "__main__":`.)
 
 # %%
 cluster = LocalCluster(
@@ -86,7 +88,7 @@ print(f"{len(processes)} workers, each in a process of its own")
 # %% [markdown]
 # ## Interrupted
 #
-# Ctrl-C returns what is done. Here it is pressed by the program, after a third of the cells:
+# Ctrl-C ends the study and returns the finished runs. Here the program interrupts itself after a third of the runs:
 
 
 # %%
@@ -104,8 +106,8 @@ assert part.interrupted
 # %% [markdown]
 # ## Resumed
 #
-# What was done is in a file in the study's folder. `resume=True` takes it and runs the rest. Data, model, settings and
-# versions must be the same; with others nothing is mixed, but refused.
+# A file in the folder of the study holds the finished runs. `resume=True` loads them and computes the rest. Data,
+# model, settings and versions must be the same. Otherwise `order_study` raises an error.
 
 
 # %%
@@ -125,7 +127,7 @@ except StudyError as error:
     print(fill(str(error).replace(f"{folder}", folder.name), 110))
 
 # %% [markdown]
-# The combinations may differ. A sharper bound, for a sensor twice as good, runs its own cells only:
+# The combinations may differ. With a second noise bound, for a sensor twice as good, only the new runs are computed:
 
 # %%
 begun.clear()
@@ -135,7 +137,7 @@ client.close()
 cluster.close()
 
 # %% [markdown]
-# ## What it says
+# ## The result
 
 # %%
 display(study)
@@ -144,8 +146,9 @@ display(study)
 study.plot()
 
 # %% [markdown]
-# Thin lines are certified, thick ones witnessed: where they meet, no relaxation can say more. A frame serves for any
-# other question. Is the truth inside, always? What do gaps cost?
+# Thin lines are certified intervals, thick lines end at verified points. Where they meet, no relaxation can give a
+# tighter interval. A pandas frame answers other questions: do all intervals contain the true parameters, and how do
+# gaps and times compare?
 
 # %%
 frame = study.to_pandas()
@@ -158,7 +161,7 @@ a1 = a1.assign(share=a1.gap / a1.width)
 print(a1.groupby(["method", "order"]).agg(largest_gap_of_width=("share", "max"), seconds=("seconds", "sum")))
 
 # %% [markdown]
-# ## The page
+# ## The report
 
 # %%
 page = smid.report(study, folder / "study.html", settings={"cluster": "two processes"})
@@ -167,8 +170,8 @@ print(f"{page.name}: {page.stat().st_size // 1000} kB, beside {', '.join(beside)
 
 # %% [markdown]
 # The same on the command line: `smid study DATA.csv --model MODEL.toml --orders 1,2 --noise-bounds 0.3,0.36 --samples
-# 40,80 --dask tcp://10.0.0.1:8786 --folder study --report study.html`, and `--resume study` after an interrupt or a
-# kill.
+# 40,80 --dask tcp://10.0.0.1:8786 --folder study --report study.html`. Use `--resume study`, in place of `--folder
+# study`, after an interrupt or a kill.
 #
-# **Try next:** `methods=("lift", "sparse")` with a time to spare; several records in the mapping; `workers=2` instead
-# of a cluster. `smid.diagnose` takes an `executor`, too.
+# **Try next:** `orders=(1, 2, 3)`, which takes longer; several records in the mapping; `workers=2` instead of a
+# cluster. `smid.diagnose` takes an `executor`, too.

@@ -6,5 +6,5 @@ The modules follow the theory: :mod:`~relaxations.algebra.polynomial` -> :mod:`~
 
 Problems come from :mod:`~relaxations.formats` (operators, text, GAMS, JSON, SDPA) and :mod:`~relaxations.library`
 (named problems with known optima). :mod:`~relaxations.proof.certificate_file` writes certificates, and ``python -m
-relaxations.check FILE`` checks them. Nothing is imported here, for the check must stand without the rest.
+relaxations.check FILE`` checks them. This module imports nothing, so that the check loads no other module.
 """

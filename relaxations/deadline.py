@@ -1,8 +1,9 @@
-"""A time limit that code at any depth sees without a parameter: one clock, one check, one exception.
+"""A time limit for code at any depth, without a parameter: one clock, one check, one exception.
 
-A public call sets the limit with :func:`limited` or :func:`time_limit`. Loops and long steps below it call
-:func:`check_time`, and every solver gets :func:`remaining` as its own limit. :class:`TimeIsUp` then travels the way of
-a ``KeyboardInterrupt``: the public call catches both, and returns what is proven. Limits nest, and the earliest counts.
+A public function sets the limit with :func:`limited` or :func:`time_limit`. Loops and long steps inside it call
+:func:`check_time`, and every solver gets :func:`remaining` as its own limit. At the limit, :class:`TimeIsUp` is raised.
+The public function catches this exception and ``KeyboardInterrupt``, and returns what is proven. If limits are nested,
+the earliest applies.
 """
 
 from __future__ import annotations
@@ -24,22 +25,15 @@ Given = TypeVar("Given")
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
 
+Progress = Callable[[str], None]
+"""What long work calls with a line of text now and then."""
+
 
 class TimeIsUp(Exception):
-    """The time that the caller allowed is used up.
-
-    Examples
-    --------
-    >>> try:
-    ...     with time_limit(1e-9):
-    ...         check_time()
-    ... except TimeIsUp as stop:
-    ...     print(stop)
-    the time allowed is used up
-    """
+    """Raised when the time limit is reached."""
 
     def __init__(self, message: str = "the time allowed is used up") -> None:
-        super().__init__(message)  # with the message as argument, so that it can be pickled
+        super().__init__(message)  # the argument makes the exception picklable
 
 
 STOPS = (TimeIsUp, KeyboardInterrupt, MemoryError)
@@ -53,11 +47,13 @@ class _Deadline:
     at: float
 
     def __reduce__(self) -> tuple[Callable[[float], _Deadline], tuple[float]]:
-        # A process on another machine has a monotonic clock of its own. The wall clocks agree.
+        # The monotonic clock differs on another machine, the wall clock does not.
+        """Return the deadline as wall-clock time, because the monotonic clock of another machine differs."""
         return _from_wall_clock, (time.time() + self.at - time.monotonic(),)
 
 
 def _from_wall_clock(instant: float) -> _Deadline:
+    """Return the deadline on this machine's monotonic clock."""
     return _Deadline(time.monotonic() + instant - time.time())
 
 
@@ -66,28 +62,8 @@ _current: ContextVar[_Deadline] = ContextVar("deadline", default=_NO_LIMIT)
 
 
 def check_seconds(seconds: float) -> None:
-    """Refuse a time limit that is not a positive number, before any work.
-
-    Parameters
-    ----------
-    seconds
-        Infinite for no limit.
-
-    Raises
-    ------
-    ProblemError
-        For anything else, NaN included.
-
-    Examples
-    --------
-    >>> check_seconds(60)
-    >>> try:
-    ...     check_seconds(0)
-    ... except ProblemError as error:
-    ...     print(error)
-    seconds = 0 is refused: give a positive number of seconds, or leave it out for no time limit
-    """
-    if not (isinstance(seconds, Real) and seconds > 0):  # refused where it is NaN, too
+    """Refuse a time limit that is not a positive number, by a ProblemError; infinity means no limit."""
+    if not (isinstance(seconds, Real) and seconds > 0):  # NaN is refused, too
         raise ProblemError(
             f"seconds = {seconds} is refused: give a positive number of seconds, or leave it out for no time limit"
         )
@@ -95,24 +71,8 @@ def check_seconds(seconds: float) -> None:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Limit the time of a ``with`` block; an earlier limit around it stays.
+    """Limit the time of a ``with`` block; an earlier limit outside the block remains.
 
-    Parameters
-    ----------
-    seconds
-        Positive; infinite for no limit.
-
-    Yields
-    ------
-    None
-
-    Raises
-    ------
-    ProblemError
-        For zero, a negative number or NaN.
-
-    Examples
-    --------
     >>> with time_limit(60):
     ...     with time_limit(3600):
     ...         print(remaining() <= 60)
@@ -127,10 +87,8 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def limited(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Return a function that runs under the time limit that its keyword ``seconds`` states.
+    """Return a function that runs under the time limit of its keyword argument ``seconds``.
 
-    Examples
-    --------
     >>> @limited
     ... def left(*, seconds=inf):
     ...     return remaining()
@@ -147,70 +105,29 @@ def limited(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
 
 def remaining() -> float:
-    """Return the seconds that are left; infinite without a limit, and never negative.
-
-    Examples
-    --------
-    >>> remaining()
-    inf
-    """
+    """Return the remaining seconds; infinite without a limit, and never negative."""
     return max(_current.get().at - time.monotonic(), 0.0)
 
 
 def check_time(needed: float = 0.0) -> None:
-    """Raise :class:`TimeIsUp` where less time is left than the next step needs.
-
-    Parameters
-    ----------
-    needed
-        Estimate, in seconds, for a step that nothing can end early.
-
-    Raises
-    ------
-    TimeIsUp
-
-    Examples
-    --------
-    >>> with time_limit(60):
-    ...     check_time()
-    """
+    """Raise :class:`TimeIsUp` if less time remains than ``needed`` seconds, for a step without interruption."""
     if remaining() <= needed:
         raise TimeIsUp
 
 
 def stopped_by(stop: BaseException) -> str:
-    """Return ``"TIME"``, ``"MEMORY"`` or ``"INTERRUPTED"``: the name of the reason that one of `STOPS` stands for.
-
-    Examples
-    --------
-    >>> stopped_by(TimeIsUp()), stopped_by(KeyboardInterrupt())
-    ('TIME', 'INTERRUPTED')
-    """
+    """Return ``"TIME"``, ``"MEMORY"`` or ``"INTERRUPTED"`` for one of the exceptions in `STOPS`."""
     return "TIME" if isinstance(stop, TimeIsUp) else "MEMORY" if isinstance(stop, MemoryError) else "INTERRUPTED"
 
 
 def map_in_time(
     executor: Executor | None, function: Callable[[Given], Result], items: Iterable[Given]
 ) -> Iterator[Result]:
-    """Yield ``function(item)`` for each item, on an executor's workers where one is given, within the time limit.
+    """Yield ``function(item)`` for each item in order, on an executor if one is given, within the time limit.
 
-    Parameters
-    ----------
-    executor
-        None computes each result here, when it is asked for.
+    At the limit, tasks that have not started are cancelled, and TimeIsUp is raised. Running tasks have the same limit.
+    Without an executor, each result is computed when it is requested.
 
-    Yields
-    ------
-    object
-        In the order of the items.
-
-    Raises
-    ------
-    TimeIsUp
-        As soon as the time is used up. What has not begun is cancelled; what runs sees the same limit.
-
-    Examples
-    --------
     >>> from concurrent.futures import ThreadPoolExecutor
     >>> with time_limit(60), ThreadPoolExecutor(2) as pool:
     ...     list(map_in_time(pool, abs, [-1, 2, -3]))
@@ -220,7 +137,7 @@ def map_in_time(
         yield from map(function, items)
         return
     deadline = _current.get()
-    left = None if deadline.at == inf else remaining()  # an executor takes no infinite one
+    left = None if deadline.at == inf else remaining()  # an executor does not accept infinity
     try:
         yield from executor.map(_Carried(function, deadline), items, timeout=left)
     except TimeoutError:
@@ -229,7 +146,7 @@ def map_in_time(
 
 @dataclass(frozen=True)
 class _Carried:
-    """A function that runs elsewhere under the limit of the thread that asked for it."""
+    """A function that runs in another thread or process under the time limit of the caller."""
 
     function: Callable[[Any], Any]
     deadline: _Deadline

@@ -1,10 +1,10 @@
-"""Mistakes of the user. Each is told in one line that names the cause and the cure."""
+"""Errors in the user's input. Each message is one line with the cause and the cure."""
 
 __all__ = ["ProblemError", "UserError"]
 
 
 class UserError(ValueError):
-    """Base of the errors that a user can mend: in the problem, the model or the data.
+    """Base class of errors that the user can correct in the problem, the model or the data.
 
     Examples
     --------
@@ -14,7 +14,7 @@ class UserError(ValueError):
 
 
 class ProblemError(UserError):
-    """The polynomial problem, or what is asked of it, cannot be treated as given.
+    """The polynomial problem or a request about it is not valid.
 
     Examples
     --------

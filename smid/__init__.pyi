@@ -1,3 +1,4 @@
+from . import data, design, diagnosis, hybrid, models, networks, recursive, reports, sensors, signals, study
 from .data import DataError, Dataset
 from .diagnosis import Diagnosis, diagnose
 from .feasible.feasible_set import FeasibleSet
@@ -48,13 +49,24 @@ __all__ = [
     "Verification",
     "Wiener",
     "bind",
+    "data",
+    "design",
     "diagnose",
+    "diagnosis",
     "error_bound",
+    "hybrid",
     "identify",
     "load_model",
     "lowest_order",
+    "models",
+    "networks",
     "order_study",
+    "recursive",
     "report",
+    "reports",
+    "sensors",
+    "signals",
+    "study",
     "validate",
     "verify",
 ]

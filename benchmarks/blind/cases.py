@@ -27,7 +27,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.blind.base_models import base_model
@@ -35,11 +34,11 @@ from benchmarks.blind.effects import EFFECTS, Effect, slow_channel
 from benchmarks.blind.plants import Friction, Plant, Twist, draw_plant, simulate
 from benchmarks.blind.refit import misfit
 from benchmarks.blind.signals import SIGNALS, make_signal
+from relaxations.algebra.arrays import Array
 from smid import Dataset, Model
 
 __all__ = ["HELD_OUT", "Case", "draw"]
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 HELD_OUT, WEAKEST, STRONGEST, LOUDEST, FAINTEST = 0.3, 3.0, 20.0, 0.2, 0.03
 SPECIAL = ("input_noise", "outliers", "quantisation")

@@ -13,15 +13,14 @@ from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.blind import memory
 from benchmarks.blind.plants import REACTION, SUBSTEPS, THETA, TORQUE, Friction, Map, Plant, Twist
 from benchmarks.blind.signals import BINARY, SIGNALS, SMOOTH, make_signal
+from relaxations.algebra.arrays import Array
 
 __all__ = ["EFFECTS", "Effect", "slow_channel"]
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 Build = Callable[[Rng, Plant, Array, Array, Twist], Twist]
 

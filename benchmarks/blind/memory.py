@@ -6,12 +6,11 @@ They are written as the mechanisms they stand for, not as the operators a model 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
-__all__ = ["lag", "play", "relays", "ring", "slope_limited"]
+from relaxations.algebra.arrays import Array
 
-Array = NDArray[np.float64]
+__all__ = ["lag", "play", "relays", "ring", "slope_limited"]
 
 
 def play(fine: Array, gap: float, slack: float) -> Array:

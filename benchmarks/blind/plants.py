@@ -21,13 +21,13 @@ from dataclasses import dataclass, field
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.signal import lfilter
 
+from relaxations.algebra.arrays import Array
+
 __all__ = ["SUBSTEPS", "Friction", "Plant", "Twist", "draw_plant", "simulate"]
 
-Array = NDArray[np.float64]
 Map = Callable[[Array], Array]
 SUBSTEPS = 20
 THETA, TORQUE = 21.7391, 15.96  # reciprocal inertia and torque per volt, hybrid thesis, eq. 5.9

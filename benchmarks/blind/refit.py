@@ -7,15 +7,13 @@ The base models are linear in their gains and initial state once the poles are g
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from benchmarks.blind.plants import Plant, Twist, simulate
+from relaxations.algebra.arrays import Array
 
 __all__ = ["misfit"]
-
-Array = NDArray[np.float64]
 
 
 def misfit(plant: Plant, u: Array, y: Array, fixed: tuple[str, ...] = (), powers: int = 1) -> Array:

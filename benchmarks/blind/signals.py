@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
+
+from relaxations.algebra.arrays import Array
 
 __all__ = ["BINARY", "SIGNALS", "SMOOTH", "make_signal"]
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from benchmarks.pages import write
 
 NAMES = ("growth", "exercise", "order_studies", "named_problems", "analytic", "named_verdicts", "terms", "rlt")
-HEAD = """# The relaxations, measured
+HEAD = """# Benchmark of the relaxations
 
 Written by `python -m benchmarks.frontier`, section by section: each says what it was measured on. Bounds are certified
 unless it says otherwise.

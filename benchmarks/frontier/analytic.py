@@ -13,7 +13,7 @@ from benchmarks.frontier.analytic_problems import AnalyticProblem, problems
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.formats.expressions import problem_of
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.search.minimise import Minimum, Reason, minimise
+from relaxations.search.minimise import Minimum, MinimumReason, minimise
 
 TOLERANCE = 1e-6
 ROUNDED = Fraction(1, 10**12)  # of the sum of a constraint's terms: a point is printed in floats
@@ -23,7 +23,7 @@ ROUNDED = Fraction(1, 10**12)  # of the sum of a constraint's terms: a point is 
 class Verdict:
     """What a result says, and what of it is false."""
 
-    reason: Reason
+    reason: MinimumReason
     false: tuple[str, ...]
     seconds: float
 
@@ -31,14 +31,14 @@ class Verdict:
 def judged(found: Minimum, minimum: Fraction | None, slack: Fraction = Fraction(0)) -> tuple[str, ...]:
     """Return what is false in a result; ``minimum`` is None where the set is empty, and known to within ``slack``."""
     false = []
-    if found.reason is Reason.TIGHT and not (
+    if found.reason is MinimumReason.TIGHT and not (
         found.points and found.upper - found.lower <= TOLERANCE * max(1.0, abs(found.upper))
     ):
         false.append("tight without a verified point within the tolerance")
     if minimum is None:
         false += ["a verified point of an empty set"] if found.points else []
         return tuple(false)
-    if found.reason is Reason.EMPTY or found.lower == np.inf:
+    if found.reason is MinimumReason.EMPTY or found.lower == np.inf:
         return (*false, "a set with a point called empty")
     if np.isfinite(found.lower) and Fraction(found.lower) > minimum + slack:
         false.append(f"lower end {found.lower!r} above the minimum")
@@ -107,7 +107,12 @@ def _judged(case: AnalyticProblem) -> tuple[str, str, Minimum, tuple[str, ...]]:
 def _row(kind: str, verdicts: list[Verdict]) -> str:
     counts = [
         sum(v.reason in reasons for v in verdicts)
-        for reasons in ((Reason.TIGHT, Reason.EMPTY), (Reason.UNVERIFIED,), (Reason.ORDERS,), (Reason.TIME,))
+        for reasons in (
+            (MinimumReason.TIGHT, MinimumReason.EMPTY),
+            (MinimumReason.UNVERIFIED,),
+            (MinimumReason.ORDERS,),
+            (MinimumReason.TIME,),
+        )
     ]
     numbers = [len(verdicts), *counts, sum(bool(v.false) for v in verdicts)]
     return f"| {kind} | {' | '.join(map(str, numbers))} | {sum(v.seconds for v in verdicts):.1f} |"

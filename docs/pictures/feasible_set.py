@@ -1,6 +1,6 @@
-"""Draw the feasible set of two parameters, its certified intervals and its witnesses: feasible_set.svg.
+"""Draw the feasible set of two parameters, its certified intervals and verified points: feasible_set.svg.
 
-``python docs/pictures/feasible_set.py`` draws it anew.
+``python docs/pictures/feasible_set.py`` draws the file again.
 """
 
 from pathlib import Path
@@ -49,23 +49,23 @@ def draw():
     time = np.arange(SAMPLES)
     label = f"measured, |noise| ≤ {NOISE_BOUND}"
     left.errorbar(time, y, NOISE_BOUND, fmt="o", color=INK, markersize=3, elinewidth=0.8, label=label)
-    left.plot(time, w, color=RED, label="the plant, unknown to us")
+    left.plot(time, w, color=RED, label="true output (unknown to smid)")
     left.set_xlabel("sample")
     left.set_ylabel("output y")
     left.set_ylim(-1.9, 2.6)
     left.legend(loc="upper center")
-    left.set_title("A record whose noise has a bound")
+    left.set_title("Record with a noise bound")
 
-    right.fill_between(a1, low, high, color=BLUE, alpha=0.25, linewidth=0, label="explain the record")
+    right.fill_between(a1, low, high, color=BLUE, alpha=0.25, linewidth=0, label="feasible set")
     right.plot(a1, low, color=BLUE)
     right.plot(a1, high, color=BLUE)
     box = Rectangle((a.lower, b.lower), a.width, b.width, fill=False, edgecolor=INK, label="certified intervals")
     right.add_patch(box)
     points = np.array([point[:2] for point in estimate.enclosure.witnesses])
     ends = np.array([points[pick(points[:, k])] for k in (0, 1) for pick in (np.argmin, np.argmax)])
-    right.plot(*ends.T, "D", color=ORANGE, markersize=5, label="witnesses (verified)")
-    right.plot(A1, B0, "*", color=RED, markersize=10, label="the plant")
-    right.plot(a.centre, b.centre, "+", color=INK, markersize=8, label="centre")
+    right.plot(*ends.T, "D", color=ORANGE, markersize=5, label="verified points")
+    right.plot(A1, B0, "*", color=RED, markersize=10, label="true parameters")
+    right.plot(a.centre, b.centre, "+", color=INK, markersize=8, label="central estimate")
     right.margins(0.12)
     right.set_ylim(b.lower - 0.12 * b.width, b.upper + 0.6 * b.width)
     right.grid(color=GRID, linewidth=0.4)
@@ -74,7 +74,7 @@ def draw():
     right.set_xlabel("$a_1$")
     right.set_ylabel("$b_0$")
     right.legend(loc="upper left", ncols=2)
-    right.set_title("All parameters that it allows")
+    right.set_title("Parameters that fit the record")
     return figure
 
 

@@ -1,8 +1,8 @@
-"""Many sparse polynomials at once: triplets (row, monomial, coefficient) in NumPy arrays.
+"""Many sparse polynomials as NumPy arrays of terms: (row, monomial, coefficient).
 
-A monomial is the sorted list of its variables with repetition, padded in front with -1: ``x3**2 * x7`` of a family of
-degree 4 is ``[-1, 3, 3, 7]``. A product of monomials is then a concatenation and a sort, so thousands of constraints
-are multiplied, localised and collected without a Python loop over monomials.
+A monomial is the sorted list of its variables with repetition, padded in front with -1. In degree 4, ``x3**2 * x7`` is
+``[-1, 3, 3, 7]``. The product of two monomials is their concatenation, sorted. So thousands of constraints are
+multiplied and collected without a Python loop over monomials.
 """
 
 from __future__ import annotations
@@ -14,69 +14,34 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 
 Factors = NDArray[np.int64]
 
 
 def pad(factors: Factors, degree: int) -> Factors:
-    """Widen monomials to ``degree`` columns.
-
-    Parameters
-    ----------
-    factors
-        Shape (n, k).
-
-    Returns
-    -------
-    ndarray of int64, shape (n, max(k, degree))
-        With -1 in the columns put in front.
-
-    Examples
-    --------
-    >>> pad(np.array([[3, 7]]), 4)  # x3 x7
-    array([[-1, -1,  3,  7]])
-    """
+    """Return monomials of shape (n, k) with -1 added in front, so that they have at least ``degree`` columns."""
     missing = degree - factors.shape[1]
     return factors if missing <= 0 else np.pad(factors, ((0, 0), (missing, 0)), constant_values=-1)
 
 
+def padded(monomials: Sequence[Sequence[int]]) -> Factors:
+    """Return monomials of any lengths as rows, sorted and padded in front with -1."""
+    degree = max(map(len, monomials), default=0)
+    rows = [[-1] * (degree - len(m)) + sorted(m) for m in monomials]
+    return np.array(rows, dtype=np.int64).reshape(len(rows), degree)
+
+
 def trim(factors: Factors) -> Factors:
-    """Drop the leading columns that hold padding only.
-
-    Parameters
-    ----------
-    factors
-        Shape (n, k).
-
-    Returns
-    -------
-    ndarray of int64, shape (n, largest degree)
-
-    Examples
-    --------
-    >>> trim(np.array([[-1, -1, 2], [-1, 0, 0]]))  # x2 and x0^2
-    array([[-1,  2],
-           [ 0,  0]])
-    """
+    """Return monomials without the leading columns that contain only -1."""
     used = (factors >= 0).any(axis=0)
     return factors[:, int(np.argmax(used)) :] if used.any() else factors[:, :0]
 
 
 def multiply(left: Factors, right: Factors) -> Factors:
-    """Return the products of monomials row by row.
+    """Return the products of monomials row by row; a single row multiplies every row of the other.
 
-    Parameters
-    ----------
-    left, right
-        One of them may have a single row, which then multiplies every row of the other.
-
-    Returns
-    -------
-    ndarray of int64, shape (n, largest degree)
-
-    Examples
-    --------
     >>> multiply(np.array([[-1, 1], [0, 2]]), np.array([[1]]))  # x1 and x0 x2, times x1
     array([[-1,  1,  1],
            [ 0,  1,  2]])
@@ -90,31 +55,10 @@ def multiply(left: Factors, right: Factors) -> Factors:
 
 
 def unique(factors: Factors) -> tuple[Factors, Index]:
-    """Return the distinct monomials, the constant first, and each input row's place among them.
-
-    Parameters
-    ----------
-    factors
-        Shape (n, k).
-
-    Returns
-    -------
-    monomials : ndarray of int64, shape (m, k)
-        Each once.
-    place : ndarray of int64, shape (n,)
-        ``monomials[place]`` are the factors again.
-
-    Examples
-    --------
-    >>> monomials, place = unique(np.array([[0, 1], [-1, -1], [0, 1]]))
-    >>> monomials
-    array([[-1, -1],
-           [ 0,  1]])
-    >>> place
-    array([1, 0, 1])
-    """
+    """Return the distinct monomials, the constant first, and ``place`` with ``monomials[place] == factors``."""
     if factors.shape[1] == 0:
         return factors[:1], np.zeros(len(factors), dtype=np.int64)
+    # Pack the columns into integers of at most 62 bits: these sort faster than rows.
     base = int(factors.max(initial=0)) + 2
     per_word = max(1, int(62 / np.log2(base)))
     columns = factors.shape[1]
@@ -133,16 +77,16 @@ def unique(factors: Factors) -> tuple[Factors, Index]:
 
 @dataclass(frozen=True)
 class Polynomials:
-    """``n_rows`` polynomials over shared variables.
+    """``n_rows`` polynomials in the same variables.
 
     Parameters
     ----------
     rows
-        Shape (n_terms,). The polynomial to which each term belongs.
+        Shape (n_terms,). Number of the polynomial to which each term belongs.
     factors
-        Shape (n_terms, degree). The term's monomial: sorted variable numbers, padded in front with -1.
+        Shape (n_terms, degree). Monomial of each term: sorted variable numbers, padded in front with -1.
     coefficients
-        Shape (n_terms,). Coefficients with their rounding error.
+        Shape (n_terms,).
 
     Examples
     --------
@@ -160,25 +104,21 @@ class Polynomials:
 
     @staticmethod
     def empty() -> Polynomials:
-        """Return a family without members."""
+        """Return a family without polynomials."""
         none = np.zeros(0, dtype=np.int64)
         return Polynomials(0, none, none.reshape(0, 0), Balls.exact(none))
 
     @staticmethod
     def from_terms(polynomials: Sequence[Mapping[tuple[int, ...], float]]) -> Polynomials:
-        """Build from one mapping {variables with repetition: coefficient} per polynomial."""
-        terms = [(row, key, value) for row, p in enumerate(polynomials) for key, value in p.items()]
-        degree = max((len(key) for _, key, _ in terms), default=0)
-        factors = np.full((len(terms), degree), -1, dtype=np.int64)
-        for k, (_, key, _) in enumerate(terms):
-            if key:
-                factors[k, degree - len(key) :] = sorted(key)
-        rows = np.array([row for row, _, _ in terms], dtype=np.int64)
-        return Polynomials(len(polynomials), rows, factors, Balls.exact([value for *_, value in terms])).collect()
+        """Return one polynomial for each mapping ``{variables with repetition: coefficient}``."""
+        rows = np.array([row for row, p in enumerate(polynomials) for _ in p], dtype=np.int64)
+        factors = padded([key for p in polynomials for key in p])
+        coefficients = Balls.exact([value for p in polynomials for value in p.values()])
+        return Polynomials(len(polynomials), rows, factors, coefficients).collect()
 
     @staticmethod
     def join(parts: Sequence[Polynomials]) -> Polynomials:
-        """Stack families one after the other."""
+        """Return the polynomials of all parts, one part after the other."""
         if not parts:
             return Polynomials.empty()
         degree = max(p.factors.shape[1] for p in parts)
@@ -209,35 +149,29 @@ class Polynomials:
 
     @property
     def degree(self) -> int:
-        """Return the largest degree of any member."""
+        """Return the largest degree of any polynomial."""
         return int(self.term_degrees.max(initial=0))
 
     def row_degrees(self) -> Index:
-        """Return the degree of each member, shape (n_rows,)."""
+        """Return the degree of each polynomial, shape (n_rows,)."""
         degrees = np.zeros(self.n_rows, dtype=np.int64)
         np.maximum.at(degrees, self.rows, self.term_degrees)
         return degrees
 
     def take(self, rows: Index) -> Polynomials:
-        """Return the members with the given numbers, in that order."""
+        """Return the polynomials with the given numbers, in that order."""
         place = np.full(self.n_rows, -1, dtype=np.int64)
         place[rows] = np.arange(len(rows))
         kept = place[self.rows] >= 0
         return Polynomials(len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept])
 
     def renumbered(self, numbers: Index) -> Polynomials:
-        """Return the family in other variables: variable k becomes ``numbers[k]``.
-
-        Examples
-        --------
-        >>> Polynomials.variables(np.array([0, 1])).renumbered(np.array([4, 2])).factors.ravel()
-        array([4, 2])
-        """
+        """Return the polynomials with variable k replaced by variable ``numbers[k]``."""
         moved = np.where(self.factors >= 0, numbers[self.factors], -1)
         return Polynomials(self.n_rows, self.rows, np.sort(moved, axis=1), self.coefficients)
 
     def collect(self) -> Polynomials:
-        """Add up equal monomials of a row and drop exact zeros."""
+        """Return the polynomials with equal monomials added up and zero terms dropped."""
         monomials, which = unique(self.factors)
         key, place = np.unique(self.rows * max(len(monomials), 1) + which, return_inverse=True)
         total = self.coefficients.segment_sum(place.reshape(-1), len(key))
@@ -247,7 +181,7 @@ class Polynomials:
         return Polynomials(self.n_rows, rows, trim(monomials[which]), total[kept])
 
     def times_monomials(self, monomials: Factors) -> Polynomials:
-        """Multiply every member by every monomial: member ``i`` times monomial ``j`` is row ``i * len + j``."""
+        """Return all products: polynomial i times monomial j is row ``i * len(monomials) + j``."""
         count = len(monomials)
         terms = len(self.rows)
         factors = multiply(np.repeat(self.factors, count, axis=0), np.tile(monomials, (terms, 1)))
@@ -259,14 +193,13 @@ class Polynomials:
         )
 
     def times(self, other: Polynomials) -> Polynomials:
-        """Multiply member by member, coefficients with their rounding.
+        """Return the products row by row, with rounding errors enclosed.
 
-        Examples
-        --------
         >>> x = Polynomials.variables(np.array([0, 1]), 1.0, 1.0)  # 1 + x0, 1 + x1
         >>> x.times(x).evaluate(np.array([1.0, 2.0]))
         array([4., 9.])
         """
+        # Pair each term of a row with each term of the other factor's row.
         order = np.argsort(other.rows, kind="stable")
         counts = np.bincount(other.rows, minlength=other.n_rows)
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -282,7 +215,7 @@ class Polynomials:
         ).collect()
 
     def substitute_affine(self, centre: Array, scale: Array) -> Polynomials:
-        """Return the family in ``t`` where ``x = centre + scale * t`` elementwise, rounding enclosed."""
+        """Return the polynomials in t for ``x = centre + scale * t``, with rounding errors enclosed."""
         rows, factors, coefficients = self.rows, self.factors, self.coefficients
         for column in range(self.factors.shape[1]):
             variable = factors[:, column]
@@ -290,7 +223,7 @@ class Polynomials:
             slope = Balls.exact(np.where(real, scale[variable], 1.0))
             moved = real & (centre[variable] != 0)
             constant = coefficients[moved] * Balls.exact(centre[variable[moved]])
-            # A padding column must not touch the coefficient, not even by a rounding.
+            # The coefficient stays exact for a padding column and for a slope of 1.
             linear = coefficients * slope
             linear = Balls(
                 np.where(slope.mid == 1, coefficients.mid, linear.mid),
@@ -304,22 +237,22 @@ class Polynomials:
         return Polynomials(self.n_rows, rows, trim(np.sort(factors, axis=1)), coefficients).collect()
 
     def below(self, value: float) -> Polynomials:
-        """Return ``value - member`` for every member: nonnegative where the member is at most the value."""
+        """Return ``value - p`` for each polynomial p, which is nonnegative where ``p <= value``."""
         minus = Polynomials(self.n_rows, self.rows, self.factors, -self.coefficients)
         both = Polynomials.join([minus, Polynomials.from_terms([{(): value}] * self.n_rows)])
         return Polynomials(self.n_rows, both.rows % self.n_rows, both.factors, both.coefficients).collect()
 
     def scale_rows(self, powers_of_two: Array) -> Polynomials:
-        """Multiply each member by an exact power of two."""
+        """Return each polynomial times an exact power of two."""
         return Polynomials(self.n_rows, self.rows, self.factors, self.coefficients.scaled(powers_of_two[self.rows]))
 
     def evaluate(self, point: Array) -> Array:
-        """Return the values at a point (plain floating point, no enclosure)."""
+        """Return the values at a point, in plain floating-point arithmetic."""
         values = self.coefficients.mid * np.prod(np.where(self.factors >= 0, point[self.factors], 1.0), axis=1)
         return np.asarray(np.bincount(self.rows, values, self.n_rows), dtype=np.float64)
 
     def jacobian(self, point: Array) -> tuple[Index, Index, Array]:
-        """Return the triplets (row, variable, value) of the derivatives at a point; entries may repeat."""
+        """Return the derivatives at a point as triplets (row, variable, value); a pair may occur more than once."""
         rows, columns, values = [], [], []
         powers = np.where(self.factors >= 0, point[self.factors], 1.0)
         for column in range(self.factors.shape[1]):
@@ -334,7 +267,7 @@ class Polynomials:
         return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
 
     def at_zero(self, variables: Index, n_variables: int) -> Polynomials:
-        """Put zero for some variables, and number the others anew."""
+        """Return the polynomials with some variables set to zero, and the other variables numbered anew."""
         kept = np.setdiff1d(np.arange(n_variables), variables)
         place = np.full(n_variables + 1, -1, dtype=np.int64)  # the last entry is for padding, -1
         place[kept] = np.arange(len(kept))
@@ -346,7 +279,7 @@ class Polynomials:
         return np.unique(self.factors[self.factors >= 0])
 
     def terms(self) -> list[list[tuple[float, float, list[int]]]]:
-        """Return (midpoint, radius, variables) of each term, row by row, as Python objects."""
+        """Return the terms (midpoint, radius, variables) of each polynomial as Python objects."""
         members: list[list[tuple[float, float, list[int]]]] = [[] for _ in range(self.n_rows)]
         for row, mid, rad, factor in zip(
             self.rows.tolist(),

@@ -1,20 +1,20 @@
 """Check a certificate file: ``python -m relaxations.check FILE``.
 
 A certificate states a problem in variables x, and proves lower bounds of polynomials on the set of its points. This
-program proves them again, from the numbers in the file alone. It uses exact rational numbers and Python's standard
-library, and nothing of the package that wrote the file.
+program checks the proof again, from the numbers in the file alone. It uses exact rational numbers and Python's standard
+library. It shares no code with the package that wrote the file.
 
-The parts, from the bottom:
+The modules, from the bottom:
 
 - :mod:`relaxations.check.arithmetic`: polynomials with exact coefficients, or coefficients within a radius;
-- :mod:`relaxations.check.statement`: what a file states, and what a theorem says;
+- :mod:`relaxations.check.statement`: the statement of a file, and theorems;
 - :mod:`relaxations.check.steps`: the kinds of steps;
-- :mod:`relaxations.check.rules`: one rule for each kind, with the proof that it is sound at its head;
-- :mod:`relaxations.check.proof`: steps one after the other;
-- :mod:`relaxations.check.read`: the file, with its limits, as statement and steps;
-- :mod:`relaxations.check.report`: what is printed.
+- :mod:`relaxations.check.rules`: one rule for each kind, with the proof of its soundness at the head;
+- :mod:`relaxations.check.proof`: the steps, one after the other;
+- :mod:`relaxations.check.read`: the file and its limits;
+- :mod:`relaxations.check.report`: the printed report.
 
-A false theorem would have to pass the arithmetic, the statement, the rules and the proof: these are the kernel.
+The kernel consists of arithmetic, statement, rules and proof: only an error there can accept a false theorem.
 :mod:`relaxations.proof.certificate_file` writes such files.
 """
 
@@ -45,9 +45,9 @@ def check(content: Any) -> tuple[Theorem, ...]:
     Raises
     ------
     Unreadable
-        Where the content is not a certificate, or exceeds a limit.
+        When the content is not a certificate, or exceeds a limit.
     Refused
-        Where a step does not prove what it claims, with the inequality that fails; or where nothing is proven beyond
+        When a step does not prove its claim (the message states the inequality that fails), or nothing is proven beyond
         the stated box.
 
     Examples
@@ -69,7 +69,7 @@ def check(content: Any) -> tuple[Theorem, ...]:
 
 
 def theorems(content: Any) -> tuple[Theorem, ...]:
-    """Return what :func:`check` returns, also where the stated box says as much.
+    """Return the theorems as :func:`check` does, but accept a proof of no more than the stated box.
 
     Raises
     ------
@@ -91,12 +91,13 @@ def theorems(content: Any) -> tuple[Theorem, ...]:
 
 
 def _proven(found: Document) -> tuple[Theorem, ...]:
+    """Return the theorems of a document."""
     context = Context("", found.stated, list(found.box), [], found.work)
     return tuple(conclusion(found.steps, context))
 
 
 def proven(found: Document) -> tuple[Theorem, ...]:
-    """Return the theorems of a file that was read; refuse one that proves nothing beyond the stated box."""
+    """Return the theorems of a document; refuse a document that proves nothing beyond the stated box."""
     every = _proven(found)
     if all(value_range(theorem.objective, found.box, found.work)[0] >= theorem.bound for theorem in every):
         raise Refused("the file proves nothing beyond the stated box")
@@ -104,17 +105,15 @@ def proven(found: Document) -> tuple[Theorem, ...]:
 
 
 def main(arguments: list[str]) -> int:
-    """Check one file, and print what it states and what it proves.
+    """Check one file, print its statement and its theorems, and return the exit code.
+
+    The exit code is 0 for an accepted file, 1 for a refused one, and 2 for a file that is not a certificate or a wrong
+    call.
 
     Parameters
     ----------
     arguments
         The file's path alone, or ``--help``.
-
-    Returns
-    -------
-    int
-        The exit code: 0 accepted, 1 refused, 2 not a certificate, or called wrongly.
 
     Examples
     --------

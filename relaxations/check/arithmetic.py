@@ -1,9 +1,9 @@
 """Exact arithmetic: polynomials with rational coefficients, each known exactly or within a radius.
 
-A polynomial ``mid +- rad`` stands for every polynomial whose coefficients differ from ``mid`` by at most ``rad``. A
-result of this module encloses: it stands for at least all results that its arguments can have. Nothing is rounded.
+A polynomial ``mid +- rad`` is the set of polynomials whose coefficients differ from ``mid`` by at most ``rad``. Every
+result contains the exact results of all members of its arguments. Nothing is rounded.
 
-Every product is counted against a budget of work, so that a small file cannot keep the program busy for long.
+The products are counted and limited, so that a small file cannot take a long time.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from math import inf, lcm
 
 Monomial = tuple[int, ...]  # the variables' numbers with repetition, sorted: x0^2 x1 is (0, 0, 1)
 Terms = dict[Monomial, Fraction]
-End = Fraction | float  # a float is infinite
+End = Fraction | float  # a float here is infinite
 Interval = tuple[End, End]
 
 ONE, ZERO = Fraction(1), Fraction(0)
 
 
 class Refused(Exception):
-    """The file does not prove what it claims.
+    """The file does not prove its claim.
 
     Examples
     --------
@@ -50,20 +50,20 @@ class Unreadable(Refused):
 
 @dataclass
 class Work:
-    """The work that may still be done, in products of short numbers."""
+    """The remaining work, in products of short numbers."""
 
     left: int
 
     def spend(self, amount: int) -> None:
-        """Count work; refuse the file once too much is asked for."""
+        """Count work, and refuse the file if it exceeds the limit."""
         self.left -= amount
         if self.left < 0:
-            raise Unreadable("the check of this file takes more work than a file of its size may ask for")
+            raise Unreadable("the check of this file takes more work than the limit for its size")
 
 
 @dataclass(frozen=True)
 class Polynomial:
-    """Coefficients ``mid +- rad`` of monomials; a monomial that is missing has zero for both.
+    """Coefficients ``mid +- rad`` of monomials; a missing monomial has zero for both.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Polynomial:
 
     Examples
     --------
-    >>> p = Polynomial({(0, 0): Fraction(1), (): Fraction(-1, 3)}, {(): Fraction(1, 100)})  # x0^2 - 1/3, about
+    >>> p = Polynomial({(0, 0): Fraction(1), (): Fraction(-1, 3)}, {(): Fraction(1, 100)})  # x0^2 - 1/3 +- 1/100
     >>> sorted(p.monomials)
     [(), (0, 0)]
     """
@@ -118,7 +118,7 @@ class Polynomial:
 
 
 def constant(value: Fraction | int) -> Polynomial:
-    """Return the polynomial that is a number."""
+    """Return a constant polynomial."""
     return Polynomial({(): Fraction(value)})
 
 
@@ -135,7 +135,7 @@ def product(left: Terms, right: Terms, work: Work) -> Terms:
 
 
 def substituted(polynomial: Polynomial, values: dict[int, Polynomial], work: Work) -> Polynomial:
-    """Return the polynomial with other polynomials in the place of some variables."""
+    """Return the polynomial with some variables replaced by polynomials."""
     if not values.keys() & polynomial.variables:
         return polynomial
     total = Polynomial()
@@ -155,7 +155,7 @@ def substituted(polynomial: Polynomial, values: dict[int, Polynomial], work: Wor
 
 def sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]], work: Work) -> Polynomial:
     """Return ``sum over columns f of (sum_i f_i b_i)^2``."""
-    # Whole numbers over one denominator multiply many times faster than fractions.
+    # Integers over one denominator are multiplied many times faster than fractions.
     denominator = lcm(*(value.denominator for row in factor for value in row))
     rows = [[value.numerator * (denominator // value.denominator) for value in row] for row in factor]
     digits = max((value.bit_length() for row in rows for value in row), default=0)
@@ -170,7 +170,7 @@ def sum_of_squares(basis: list[Monomial], factor: list[list[Fraction]], work: Wo
 
 
 def value_range(polynomial: Polynomial, box: list[Interval], work: Work) -> Interval:
-    """Return ends between which the polynomial lies on a box, monomial by monomial."""
+    """Return bounds of the polynomial on a box, added up monomial by monomial."""
     low: End = ZERO
     high: End = ZERO
     for m in polynomial.monomials:
@@ -186,27 +186,31 @@ def value_range(polynomial: Polynomial, box: list[Interval], work: Work) -> Inte
 
 
 def _times(a: End, b: End) -> End:
+    """Return the product of two bounds, of which each may be infinite."""
     if not a or not b:
-        return ZERO  # an infinite end stands for numbers that are all finite
+        return ZERO  # the variables are finite, so 0 times any value is 0
     if isinstance(a, Fraction) and isinstance(b, Fraction):
         return a * b
     return inf if (a > 0) == (b > 0) else -inf
 
 
 def _add(total: Terms, more: Terms, factor: Fraction = ONE) -> None:
+    """Add terms times a factor, in place."""
     for m, value in more.items():
         own = value if factor == 1 else -value if factor == -1 else value * factor
         total[m] = total[m] + own if m in total else own
 
 
 def _absolute(part: Terms) -> Terms:
+    """Return the terms with absolute coefficients."""
     return {m: abs(value) for m, value in part.items()}
 
 
 def _digits(part: Terms) -> int:
+    """Return the largest number of bits of a coefficient."""
     return max([v.numerator.bit_length() + v.denominator.bit_length() for v in part.values()], default=0)
 
 
 def _cost(bits: int) -> int:
-    """Return how many products of short numbers take as long as one of numbers with so many bits."""
+    """Return the cost of a product of numbers with so many bits, in products of short numbers."""
     return 1 + (bits // 1024) ** 2

@@ -1,6 +1,6 @@
-"""The forms that a certificate is made of: names, numbers, monomials, polynomials, lists and objects.
+"""The parts of a certificate file: names, numbers, monomials, polynomials, lists and objects.
 
-Every limit and every type is checked here. Whatever is not of the documented form is refused, unknown keys included.
+Every limit and every type is checked here. Everything else is refused, unknown keys included.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ HIGHEST_DEGREE = 64
 MOST_DIGITS = 700  # of a whole number, or of either part of a fraction
 LARGEST_EXPONENT = 2300  # of two, in a float
 MOST_ODD_BITS = 512  # of the least common multiple of all denominators, without its factors of two
-MANY = 1 << 31  # constraints, kinks or cuts: the rules know how many there are
+MANY = 1 << 31  # limit of constraint, kink and cut numbers here; the rules check them against the statement
 
-WORK_FOR_A_NUMBER = 40  # products of short numbers: every number in the file allows for so many
+WORK_FOR_A_NUMBER = 40  # products of short numbers, allowed for each number in the file
 
 _HEXADECIMAL = re.compile(r"(-?)0x([01])(?:\.([0-9a-f]{1,32}))?p([+-]?[0-9]{1,5})")
 _FRACTION = re.compile(r"(-?[0-9]+)(?:/([0-9]+))?")
@@ -31,24 +31,22 @@ _FRACTION = re.compile(r"(-?[0-9]+)(?:/([0-9]+))?")
 def read_name(value: Any, where: str) -> str:
     """Return a name that can be printed on one line."""
     if not isinstance(value, str) or not value or len(value) > LONGEST_NAME:
-        raise Unreadable(f"{where}: {seen(value)} is not a name of 1 to {LONGEST_NAME} characters")
+        raise Unreadable(f"{where}: {excerpt(value)} is not a name of 1 to {LONGEST_NAME} characters")
     if not value.isprintable():
-        raise Unreadable(f"{where}: the name {seen(value)} has characters that cannot be printed")
+        raise Unreadable(f"{where}: the name {excerpt(value)} has characters that cannot be printed")
     return value
 
 
 def shown_name(name: str) -> str:
-    """Return a name as it can be printed beside others: in quotes and escaped, unless it looks like a variable.
+    """Return a name for printing: in quotes and escaped, unless it is an identifier, optionally with an index.
 
-    Examples
-    --------
     >>> print(shown_name("eta[12,run_a]"), shown_name("x >= 5"))
     eta[12,run_a] "x >= 5"
     """
     return name if re.fullmatch(r"[A-Za-z_]\w*(\[[\w,.-]*\])?", name, re.ASCII) else json.dumps(name)
 
 
-def seen(value: Any) -> str:
+def excerpt(value: Any) -> str:
     """Return the beginning of a value in plain ASCII, for messages."""
     if isinstance(value, int) and value.bit_length() > 200:
         return f"a whole number of {value.bit_length()} bits"
@@ -58,14 +56,14 @@ def seen(value: Any) -> str:
 
 @dataclass
 class Reader:
-    """Reads what is nested in a file. What was read so far decides on the work that the check may cost."""
+    """Reads nested values of a file. The amount of data read determines how much work the check may take."""
 
     count: int  # variables
     work: Work
     odd: int = 1  # least common multiple of all denominators, without its factors of two
 
     def fields(self, value: Any, where: str, required: Iterable[str], optional: Iterable[str] = ()) -> dict[str, Any]:
-        """Return an object with the keys that belong to it."""
+        """Return an object after checking its keys."""
         if not isinstance(value, dict):
             raise Unreadable(f"{where} is not an object")
         for key in required:
@@ -73,11 +71,11 @@ class Reader:
                 raise Unreadable(f"{where} has no {key!r}")
         for key in value:
             if key not in (*required, *optional):
-                raise Unreadable(f"{where} has an unknown key {seen(key)}")
+                raise Unreadable(f"{where} has an unknown key {excerpt(key)}")
         return value
 
     def items(self, value: Any, where: str, length: int | None = None) -> list[Any]:
-        """Return a list, of a given length if there is one."""
+        """Return a list after checking its length, if one is given."""
         if not isinstance(value, list):
             raise Unreadable(f"{where} is not a list")
         if length is not None and len(value) != length:
@@ -104,25 +102,25 @@ class Reader:
         elif isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= 3 * MOST_DIGITS:
             return Fraction(value)
         raise Unreadable(
-            f"{where}: {seen(value)} is not a number; write 3, '1/3' or a float in hexadecimal, '0x1.8p+1'"
+            f"{where}: {excerpt(value)} is not a number; write 3, '1/3' or a float in hexadecimal, '0x1.8p+1'"
         )
 
     def index(self, value: Any, where: str, count: int | None = None) -> int:
-        """Return a number from 0 on, by default that of a variable."""
+        """Return an integer from 0 to ``count - 1``; by default the number of a variable."""
         limit = self.count if count is None else count
         # A negative number would count from the end.
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < limit:
-            raise Unreadable(f"{where}: {seen(value)} is not a number from 0 to {limit - 1}")
+            raise Unreadable(f"{where}: {excerpt(value)} is not a number from 0 to {limit - 1}")
         return value
 
     def side(self, value: Any, where: str) -> int:
         """Return 1 or -1."""
         if value not in (1, -1) or not isinstance(value, int) or isinstance(value, bool):
-            raise Unreadable(f"{where}: {seen(value)} is not a side, 1 or -1")
+            raise Unreadable(f"{where}: {excerpt(value)} is not a side, 1 or -1")
         return value
 
     def ends(self, value: Any, where: str) -> Interval:
-        """Return both ends of a box; null is infinite."""
+        """Return both bounds of a variable; null is infinite."""
         low, high = self.items(value, where, 2)
         return -inf if low is None else self.number(low, where), inf if high is None else self.number(high, where)
 
@@ -145,7 +143,7 @@ class Reader:
             if rad != 0 or isinstance(rad, bool):
                 radius = self.number(rad, where)
                 if radius < 0:
-                    raise Unreadable(f"{where}: radius >= 0 fails for {seen(rad)}")
+                    raise Unreadable(f"{where}: radius >= 0 fails for {excerpt(rad)}")
                 rads[m] = rads.get(m, ZERO) + radius
         return Polynomial(mids, rads)
 

@@ -1,4 +1,4 @@
-"""A proof is a list of steps. Each step applies one rule, and may rest on the theorems and the box of those before."""
+"""A proof is a list of steps. Each step applies one rule, and may use the theorems and the box of earlier steps."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ RULES: dict[type, Rule] = {
 
 
 def prove(proof: Iterable[Any], context: Context) -> bool:
-    """Apply the steps, collect their theorems in the context, and return whether the set is proven empty.
+    """Apply the steps, add their theorems to the context, and return whether the set is proven empty.
 
-    Invariant: every point of the context's set lies in its box, and satisfies its theorems. Each rule keeps it, by the
-    argument at its head. A theorem about one variable narrows the box.
+    Invariant: every point of the context's set lies in its box and satisfies its theorems. The head of each rule proves
+    that the rule keeps the invariant. A theorem about one variable narrows the box.
     """
     empty = settle(context)
     for number, step in enumerate(proof, start=1):
-        if empty:  # every further claim is about no point
+        if empty:  # further claims are trivially true
             break
         here = context.at(number)
         for theorem in RULES[type(step)](step, here, prove):

@@ -1,7 +1,7 @@
-"""Read a certificate file: the statement at once, the steps one after the other.
+"""Read a certificate file: first the statement, then the steps one after the other.
 
-Numbers are whole numbers, fractions such as ``"1/3"`` and floats in hexadecimal, ``"0x1.8p+1"``. Decimals are refused,
-because their binary value is in doubt.
+Numbers are integers, fractions such as ``"1/3"`` and floats in hexadecimal, ``"0x1.8p+1"``. Decimals are refused,
+because their binary value is ambiguous.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from relaxations.check import steps
 from relaxations.check.arithmetic import Unreadable, Work
-from relaxations.check.forms import MANY, Reader, read_name, seen, shown_name
+from relaxations.check.forms import MANY, Reader, excerpt, read_name, shown_name
 from relaxations.check.read_steps import read_proof
 from relaxations.check.statement import Box, Kink, Stated
 
@@ -24,21 +24,21 @@ VERSION = 1
 
 MOST_BYTES = 1 << 28
 MOST_VARIABLES = 1 << 20
-WORK = 50_000  # products of short numbers that any file may ask for
+WORK = 50_000  # products of short numbers, allowed for every file
 
 
 @dataclass(frozen=True)
 class Document:
-    """A certificate as it was read.
+    """A certificate file.
 
     Parameters
     ----------
     steps
-        The steps, each read when its turn comes.
+        Each step is read when it is checked.
     work
-        What the check may still cost.
+        The remaining work of the check.
     origin
-        What the file says about the model and the data; None where it says nothing.
+        The file's statement about model and data, or None.
     """
 
     stated: Stated
@@ -54,7 +54,7 @@ def read(path: str | Path) -> Any:
     Raises
     ------
     Unreadable
-        When there is no such file, it is too long, it is not valid JSON, or it holds decimals or a key twice.
+        When there is no such file, it is too long, it is not valid JSON, or it has decimals or a duplicate key.
 
     Examples
     --------
@@ -94,14 +94,16 @@ def read(path: str | Path) -> Any:
 
 
 def document(content: Any) -> Document:
-    """Read a file's content into a statement and the steps of a proof."""
+    """Return the statement and the steps of a file's content."""
     reader = Reader(0, Work(WORK))
+    # Format, version and keys.
     keys = ("format", "version", "variables", "box", "equalities", "inequalities", "steps")
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise Unreadable(f"the file is not a certificate: its 'format' is not {FORMAT!r}")
     if content.get("version") != VERSION or isinstance(content["version"], bool):
-        raise Unreadable(f"the version is {seen(content.get('version'))}, this program checks version {VERSION}")
+        raise Unreadable(f"the version is {excerpt(content.get('version'))}, this program checks version {VERSION}")
     file = reader.fields(content, "the file", keys, ("kinks", "cuts", "origin"))
+    # Variables with their bounds.
     names = [read_name(name, f"variable {k}") for k, name in enumerate(reader.items(file["variables"], "variables"))]
     if len(names) > MOST_VARIABLES:
         raise Unreadable(f"there are {len(names)} variables, the limit is {MOST_VARIABLES}")
@@ -110,12 +112,14 @@ def document(content: Any) -> Document:
     reader.count = len(names)
     pairs = reader.items(file["box"], "box", len(names))
     box = [reader.ends(pair, f"box of {shown_name(name)}") for name, pair in zip(names, pairs, strict=True)]
+    # Constraints, cuts and kinks.
     equalities, inequalities = (
         [reader.polynomial(row, f"{kind} {k}") for k, row in enumerate(reader.items(file[kind], kind))]
         for kind in ("equalities", "inequalities")
     )
     cuts = [_cut(reader, cut, f"cut {k}") for k, cut in enumerate(reader.items(file.get("cuts", []), "cuts"))]
     kinks = _kinks(reader, file.get("kinks", []))
+    # The steps are read later, one by one.
     given = reader.items(file["steps"], "steps")
     if not given:
         raise Unreadable("there are no steps: nothing is claimed")
@@ -124,19 +128,19 @@ def document(content: Any) -> Document:
 
 
 def _cut(reader: Reader, value: Any, where: str) -> steps.Cut:
-    """Read the multipliers of a cut."""
+    """Return the multipliers of a cut."""
     cut = reader.fields(value, where, ("equalities", "inequalities"))
     return steps.Cut(*(reader.pairs(cut[kind], where, MANY) for kind in ("equalities", "inequalities")))
 
 
 def _kinks(reader: Reader, value: Any) -> list[Kink]:
-    """Read the kinks, and check that each reads only those before it."""
+    """Return the kinks, and check that each uses only earlier ones."""
     kinks: list[Kink] = []
     for n, entry in enumerate(reader.items(value, "kinks")):
         where = f"kink {n}"
         fields = reader.fields(entry, where, ("variable", "kind", "argument"))
         if fields["kind"] not in ("positive part", "sign"):
-            raise Unreadable(f"{where}: {seen(fields['kind'])} is neither 'positive part' nor 'sign'")
+            raise Unreadable(f"{where}: {excerpt(fields['kind'])} is neither 'positive part' nor 'sign'")
         argument = reader.polynomial(fields["argument"], f"{where}, argument")
         kinks.append(Kink(reader.index(fields["variable"], where), fields["kind"] == "sign", argument))
     places = {kink.variable: n for n, kink in enumerate(kinks)}
@@ -149,13 +153,15 @@ def _kinks(reader: Reader, value: Any) -> list[Kink]:
 
 
 def _unique_keys(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; refuse a duplicate key."""
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise Unreadable(f"the key {seen(key)} occurs twice in one object")
+            raise Unreadable(f"the key {excerpt(key)} occurs twice in one object")
         result[key] = value
     return result
 
 
 def _no_decimal(text: str) -> Any:
-    raise Unreadable(f"{seen(text)[1:-1]} is a decimal: write a float in hexadecimal, a fraction or a whole number")
+    """Refuse a decimal number."""
+    raise Unreadable(f"{excerpt(text)[1:-1]} is a decimal: write a float in hexadecimal, a fraction or a whole number")

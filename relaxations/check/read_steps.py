@@ -1,4 +1,4 @@
-"""Read the steps of a proof, each when its turn comes: a long proof need not be in memory at once."""
+"""Read the steps of a proof. Each step is read when it is checked, so a long proof need not fit into memory."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 
 from relaxations.check import steps
 from relaxations.check.arithmetic import Polynomial, Unreadable
-from relaxations.check.forms import MANY, Reader, seen
+from relaxations.check.forms import MANY, Reader, excerpt
 
-DEEPEST = 100  # steps inside steps
+DEEPEST = 100  # levels of steps inside steps
 
 
 def read_proof(reader: Reader, value: Any, inside: str) -> Iterator[Any]:
-    """Read steps one by one."""
+    """Yield the steps one by one."""
     if inside.count("step ") >= DEEPEST:
         raise Unreadable(f"the steps are nested more than {DEEPEST} deep")
     for number, step in enumerate(reader.items(value, f"{inside}steps"), start=1):
@@ -22,6 +22,7 @@ def read_proof(reader: Reader, value: Any, inside: str) -> Iterator[Any]:
 
 
 def _step(reader: Reader, step: Any, where: str) -> Any:
+    """Return a step; one of its keys determines its kind."""
     kinds = {
         "reach": _reach,
         "quotient": _division,
@@ -38,6 +39,7 @@ def _step(reader: Reader, step: Any, where: str) -> Any:
 def _claim(
     reader: Reader, step: Any, where: str, keys: Iterable[str], optional: Iterable[str] = ()
 ) -> tuple[dict[str, Any], Polynomial, Fraction]:
+    """Return the fields of a step, its objective and its bound."""
     fields = reader.fields(step, where, ("objective", "bound", *keys), optional)
     objective = reader.polynomial(fields["objective"], f"{where}, objective")
     return fields, objective, reader.number(fields["bound"], f"{where}, bound")
@@ -71,7 +73,7 @@ def _product(reader: Reader, entry: Any, where: str) -> steps.Product:
     for part in reader.items(fields["of"], where):
         kind, k = reader.items(part, where, 2)
         if kind not in ("inequality", "above", "below", "inside"):
-            raise Unreadable(f"{where}: {seen(kind)} is none of 'inequality', 'above', 'below', 'inside'")
+            raise Unreadable(f"{where}: {excerpt(kind)} is none of 'inequality', 'above', 'below', 'inside'")
         of.append((kind, reader.index(k, where, MANY if kind == "inequality" else None)))
     return steps.Product(reader.number(fields["weight"], where), basis, factor, of)
 
@@ -137,7 +139,7 @@ def _faces(reader: Reader, value: Any, where: str) -> Iterator[steps.Face]:
     for face in reader.items(value, f"{where}, faces"):
         fields = reader.fields(face, f"{where}, a face", ("variable", "side", "steps"))
         variable, side = reader.index(fields["variable"], where), reader.side(fields["side"], where)
-        reader.count += 1  # the steps of a face know one more variable, s
+        reader.count += 1  # the steps of a face have one more variable, s
         yield steps.Face(variable, side, read_proof(reader, fields["steps"], f"{where}, face {variable}, "))
         reader.count -= 1
 

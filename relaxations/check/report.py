@@ -1,4 +1,4 @@
-"""What the program prints: the problem that the file states, then what is proven about it."""
+"""The printed report: the problem that the file states, then its theorems."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
 from relaxations.check.statement import Theorem, shown
 
-MOST_LINES = 20  # of variables, or of an origin's entry
+MOST_LINES = 20  # for variables, and for each entry of an origin
 
 
 def report(document: Document, theorems: Iterable[Theorem]) -> Iterator[str]:
-    """Return the lines that the program prints about an accepted file."""
+    """Yield the printed lines for an accepted file."""
     stated, box = document.stated, document.box
     counts = {
         "variable": len(stated.names),
@@ -45,7 +45,7 @@ def report(document: Document, theorems: Iterable[Theorem]) -> Iterator[str]:
 
 
 def strongest(theorems: Iterable[Theorem]) -> list[Theorem]:
-    """Return the strongest theorem on each objective, or the one that says that there is no point."""
+    """Return the strongest theorem on each objective, or only the theorem that the set is empty."""
     best: dict[frozenset[Any], Theorem] = {}
     for theorem in theorems:
         if theorem.empty:
@@ -57,6 +57,7 @@ def strongest(theorems: Iterable[Theorem]) -> list[Theorem]:
 
 
 def _claim(theorem: Theorem, names: list[str]) -> str:
+    """Return a theorem as text."""
     if theorem.empty:
         return "no point satisfies all constraints"
     if theorem.single is None:
@@ -67,6 +68,7 @@ def _claim(theorem: Theorem, names: list[str]) -> str:
 
 
 def _written(polynomial: Polynomial, names: list[str]) -> str:
+    """Return a polynomial as text; a long one by its number of terms."""
     monomials = sorted(polynomial.monomials, key=lambda m: (-len(m), m))
     if len(monomials) > 6 or polynomial.rad:
         return f"the objective ({_count(len(monomials), 'term')})"
@@ -89,7 +91,7 @@ def _interval(ends: Interval) -> str:
 
 
 def _exactly(value: Fraction) -> str:
-    """Return the shortest decimal that stands for the float, or the fraction where no float has this value."""
+    """Return the shortest decimal of a float, or a fraction if no float has this value."""
     try:
         nearest = float(value)
     except OverflowError:
@@ -99,16 +101,18 @@ def _exactly(value: Fraction) -> str:
 
 
 def _above(value: Fraction) -> str:
+    """Return a decimal that is at least the value."""
     return shown(-value).removeprefix("-") if value > 0 else shown(-value) if value == 0 else f"-{shown(-value)}"
 
 
 def _count(number: int, what: str) -> str:
+    """Return a number with a noun in the singular or plural."""
     plural = what.removesuffix("y") + "ies" if what.endswith("y") else what + "s"
     return f"{number} {what if number == 1 else plural}"
 
 
 def _entries(value: Any, name: str) -> Iterator[str]:
-    """Return one line for each entry of an origin, escaped so that it can be printed anywhere."""
+    """Yield one escaped line for each entry of an origin."""
     inside = (
         list(value.items()) if isinstance(value, dict) else list(enumerate(value)) if isinstance(value, list) else None
     )
@@ -122,6 +126,7 @@ def _entries(value: Any, name: str) -> Iterator[str]:
 
 
 def _entry(value: Any) -> str:
+    """Return a value as printable ASCII text."""
     text = value if isinstance(value, str) and value.isascii() and value.isprintable() else json.dumps(value)
     with suppress(ValueError, OverflowError):
         text = repr(float.fromhex(text)) if text.startswith(("0x", "-0x")) else text

@@ -1,6 +1,6 @@
-"""What a certificate states: variables in a box, constraints and kinks; and the theorems that follow from it.
+"""The statement of a certificate: variables in a box, constraints and kinks; and theorems about it.
 
-The *set* of a statement holds the points x for which the coefficients can be chosen, each inside its ball, such that
+The *set* of a statement contains the points x for which coefficients exist, each inside its ball, such that
 
 - every x_k lies in its box,
 - every equality is zero and every inequality is nonnegative at x,
@@ -23,10 +23,7 @@ from relaxations.check.arithmetic import ONE, ZERO, End, Interval, Polynomial, R
 
 @dataclass(frozen=True)
 class Kink:
-    """A variable that is ``max(0, argument)``, or the sign of the argument.
-
-    The argument reads other kinks only if they stand before this one.
-    """
+    """A variable that is ``max(0, argument)``, or the sign of the argument; the argument may contain earlier kinks."""
 
     variable: int
     sign: bool
@@ -40,7 +37,7 @@ class Theorem:
     Parameters
     ----------
     step
-        Which one proves it.
+        The step that proves it.
     objective
         In the variables of the file.
 
@@ -56,12 +53,12 @@ class Theorem:
 
     @property
     def empty(self) -> bool:
-        """Return whether this proves that the set has no point."""
+        """Return whether the theorem proves that the set is empty."""
         return not self.objective.monomials and self.bound > 0
 
     @property
     def single(self) -> tuple[int, Fraction] | None:
-        """Return variable and slope of an objective that is an exact multiple of one variable."""
+        """Return variable and slope if the objective is an exact multiple of one variable, else None."""
         monomials = self.objective.monomials
         if self.objective.rad or len(monomials) != 1:
             return None
@@ -70,19 +67,19 @@ class Theorem:
 
 
 def emptiness(step: str) -> Theorem:
-    """Return the theorem that the set has no point."""
+    """Return the theorem that the set is empty."""
     return Theorem(step, Polynomial(), ONE)
 
 
 @dataclass(frozen=True)
 class Stated:
-    """Constraints that hold on the set; one that is None may not be used."""
+    """Constraints that hold on the set; a constraint that is None must not be used."""
 
     names: list[str]
     equalities: list[Polynomial | None]
     inequalities: list[Polynomial | None]
     kinks: list[Kink]
-    chosen: dict[int, int]  # the side of zero on which a part takes the argument of a kink, by the kink's number
+    chosen: dict[int, int]  # by the number of a kink: the sign of its argument on this part
     cuts: list[Any]  # multipliers of the constraints, for rules/cuts.py
 
     def row(self, kind: str, number: int, where: str) -> Polynomial:
@@ -109,14 +106,14 @@ class Stated:
 
     @cached_property
     def memory(self) -> dict[Any, Any]:
-        """Return what rules keep about these constraints."""
+        """Return a cache for rules about these constraints."""
         return {}
 
     @cached_property
     def vanishing(self) -> dict[int, set[int]]:
-        """Return the equalities that are one monomial with a coefficient other than zero, and its variables.
+        """Return the variables of each equality that is one monomial with a nonzero coefficient.
 
-        The monomial vanishes at every point of the set, so one of its variables is zero there.
+        The monomial is zero at every point of the set, so one of its variables is zero.
         """
         found = {}
         for number, row in enumerate(self.equalities):
@@ -133,7 +130,7 @@ Box = list[Interval]
 
 @dataclass(frozen=True)
 class Context:
-    """What a rule may rest on. Every point of the set lies in ``box``, which narrows from step to step."""
+    """What a rule may use. Every point of the set lies in ``box``, which each step can narrow."""
 
     where: str
     stated: Stated
@@ -142,13 +139,13 @@ class Context:
     work: Work
 
     def inside(self, place: str, stated: Stated | None = None, box: Box | None = None) -> Context:
-        """Return the context of the steps inside a step: they have a box and theorems of their own."""
+        """Return the context of the steps inside a step, with a box and theorems of its own."""
         return Context(
             f"{self.where}, {place}", stated or self.stated, list(self.box if box is None else box), [], self.work
         )
 
     def at(self, number: int) -> Context:
-        """Return the context of a step, for its messages."""
+        """Return the context with the number of a step, for messages."""
         return replace(self, where=f"{self.where}, step {number}" if self.where else f"step {number}")
 
     def name(self, variable: int) -> str:
@@ -156,7 +153,7 @@ class Context:
         return self.stated.names[variable]
 
     def ends(self, variable: int) -> tuple[Fraction, Fraction]:
-        """Return both ends of a variable, which must be finite."""
+        """Return both bounds of a variable, which must be finite."""
         low, high = self.box[variable]
         if isinstance(low, Fraction) and isinstance(high, Fraction):
             return low, high
@@ -172,7 +169,7 @@ Prove = Callable[[Iterable[Any], Context], bool]
 
 
 def size(monomial: Iterable[int], context: Context) -> Fraction:
-    """Return the largest magnitude of a monomial on the box."""
+    """Return the largest absolute value of a monomial on the box."""
     largest = ONE
     for v in monomial:
         low, high = context.ends(v)
@@ -181,13 +178,13 @@ def size(monomial: Iterable[int], context: Context) -> Fraction:
 
 
 def narrow(box: Box, variable: int, low: End, high: End) -> None:
-    """Let both ends of a variable move inwards."""
+    """Intersect the range of a variable with [low, high]."""
     lower, upper = box[variable]
     box[variable] = (max(lower, low), min(upper, high))
 
 
 def tighten(box: Box, theorem: Theorem) -> None:
-    """Let a theorem ``c x_k >= bound`` narrow the box of x_k."""
+    """Narrow the box of x_k by a theorem ``c x_k >= bound``."""
     if theorem.single is not None:
         k, slope = theorem.single
         end = theorem.bound / slope
@@ -195,14 +192,14 @@ def tighten(box: Box, theorem: Theorem) -> None:
 
 
 def may_vanish(ends: Interval) -> bool:
-    """Return whether zero lies between both ends."""
+    """Return whether a range contains zero."""
     return ends[0] <= 0 <= ends[1]
 
 
 def settle(context: Context) -> bool:
-    """Use the vanishing monomials, and return whether the box has no point.
+    """Fix variables of vanishing monomials at zero, and return whether the box is empty.
 
-    Where only one variable of a vanishing monomial can be zero, it is zero; where none can, there is no point.
+    If only one variable of a vanishing monomial can be zero, it is zero. If none can, the set is empty.
     """
     box, products = context.box, context.stated.vanishing.values()
     changed = True
@@ -219,10 +216,8 @@ def settle(context: Context) -> bool:
 
 
 def shown(value: End, digits: int = 15) -> str:
-    """Return a decimal that is not above the value: what is printed as a lower bound is one.
+    """Return a decimal that is at most the value, so that a printed lower bound is valid.
 
-    Examples
-    --------
     >>> shown(Fraction(2, 3), 4), shown(Fraction(-2, 3), 4)
     ('0.6666', '-0.6667')
     """

@@ -1,4 +1,4 @@
-"""The steps of a proof as they are read from a file. Each kind has its rule in :mod:`relaxations.check.rules`."""
+"""The steps of a proof as data. Each kind has its rule in :mod:`relaxations.check.rules`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from relaxations.check.arithmetic import Monomial, Polynomial, Terms
 
-Proof = Iterable[Any]  # steps, each read when its turn comes
+Proof = Iterable[Any]  # steps; each is read when it is checked
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Cuts:
 
 @dataclass(frozen=True)
 class Range:
-    """The part of the set on which a variable lies between two ends."""
+    """The part of the set on which a variable lies in [low, high]."""
 
     variable: int
     low: Fraction
@@ -92,7 +92,7 @@ class Hull:
 
 @dataclass(frozen=True)
 class Level:
-    """A lower bound that is proven only where the objective is at most a level."""
+    """A lower bound, proven on the points whose objective is at most a level."""
 
     objective: Polynomial
     bound: Fraction
@@ -102,7 +102,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Quotient:
-    """A box for the variable x of an equality ``A + B x = 0``."""
+    """Bounds of the variable x of an equality ``A + B x = 0``."""
 
     equality: int
     variable: int
@@ -119,7 +119,7 @@ class Face:
 
 @dataclass(frozen=True)
 class Reach:
-    """A box for variables that have none."""
+    """Bounds of variables that have none."""
 
     sizes: dict[int, Fraction]
     riding: list[int]
@@ -137,7 +137,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Sides:
-    """Steps on constraints into which the values of decided kinks are put."""
+    """Steps on constraints in which decided kinks are replaced by their values."""
 
     sides: dict[int, int]
     rows: list[Row]

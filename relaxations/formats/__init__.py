@@ -1,4 +1,4 @@
-"""Problems from and to files and other notations; one format, one file."""
+"""Problems from and to files and other notations, one module for each format."""
 
 from relaxations.formats.as_json import read_json, write_json
 from relaxations.formats.expressions import minimise, problem_of, variables

@@ -1,9 +1,8 @@
-"""Problems to JSON and back, bit by bit: every float is written in hexadecimal.
+"""Problems to JSON files and back without rounding: every float is written in hexadecimal.
 
-A file holds ``variables``, their ``box`` (null: no bound), ``equalities``, ``inequalities`` and the ``objective``
-(null: none), each polynomial as a list of ``[coefficient, radius, [numbers of variables, with repetition]]``.
-Certificate files (:mod:`relaxations.check`) state their problem in the same way. What a file cannot hold is a problem's
-``exact``.
+A file contains ``variables``, their ``box`` (null: no bound), ``equalities``, ``inequalities`` and the ``objective``
+(null: none). A polynomial is a list of ``[coefficient, radius, [numbers of variables, with repetition]]``. Certificate
+files (:mod:`relaxations.check`) state their problem in the same way. A problem's ``exact`` is not written.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.algebra.ball_arithmetic import Balls
-from relaxations.algebra.polynomial import Polynomials
+from relaxations.algebra.polynomial import Polynomials, padded
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.problem.statement import listed, statement
@@ -26,12 +25,7 @@ _KEYS = ("format", "version", "variables", "box", "equalities", "inequalities", 
 
 
 def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomials | None = None) -> None:
-    """Write a problem, and its objective where it has one.
-
-    Parameters
-    ----------
-    objective
-        One row.
+    """Write a problem, and its objective if it has one.
 
     Examples
     --------
@@ -55,18 +49,12 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
 
 
 def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
-    """Read a problem and its objective.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-    objective : Polynomials or None
-        One row.
+    """Return the problem and the objective of a file.
 
     Raises
     ------
     ProblemError
-        With the file, the place in it and the cause.
+        With the file, the position and the cause.
 
     Examples
     --------
@@ -85,9 +73,9 @@ def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
     except OSError as error:
         raise ProblemError(f"{path} cannot be read: {error.strerror}") from None
     except json.JSONDecodeError as error:
-        raise ProblemError(f"{path}, line {error.lineno}: no JSON: {error.msg}") from None
+        raise ProblemError(f"{path}, line {error.lineno}: not valid JSON: {error.msg}") from None
     except (UnicodeDecodeError, RecursionError) as error:
-        raise ProblemError(f"{path} is no JSON: {error}") from None
+        raise ProblemError(f"{path} is not valid JSON: {error}") from None
     try:
         return _problem(document)
     except ProblemError as error:
@@ -95,8 +83,9 @@ def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:
 
 
 def _problem(document: Any) -> tuple[PolynomialProblem, Polynomials | None]:
+    """Return the problem and the objective of a document."""
     if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise ProblemError(f"this is no {FORMAT!r}: write one with relaxations.formats.as_json.write_json")
+        raise ProblemError(f"this is not a {FORMAT!r}: write one with relaxations.formats.as_json.write_json")
     if document.get("version") != VERSION:
         raise ProblemError(f"version {document.get('version')!r} is unknown, this program reads {VERSION}")
     missing = [key for key in _KEYS if key not in document]
@@ -119,12 +108,14 @@ def _problem(document: Any) -> tuple[PolynomialProblem, Polynomials | None]:
 
 
 def _polynomials(members: Any, count: int, where: str) -> Polynomials:
+    """Return polynomials from lists of terms."""
     rows: list[int] = []
     keys: list[list[int]] = []
     mids: list[float] = []
     rads: list[float] = []
     if not isinstance(members, list):
         raise ProblemError(f"{where}: a list of polynomials is expected")
+    # Check each term, and collect rows, monomials, coefficients and radii.
     for row, terms in enumerate(members):
         if not isinstance(terms, list):
             raise ProblemError(f"{where} {row}: a list of terms is expected")
@@ -134,27 +125,24 @@ def _polynomials(members: Any, count: int, where: str) -> Polynomials:
                 raise ProblemError(f"{place}: [coefficient, radius, variables] is expected")
             for v in term[2]:
                 if not isinstance(v, int) or isinstance(v, bool) or not 0 <= v < count:
-                    raise ProblemError(f"{place}: {v!r} is no number of a variable, from 0 to {count - 1}")
+                    raise ProblemError(f"{place}: {v!r} is not the number of a variable, 0 to {count - 1}")
             rows.append(row)
-            keys.append(sorted(term[2]))
+            keys.append(term[2])
             mids.append(_float(term[0], place))
             rads.append(_float(term[1], place))
             if rads[-1] < 0:
                 raise ProblemError(f"{place}: the radius {rads[-1]} is negative")
-    factors = np.full((len(keys), max((len(key) for key in keys), default=0)), -1, dtype=np.int64)
-    for factor, key in zip(factors, keys, strict=True):
-        factor[len(factor) - len(key) :] = key
-    return Polynomials(
-        len(members), np.array(rows, dtype=np.int64), factors, Balls(np.array(mids, float), np.array(rads, float))
-    )
+    coefficients = Balls(np.array(mids, float), np.array(rads, float))
+    return Polynomials(len(members), np.array(rows, dtype=np.int64), padded(keys), coefficients)
 
 
 def _float(value: Any, where: str) -> float:
+    """Return a finite number, or a float in hexadecimal."""
     try:
-        # float.fromhex takes "10" for 16.
+        # float.fromhex reads "10" as 16.
         number = float.fromhex(value) if isinstance(value, str) and "0x" in value else float(value)
     except (TypeError, ValueError, OverflowError):
         number = np.nan
     if isinstance(value, bool) or not np.isfinite(number) or (isinstance(value, str) and "0x" not in value):
-        raise ProblemError(f"{where}: {value!r} is no finite number; write 3, 0.5 or, exactly, '0x1.8p+1'")
+        raise ProblemError(f"{where}: {value!r} is not a finite number; write 3, 0.5 or, exactly, '0x1.8p+1'")
     return number

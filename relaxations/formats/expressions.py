@@ -7,9 +7,9 @@ True
 >>> round(found.upper, 4)
 -0.2071
 
-Coefficients are rational numbers: a float stands for the binary fraction that it is, and nothing is rounded before the
-problem is made. Constraints on one variable alone become its box, and other boxes follow from the constraints where
-:mod:`relaxations.formats.implied_box` finds them.
+Coefficients are rational numbers. A float is the binary fraction that it equals, and there is no rounding before the
+problem is made. Constraints on one variable become its bounds. :mod:`relaxations.formats.implied_box` derives further
+bounds from the other constraints.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Balls, concatenate
-from relaxations.algebra.polynomial import Polynomials
+from relaxations.algebra.ball_arithmetic import Balls, concatenate, outwards
+from relaxations.algebra.polynomial import Polynomials, padded
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
 from relaxations.problem.problem import PolynomialProblem
@@ -37,16 +37,16 @@ HIGHEST_POWER = 500
 
 @dataclass(frozen=True, eq=False)
 class Expression:
-    """A polynomial in named variables with rational coefficients.
+    """A polynomial in named variables with rational coefficients, made by :func:`variables` and Python's operators.
 
     Parameters
     ----------
     terms
-        Without zeros; see :func:`variables`.
+        Coefficient of each monomial, without zeros.
     """
 
     terms: Mapping[Names, Fraction]
-    __array_ufunc__: ClassVar[None] = None  # NumPy's numbers leave the operation to this class
+    __array_ufunc__: ClassVar[None] = None  # NumPy's scalars then use the operators of this class
 
     @property
     def degree(self) -> int:
@@ -80,7 +80,7 @@ class Expression:
     def __truediv__(self, other: Expression | Number) -> Expression:
         divisor = constant(other).constant
         if divisor is None:
-            raise ProblemError(f"division by {other}, which is no constant: multiply the constraint by it instead")
+            raise ProblemError(f"division by {other}, which is not a constant: multiply the constraint by it instead")
         if divisor == 0:
             raise ProblemError(f"division of {self} by zero")
         return self * (1 / divisor)
@@ -91,7 +91,9 @@ class Expression:
     def __pow__(self, exponent: Expression | Number) -> Expression:
         power = constant(exponent).constant
         if power is None or power.denominator != 1 or power < 0:
-            raise ProblemError(f"the exponent {exponent} is no whole number from 0: only polynomials can be treated")
+            raise ProblemError(
+                f"the exponent {exponent} is not a whole number from 0 on: only polynomials are supported"
+            )
         if power > HIGHEST_POWER:
             raise ProblemError(f"the exponent {exponent} is above {HIGHEST_POWER}: no relaxation reaches such degrees")
         result = constant(1)
@@ -124,7 +126,7 @@ class Expression:
 
 @dataclass(frozen=True)
 class Constraint:
-    """``expression >= 0``, or ``expression == 0``; made by comparing expressions.
+    """``expression >= 0`` or ``expression == 0``, made by comparing expressions.
 
     Examples
     --------
@@ -148,17 +150,12 @@ class Constraint:
 
 
 def variables(names: str) -> tuple[Expression, ...]:
-    """Return variables by their names.
-
-    Parameters
-    ----------
-    names
-        With spaces or commas between them.
+    """Return variables by their names, which are separated by spaces or commas.
 
     Raises
     ------
     ProblemError
-        For what is no name, and for one that is given twice.
+        When a name is not an identifier, or is given twice.
 
     Examples
     --------
@@ -174,24 +171,15 @@ def variables(names: str) -> tuple[Expression, ...]:
 
 
 def constant(value: Expression | Number) -> Expression:
-    """Return a number as an expression; an expression as it is.
-
-    Raises
-    ------
-    ProblemError
-        For what is no finite real number.
-
-    Examples
-    --------
-    >>> constant(0.1)  # the binary fraction that the float is
-    3602879701896397/36028797018963968
-    """
+    """Return a number as an expression, and an expression unchanged; ProblemError for anything else."""
     if isinstance(value, Expression):
         return value
     try:
         number = Fraction(value)
     except (TypeError, ValueError, OverflowError):
-        raise ProblemError(f"{value!r} is no finite real number: only those and variables make a polynomial") from None
+        raise ProblemError(
+            f"{value!r} is not a finite real number: a polynomial consists of numbers and variables"
+        ) from None
     return Expression({(): number} if number else {})
 
 
@@ -201,25 +189,20 @@ def problem_of(
     names: Sequence[str] = (),
     box: Mapping[str, tuple[Number | None, Number | None]] | None = None,
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Return the problem that an objective and constraints state, with the box that follows from them.
+    """Return the problem of an objective and constraints, with the bounds that follow from the constraints.
+
+    Bounds that no float equals are rounded outwards. A bound is infinite if the constraints do not imply one.
 
     Parameters
     ----------
     objective
         To be minimised.
     constraints
-        Those on one variable alone, such as ``x >= 0``, become its box.
+        A constraint on one variable alone, such as ``x >= 0``, becomes its bound.
     names
-        Variables in their order; those that are not named follow, sorted by name.
+        Order of the variables; other variables follow, sorted by name.
     box
-        ``None`` stands for no bound.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-        Boxes that no float holds are rounded outwards. Infinite ends remain where nothing is known.
-    objective : Polynomials
-        One row.
+        Further bounds; ``None`` for no bound.
 
     Raises
     ------
@@ -232,7 +215,7 @@ def problem_of(
     >>> problem, objective = problem_of(x * y, [x**2 + 4 * y**2 <= 1, x >= 0])
     >>> problem.names, problem.lower, problem.upper
     (('x', 'y'), array([ 0. , -0.5]), array([1. , 0.5]))
-    >>> problem.inequalities.n_rows  # x >= 0 went into the box
+    >>> problem.inequalities.n_rows  # x >= 0 is a bound now
     1
     """
     goal = constant(objective)
@@ -246,7 +229,7 @@ def problem_of(
     ends: Box = {v: _exact_ends(v, (box or {}).get(v, (None, None))) for v in ordered}
     kept: list[Constraint] = []
     for c in constraints:
-        if not _into_box(c, ends):
+        if not _narrow_box(c, ends):
             kept.append(c)
     for v, (low, high) in ends.items():
         if low is not None and high is not None and low > high:
@@ -257,41 +240,15 @@ def problem_of(
 def stated_problem(
     objective: Expression, constraints: Sequence[Constraint], box: Box
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Return a problem as it stands, its variables in the order of the box; nothing is derived.
+    """Return a problem without deriving bounds; its variables are those of the box, in this order.
 
-    Parameters
-    ----------
-    objective
-        To be minimised.
-    box
-        Fractions, or None for no bound: of every variable that occurs.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-        Boxes that no float holds are rounded outwards.
-    objective : Polynomials
-        One row.
-
-    Raises
-    ------
-    ProblemError
-        When a box is empty, or a coefficient is too large for a float.
-
-    Examples
-    --------
-    >>> x, y = variables("x y")
-    >>> problem, _ = stated_problem(x, [x**2 + y**2 <= 1], {"y": (None, None), "x": (Fraction(1, 3), None)})
-    >>> problem.names, problem.upper
-    (('y', 'x'), array([inf, inf]))
-    >>> Fraction(problem.lower[1]) <= Fraction(1, 3)
-    True
+    ProblemError if a box is empty, or a coefficient is too large for a float.
     """
     return (
         PolynomialProblem(
             tuple(box),
-            np.array([-np.inf if low is None else _outwards(low, -1) for low, _ in box.values()]),
-            np.array([np.inf if high is None else _outwards(high, 1) for _, high in box.values()]),
+            np.array([-np.inf if low is None else outwards(low, -1) for low, _ in box.values()]),
+            np.array([np.inf if high is None else outwards(high, 1) for _, high in box.values()]),
             _polynomials([c.expression for c in constraints if c.equality], tuple(box)),
             _polynomials([c.expression for c in constraints if not c.equality], tuple(box)),
         ),
@@ -300,7 +257,7 @@ def stated_problem(
 
 
 def minimise(objective: Expression | Number, constraints: Sequence[Constraint] = (), **options: Any) -> Minimum:
-    """Enclose a minimum: from below by a certificate, from above by a verified point.
+    """Return proven bounds of a minimum: the lower by a certificate, the upper by a verified point.
 
     Parameters
     ----------
@@ -328,15 +285,12 @@ def minimise(objective: Expression | Number, constraints: Sequence[Constraint] =
 
 
 def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:
-    """Return expressions as one family; coefficients that no float holds keep their rounding error."""
+    """Return expressions as polynomials; a coefficient that no float equals gets a radius."""
     place = {name: k for k, name in enumerate(names)}
     rows = [row for row, e in enumerate(expressions) for _ in e.terms]
-    keys = [sorted(place[v] for v in m) for e in expressions for m in e.terms]
-    if not keys:
+    factors = padded([[place[v] for v in m] for e in expressions for m in e.terms])
+    if not rows:
         return Polynomials.from_terms([{} for _ in expressions])
-    factors = np.full((len(keys), max(len(key) for key in keys)), -1, dtype=np.int64)
-    for factor, key in zip(factors, keys, strict=True):
-        factor[len(factor) - len(key) :] = key
     try:
         balls = [Balls.enclose(c) for e in expressions for c in e.terms.values()]
     except OverflowError:
@@ -346,6 +300,7 @@ def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Pol
 
 
 def _collected(terms: Sequence[tuple[Names, Fraction]]) -> Expression:
+    """Return the sum of terms as an expression."""
     total: dict[Names, Fraction] = {}
     for m, c in terms:
         total[m] = total.get(m, Fraction(0)) + c
@@ -353,9 +308,10 @@ def _collected(terms: Sequence[tuple[Names, Fraction]]) -> Expression:
 
 
 def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[Fraction | None, Fraction | None]:
+    """Return both bounds of a variable as fractions."""
     for end in pair:
         if end is not None and not isinstance(end, Fraction) and np.isnan(end):
-            raise ProblemError(f"a bound of {name} is no number")
+            raise ProblemError(f"a bound of {name} is not a number")
     low, high = pair
     return (
         None if low is None or low == -np.inf else constant(low).constant,
@@ -363,8 +319,8 @@ def _exact_ends(name: str, pair: tuple[Number | None, Number | None]) -> tuple[F
     )
 
 
-def _into_box(c: Constraint, ends: Box) -> bool:
-    """Let ``a x + b >= 0`` (or ``== 0``) narrow the box of x; say whether the constraint was of that kind."""
+def _narrow_box(c: Constraint, ends: Box) -> bool:
+    """Narrow the bounds of x by ``a x + b >= 0`` (or ``== 0``); return False for a constraint of another form."""
     own = [m for m in c.expression.terms if m]
     if len(own) != 1 or len(own[0]) != 1:
         return False
@@ -377,13 +333,3 @@ def _into_box(c: Constraint, ends: Box) -> bool:
         high = root if high is None else min(high, root)
     ends[own[0][0]] = (low, high)
     return True
-
-
-def _outwards(value: Fraction, direction: int) -> float:
-    """Return the nearest float on the side of ``direction``: no feasible point may be cut off."""
-    try:
-        nearest = float(value)
-    except OverflowError:
-        return float(np.inf if value > 0 else -np.inf)
-    outside = direction * (Fraction(nearest) - value) >= 0
-    return nearest if outside else float(np.nextafter(nearest, direction * np.inf))

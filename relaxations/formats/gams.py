@@ -1,10 +1,13 @@
-"""Read polynomial problems in GAMS's scalar format, as GLOBALLib and SparsePOP publish them (``.gms``).
+"""Polynomial problems in GAMS's scalar format (``.gms``), as GLOBALLib and SparsePOP publish them.
 
-Understood: ``Variables``, ``Positive``, ``Negative`` and ``Free Variables``, ``Equations``, ``e1.. left =E= right;``
-with ``=E=``, ``=L=`` and ``=G=``, bounds ``x.lo``, ``x.up``, ``x.fx``, ``Model m / all /`` or with named equations, and
-``Solve m using NLP minimizing objvar``. Lines that begin with ``*`` or ``$``, levels, marginals and options say nothing
-about the problem and are skipped. Sets, parameters, integer variables and functions that are no polynomials are
-refused. Names are the same in upper and lower case.
+Supported:
+
+- ``Variables``, ``Positive``, ``Negative`` and ``Free Variables``, bounds ``x.lo``, ``x.up``, ``x.fx``;
+- ``Equations``, ``e1.. left =E= right;`` with ``=E=``, ``=L=`` and ``=G=``;
+- ``Model m / all /`` or with named equations, ``Solve m using NLP minimizing objvar``.
+
+Ignored: lines that begin with ``*`` or ``$``, levels, marginals and options. Refused: sets, parameters, integer
+variables and functions that are not polynomials. Names are case-insensitive.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ _ATTRIBUTES = ("l", "m", "scale", "prior", "stage")  # of variables; they do not
 
 @dataclass
 class _Model:
-    """What the statements have said so far; all names in lower case."""
+    """The content of the statements read so far; all names in lower case."""
 
     box: dict[str, tuple[End, End]] = field(default_factory=dict)
     spelling: dict[str, str] = field(default_factory=dict)
@@ -43,17 +46,12 @@ class _Model:
 
     @property
     def names(self) -> Mapping[str, Expression]:
+        """Return each variable as an expression."""
         return {name: variables(name)[0] for name in self.box}
 
 
 def read_gams(path: str | Path) -> tuple[PolynomialProblem, Polynomials]:
-    """Read a file; see :func:`parse_gams`.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-    objective : Polynomials
-        One row; minus what the file maximises.
+    """Return the problem and the objective of a file; see :func:`parse_gams`.
 
     Raises
     ------
@@ -82,15 +80,10 @@ def read_gams(path: str | Path) -> tuple[PolynomialProblem, Polynomials]:
 
 
 def parse_gams(text: str) -> tuple[PolynomialProblem, Polynomials]:
-    """Return the problem that a scalar GAMS model states, and its objective, to be minimised.
+    """Return the problem of a scalar GAMS model and its objective, to be minimised.
 
-    An objective variable that one equation defines, linearly and without bounds, is put in and drops out.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-    objective : Polynomials
-        One row; minus what the file maximises.
+    If one equation defines the objective variable, linearly and without bounds, the variable is eliminated. A model
+    that maximises gives the negative objective.
 
     Raises
     ------
@@ -116,7 +109,7 @@ def parse_gams(text: str) -> tuple[PolynomialProblem, Polynomials]:
 
 
 def _statements(text: str) -> list[list[Token]]:
-    """Cut a file at its semicolons, without comments, directives and quoted explanations."""
+    """Return the statements of a file as tokens, without comments, directives and quoted texts."""
     lines, inside = [], False
     for line in text.splitlines():
         lowered = line.lower()
@@ -139,11 +132,14 @@ def _statements(text: str) -> list[list[Token]]:
 
 
 def _apply(statement: list[Token], model: _Model) -> None:
+    """Add one statement to the model."""
     first = statement[0]
     word = first.text.lower()
     second = statement[1].text.lower() if len(statement) > 1 else ""
     if word in _DISCRETE or (word in _KINDS and second in _DISCRETE):
-        raise ProblemError(f"line {first.line}: {first.text} variables are not continuous: only those can be treated")
+        raise ProblemError(
+            f"line {first.line}: {first.text} variables are not continuous: only continuous ones are supported"
+        )
     if word in ("variable", "variables"):
         _declare(statement[1:], "free", model)
     elif word in _KINDS and second in ("variable", "variables"):
@@ -160,12 +156,12 @@ def _apply(statement: list[Token], model: _Model) -> None:
         _assign(statement, model)
     elif word not in _SKIPPED:
         raise ProblemError(
-            f"line {first.line}: a statement that begins with {first.text!r} is no part of the scalar format"
+            f"line {first.line}: a statement that begins with {first.text!r} is not part of the scalar format"
         )
 
 
 def _names(pieces: list[Token]) -> list[Token]:
-    """Return the names of a list; a comma may be missing, as at the end of a line."""
+    """Return the names in a list; a comma may be missing, as at the end of a line."""
     for piece in pieces:
         if piece.kind != "name" and piece.text != ",":
             raise ProblemError(f"line {piece.line}: a list of names cannot hold {piece.text!r}")
@@ -173,6 +169,7 @@ def _names(pieces: list[Token]) -> list[Token]:
 
 
 def _declare(pieces: list[Token], kind: str, model: _Model) -> None:
+    """Add variables of one kind."""
     for piece in _names(pieces):
         name = piece.text.lower()
         if name not in model.box:
@@ -183,6 +180,7 @@ def _declare(pieces: list[Token], kind: str, model: _Model) -> None:
 
 
 def _define(statement: list[Token], model: _Model) -> None:
+    """Read an equation ``e1.. left =E= right``."""
     first, name = statement[0], statement[0].text.lower()
     if name not in model.declared:
         raise ProblemError(f"line {first.line}: equation {first.text!r} is not declared: list it under Equations")
@@ -200,7 +198,7 @@ def _define(statement: list[Token], model: _Model) -> None:
     left, right = sides
     kind = relation.text[1].lower()
     if kind not in "elg":
-        raise ProblemError(f"line {relation.line}: {relation.text} cannot be treated: write =E=, =L= or =G=")
+        raise ProblemError(f"line {relation.line}: {relation.text} is not supported: write =E=, =L= or =G=")
     model.equations[name] = (
         Constraint(left - right, equality=True)
         if kind == "e"
@@ -209,17 +207,18 @@ def _define(statement: list[Token], model: _Model) -> None:
 
 
 def _lowered(pieces: list[Token]) -> list[Token]:
+    """Return the tokens in lower case."""
     return [Token(t.kind, t.text.lower(), t.line) for t in pieces]
 
 
 def _assign(statement: list[Token], model: _Model) -> None:
-    """Read ``x.up = 3``; attributes of models and starting values are skipped."""
+    """Read ``x.up = 3``; attributes of models and starting values are ignored."""
     first = statement[0]
     name, attribute = first.text.lower(), statement[2].text.lower() if len(statement) > 2 else ""
     if name in model.models or (name in model.box and attribute in _ATTRIBUTES):
         return
     if name not in model.box:
-        raise ProblemError(f"line {first.line}: {first.text!r} is no variable and no model")
+        raise ProblemError(f"line {first.line}: {first.text!r} is neither a variable nor a model")
     if attribute not in ("lo", "up", "fx") or len(statement) < 5 or statement[3].text != "=":
         raise ProblemError(f"line {first.line}: a bound is written {first.text}.lo, .up or .fx = number")
     value = _bound(statement[4:], first)
@@ -228,12 +227,13 @@ def _assign(statement: list[Token], model: _Model) -> None:
 
 
 def _bound(pieces: list[Token], first: Token) -> End:
+    """Return the value of a bound."""
     words = "".join(t.text.lower() for t in pieces)
     if words in ("inf", "+inf", "-inf"):
         return float(words)
     value = parse_tokens(pieces, {}).constant
     if value is None:
-        raise ProblemError(f"line {first.line}: the bound of {first.text} is no number")
+        raise ProblemError(f"line {first.line}: the bound of {first.text} is not a number")
     return value
 
 
@@ -246,7 +246,7 @@ def _declare_model(pieces: list[Token], model: _Model) -> None:
     whole = [t.text.lower() for t in listed] == ["all"]
     for t in listed:
         if not whole and t.text.lower() not in model.declared:
-            raise ProblemError(f"line {t.line}: the model holds {t.text!r}, which is no equation")
+            raise ProblemError(f"line {t.line}: the model holds {t.text!r}, which is not an equation")
     model.models[pieces[0].text.lower()] = None if whole else [t.text.lower() for t in listed]
 
 
@@ -258,16 +258,17 @@ def _solve(statement: list[Token], model: _Model) -> None:
     if sense is None or sense + 1 == len(words) or "using" not in words or len(words) < 2:
         raise ProblemError(f"line {line}: a problem is solved by Solve m using NLP minimizing objvar")
     if words[1] not in model.models:
-        raise ProblemError(f"line {line}: {statement[1].text!r} is no model")
+        raise ProblemError(f"line {line}: {statement[1].text!r} is not a model")
     goal = words[sense + 1]
     if goal not in model.box:
-        raise ProblemError(f"line {line}: the objective {statement[sense + 1].text!r} is no variable")
+        raise ProblemError(f"line {line}: the objective {statement[sense + 1].text!r} is not a variable")
     objective = variables(goal)[0]
     model.objective = objective if words[sense] == "minimizing" else -objective
     model.chosen = words[1]
 
 
 def _problem(model: _Model) -> tuple[PolynomialProblem, Polynomials]:
+    """Return the problem of a complete model."""
     assert model.objective is not None
     listed = model.models[model.chosen]
     undefined = [name for name in (model.declared if listed is None else listed) if name not in model.equations]
@@ -297,7 +298,7 @@ def _problem(model: _Model) -> tuple[PolynomialProblem, Polynomials]:
 def _definition(
     goal: str, equations: list[Constraint], box: Mapping[str, tuple[End, End]]
 ) -> tuple[int, Expression] | None:
-    """Return the equation that defines the objective variable, and its meaning; None where none does."""
+    """Return the equation that defines the objective variable and its right-hand side; None if there is none."""
     holding = [k for k, c in enumerate(equations) if any(goal in m for m in c.expression.terms)]
     if len(holding) != 1 or box[goal] != (None, None) or not equations[holding[0]].equality:
         return None
@@ -309,4 +310,5 @@ def _definition(
 
 
 def _renamed(expression: Expression, spelling: Mapping[str, str]) -> Expression:
+    """Return an expression with the names as they are spelled in the file."""
     return Expression({tuple(sorted(spelling[v] for v in m)): c for m, c in expression.terms.items()})

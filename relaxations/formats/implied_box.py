@@ -1,8 +1,8 @@
-"""Boxes that single constraints imply: ``x**2 + y**2 <= 1`` bounds both variables.
+"""Bounds that single constraints imply: ``x**2 + y**2 <= 1`` bounds both variables.
 
-In ``sum of terms >= 0`` a term ``c x^p`` of one variable is at least minus the largest value that all other terms
-together can take on the box. Where that is finite, x is bounded by a root, rounded outwards. Ends that are finite
-already are left as they are: a box has to exist here, and the relaxation tightens it.
+In ``sum of terms >= 0``, a term ``c x^p`` of one variable is at least minus the largest value of the other terms on the
+box. If this value is finite, x is bounded by a root, which is rounded outwards. Finite bounds are not changed, because
+the relaxation tightens them.
 
 References
 ----------
@@ -22,21 +22,10 @@ Box = dict[str, tuple[Fraction | None, Fraction | None]]
 
 
 def implied_box(constraints: Sequence[tuple[Terms, bool]], box: Box) -> Box:
-    """Return the box with infinite ends replaced where one constraint after the other implies finite ones.
+    """Return the box with finite bounds where the constraints, used one after the other, imply them.
 
-    Parameters
-    ----------
-    constraints
-        ``terms >= 0``, or ``== 0`` for equalities.
-    box
-        ``None`` stands for no bound.
+    A constraint is ``(terms, equality)``: ``terms >= 0``, or ``terms == 0``. A bound of ``None`` is infinite.
 
-    Returns
-    -------
-    dict of name to (lower, upper)
-
-    Examples
-    --------
     >>> one = Fraction(1)
     >>> implied_box([({(): one, ("x", "x"): -one}, False)], {"x": (None, None)})
     {'x': (Fraction(-1, 1), Fraction(1, 1))}
@@ -56,7 +45,7 @@ def implied_box(constraints: Sequence[tuple[Terms, bool]], box: Box) -> Box:
 
 
 def _apply(terms: Terms, box: Box) -> bool:
-    """Fill infinite ends from one ``terms >= 0``; say whether there were any to fill."""
+    """Replace infinite bounds by those that one ``terms >= 0`` implies; return whether a bound changed."""
     changed = False
     largest = {m: _largest(m, c, box) for m, c in terms.items()}
     for m, c in terms.items():
@@ -74,6 +63,7 @@ def _apply(terms: Terms, box: Box) -> bool:
 
 
 def _fill(v: str, power: int, c: Fraction, limit: Fraction, box: Box) -> bool:
+    """Replace infinite bounds of v by those of ``c v^power >= c limit``; return whether a bound changed."""
     low, high = box[v]
     new_low, new_high = low, high
     if power % 2:
@@ -82,7 +72,7 @@ def _fill(v: str, power: int, c: Fraction, limit: Fraction, box: Box) -> bool:
         elif c < 0 and high is None:
             new_high = _root_above(limit, power)
     elif c < 0:
-        # A negative limit leaves no point; any box is true of that, and the relaxation will say so.
+        # With a negative limit the set is empty. Any box is valid then, and the relaxation proves it.
         reach = _root_above(max(limit, Fraction(0)), power)
         new_low, new_high = -reach if low is None else low, reach if high is None else high
     box[v] = (new_low, new_high)
@@ -90,11 +80,11 @@ def _fill(v: str, power: int, c: Fraction, limit: Fraction, box: Box) -> bool:
 
 
 def _root_above(value: Fraction, power: int) -> Fraction:
-    """Return a rational number that is at least the root, and hardly above it."""
+    """Return a rational number that is at least the root, and slightly above it."""
     if power == 1:
         return value
     size = abs(value)
-    # So many binary places that the root has sixty digits before it is rounded.
+    # The number of binary places gives the root sixty significant bits.
     places = 60 - (size.numerator.bit_length() - size.denominator.bit_length()) // power
     scaled = size * Fraction(2) ** (places * power)
     if value < 0:
@@ -104,7 +94,7 @@ def _root_above(value: Fraction, power: int) -> Fraction:
 
 
 def _integer_root(n: int, power: int) -> int:
-    """Return the largest whole number whose power is at most n, by Newton's method from above."""
+    """Return the largest integer whose power is at most n, by Newton's method from above."""
     guess = 1 << -(-n.bit_length() // power)
     while guess**power > n:
         guess = ((power - 1) * guess + n // guess ** (power - 1)) // power
@@ -121,6 +111,7 @@ def _largest(m: Names, c: Fraction, box: Box) -> Fraction | None:
 
 
 def _power(pair: tuple[Fraction | None, Fraction | None], p: int) -> tuple[Fraction | None, Fraction | None]:
+    """Return the interval of a power."""
     low, high = pair
     if p % 2:
         return None if low is None else low**p, None if high is None else high**p
@@ -135,11 +126,12 @@ def _power(pair: tuple[Fraction | None, Fraction | None], p: int) -> tuple[Fract
 def _times(
     one: tuple[Fraction | None, Fraction | None], two: tuple[Fraction | None, Fraction | None]
 ) -> tuple[Fraction | None, Fraction | None]:
+    """Return the product of two intervals; None is infinite."""
     (a, b), (c, d) = one, two
     if a == b == 0 or c == d == 0:
         return Fraction(0), Fraction(0)
     corners: list[Fraction] = []
-    below = above = False  # whether a corner lies at infinity
+    below = above = False  # whether a corner is infinite
     for s, s_sign in ((a, -1), (b, 1)):
         for t, t_sign in ((c, -1), (d, 1)):
             if s is not None and t is not None:

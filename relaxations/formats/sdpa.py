@@ -1,9 +1,9 @@
-"""Semidefinite programs in SDPA's sparse format (``.dat-s``), which nearly every solver reads.
+"""Semidefinite programs in SDPA's sparse format (``.dat-s``), which most solvers read.
 
     minimise  c'x   subject to   F_1 x_1 + ... + F_m x_m - F_0 positive semidefinite,
 
-with block-diagonal matrices; a negative size in the file means a diagonal block. A relaxation written like that has two
-diagonal entries for each equality, ``a'x - b >= 0`` and ``b - a'x >= 0``, for the format knows no equalities.
+with block-diagonal matrices. A negative size means a diagonal block. The format has no equalities: an equality of a
+relaxation is written as two diagonal entries, ``a'x - b >= 0`` and ``b - a'x >= 0``.
 
 References
 ----------
@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers import ConicSolution, solve
@@ -40,12 +40,10 @@ class SDPProblem:
         Shape (m,).
     sizes
         Width of each block; negative for a diagonal one.
-    matrix, block, row, column
-        Shape (n_entries,). Where each entry belongs: F_0 to F_m, then from 0, ``row <= column``.
-    value
-        Shape (n_entries,).
+    matrix, block, row, column, value
+        Shape (n_entries,). Matrix (F_0 to F_m), block, row and column of each entry, from 0, with ``row <= column``.
     comment
-        One line for the head of a file.
+        One line at the head of a file.
     """
 
     cost: Array
@@ -58,7 +56,7 @@ class SDPProblem:
     comment: str = ""
 
     def solve(self, solver: str = "clarabel") -> ConicSolution:
-        """Solve; the optimal x is ``moments[1:]``, and nothing is certified, for x has no box.
+        """Return a solution: the optimal x is ``moments[1:]``. Nothing is certified, because x is not bounded.
 
         Examples
         --------
@@ -78,29 +76,9 @@ class SDPProblem:
 
 
 def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPProblem:
-    """Return a relaxation's conic program as a semidefinite one.
+    """Return a relaxation's conic program as a semidefinite program; its comment states the objective's constant.
 
-    Parameters
-    ----------
-    objective
-        Shape (n_moments,).
-        Coefficients of the moments; entry 0 is a constant, which the format cannot hold and the comment names.
-
-    Raises
-    ------
-    ProblemError
-        For a second-order cone of another size than 3: the conic programs of relaxations have none.
-
-    Examples
-    --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, _ = problem_of(x, [x**2 <= 1])
-    >>> program = relax(problem, "dense", 1).program
-    >>> sdp = sdp_of(program, np.array([0.0, 1.0, 0.0]))
-    >>> round(float(sdp.solve().moments[1]), 6)
-    -1.0
+    ProblemError if a second-order cone has a size other than 3; the conic programs of relaxations have none.
     """
     if any(size != 3 for size in program.cones.second_order):
         raise ProblemError("only second-order cones of size 3 can be written as 2 x 2 blocks")
@@ -117,6 +95,7 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
         value = np.asarray(entries.data, dtype=np.float64)
         parts.append((matrix, np.full(len(own), block), i[own], j[own], value))
 
+    # Equalities twice, with both signs, and the orthant: one diagonal block.
     position = cones.zero + cones.nonnegative
     if position:
         zero, rest = rows[: cones.zero], rows[cones.zero : position]
@@ -124,6 +103,7 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
         own = np.arange(linear.shape[0])
         put(0, linear, own, own)
         sizes.append(-linear.shape[0])
+    # Second-order cones: 2 x 2 blocks.
     upper = np.array([0, 1, 0]), np.array([0, 1, 1])
     halves = sparse.csr_matrix([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 0.5]])  # (a + e, a - e, 2 c) to (a, e, c)
     for _ in cones.second_order:
@@ -137,6 +117,7 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
         put(len(sizes), sparse.csr_matrix(unscaled), i, j)
         sizes.append(width)
         position += height
+    # Drop zeros, and put the objective's constant in the comment.
     matrix, block, row, column, value = (np.concatenate(p) for p in zip(*parts, strict=True))
     kept = value != 0
     added = f"add {float(objective[0])!r} to the optimum" if objective[0] else ""
@@ -153,26 +134,8 @@ def sdp_of(program: ConicProgram, objective: Array, comment: str = "") -> SDPPro
 
 
 def conic_of(problem: SDPProblem) -> ConicProgram:
-    """Return a semidefinite program in the form that the solvers take.
-
-    Returns
-    -------
-    ConicProgram
-        Its moments are the unknowns x, without equalities and slices.
-
-    Examples
-    --------
-    >>> program = conic_of(parse_sdpa('''
-    ... 1 = mDIM
-    ... 1 = nBLOCK
-    ... {-2}
-    ... {1.0}
-    ... 0 1 1 1 3.0
-    ... 1 1 1 1 1.0
-    ... 1 1 2 2 1.0'''))
-    >>> program.rhs - program.matrix @ np.array([4.0])  # x - 3 and x, at x = 4
-    array([1., 4.])
-    """
+    """Return a semidefinite program as a conic program; its moments are the unknowns x."""
+    # First row of each block, with the blocks in the order of the cones.
     order = sorted(range(len(problem.sizes)), key=lambda b: _kind(problem.sizes[b]))
     start = np.zeros(len(problem.sizes), dtype=np.int64)
     total = 0
@@ -184,6 +147,7 @@ def conic_of(problem: SDPProblem) -> ConicProgram:
     i, j, value = problem.row, problem.column, problem.value
     plain, pair, wide = kind == 0, kind == 1, kind == 2
     diagonal = pair & (i == j)
+    # Row and value of each entry, by the kind of its block; two rows for the diagonal of a Lorentz cone.
     parts = (
         (first + i, value, plain),
         (first, value, diagonal),
@@ -194,6 +158,7 @@ def conic_of(problem: SDPProblem) -> ConicProgram:
     rows = np.concatenate([r[chosen] for r, _, chosen in parts])
     values = np.concatenate([v[chosen] for _, v, chosen in parts])
     columns = np.concatenate([problem.matrix[chosen] for *_, chosen in parts])
+    # Column 0 is F_0, which becomes the right-hand side.
     full = sparse.csc_matrix((values, (rows, columns)), shape=(total, len(problem.cost) + 1))
     sizes = [problem.sizes[b] for b in order]
     return ConicProgram(
@@ -210,16 +175,17 @@ def conic_of(problem: SDPProblem) -> ConicProgram:
 
 
 def _kind(size: int) -> int:
-    """Return 0 for what is linear, 1 for a second-order cone, 2 for a semidefinite block."""
+    """Return 0 for a linear block, 1 for a second-order cone, 2 for a semidefinite block."""
     return 0 if size < 0 or size == 1 else 1 if size == 2 else 2
 
 
 def _height(size: int) -> int:
+    """Return the number of rows of a block in the conic program."""
     return abs(size) if _kind(size) == 0 else 3 if size == 2 else size * (size + 1) // 2
 
 
 def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
-    """Write a file; every float is read back as it was.
+    """Write a file; every float is read back without rounding.
 
     Examples
     --------
@@ -252,7 +218,7 @@ def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
 
 
 def read_sdpa(path: str | Path) -> SDPProblem:
-    """Read a file; see :func:`parse_sdpa`.
+    """Return the semidefinite program of a file; see :func:`parse_sdpa`.
 
     Raises
     ------
@@ -281,12 +247,7 @@ def read_sdpa(path: str | Path) -> SDPProblem:
 
 
 def parse_sdpa(text: str) -> SDPProblem:
-    """Return the semidefinite program that a text states.
-
-    Parameters
-    ----------
-    text
-        In SDPA's sparse format.
+    """Return the semidefinite program of a text in SDPA's sparse format.
 
     Raises
     ------
@@ -306,6 +267,7 @@ def parse_sdpa(text: str) -> SDPProblem:
     >>> round(float(problem.solve().moments[1]), 4)  # the least x with [[x, 3], [3, x]] positive semidefinite
     3.0
     """
+    # Comments, then sizes and costs in the first four lines.
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
     comments = [line for _, line in lines if line.lstrip().startswith(('"', "*"))]
     lines = [(k, line) for k, line in lines if not line.lstrip().startswith(('"', "*"))]
@@ -317,6 +279,7 @@ def parse_sdpa(text: str) -> SDPProblem:
     if 0 in sizes:
         raise ProblemError(f"line {lines[2][0]}: a block has the size 0")
     cost = [_real(word, lines[3][0]) for word in _leading(lines[3], m, "entries of the cost")]
+    # The entries, one a line; each position may occur once.
     places: dict[tuple[int, int, int, int], int] = {}
     values = []
     for number, line in lines[4:]:
@@ -327,9 +290,9 @@ def parse_sdpa(text: str) -> SDPProblem:
             )
         matrix, block, row, column = (_integer(word, number) for word in words[:4])
         if not 0 <= matrix <= m:
-            raise ProblemError(f"line {number}: matrix {matrix} is none from 0 to {m}")
+            raise ProblemError(f"line {number}: matrix {matrix} is not between 0 and {m}")
         if not 1 <= block <= n_blocks:
-            raise ProblemError(f"line {number}: block {block} is none from 1 to {n_blocks}")
+            raise ProblemError(f"line {number}: block {block} is not between 1 and {n_blocks}")
         width = abs(sizes[block - 1])
         if not (1 <= row <= width and 1 <= column <= width):
             raise ProblemError(f"line {number}: entry ({row}, {column}) lies outside of block {block} of width {width}")
@@ -356,7 +319,7 @@ def parse_sdpa(text: str) -> SDPProblem:
 
 
 def _leading(line: tuple[int, str], count: int, what: str) -> list[str]:
-    """Return the first ``count`` words; text may follow, as in ``2 = mDIM``."""
+    """Return the first ``count`` words of a line; text may follow, as in ``2 = mDIM``."""
     number, text = line
     words = text.translate(_PUNCTUATION).split()
     if len(words) < count:
@@ -367,6 +330,7 @@ def _leading(line: tuple[int, str], count: int, what: str) -> list[str]:
 
 
 def _whole(line: tuple[int, str], what: str) -> int:
+    """Return the integer at the beginning of a line, at least 1."""
     value = _integer(_leading(line, 1, what)[0], line[0])
     if value < 1:
         raise ProblemError(f"line {line[0]}: the {what} is {value}, at least 1 is needed")
@@ -374,13 +338,15 @@ def _whole(line: tuple[int, str], what: str) -> int:
 
 
 def _integer(word: str, number: int) -> int:
+    """Return an integer."""
     if not re.fullmatch(r"[-+]?\d{1,9}", word):
-        raise ProblemError(f"line {number}: {word!r} is no whole number")
+        raise ProblemError(f"line {number}: {word!r} is not a whole number")
     return int(word)
 
 
 def _real(word: str, number: int) -> float:
+    """Return a finite number."""
     value = float(word.lower().replace("d", "e")) if _NUMBER.fullmatch(word) else np.nan
     if not np.isfinite(value):
-        raise ProblemError(f"line {number}: {word!r} is no finite number")
+        raise ProblemError(f"line {number}: {word!r} is not a finite number")
     return value

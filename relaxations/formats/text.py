@@ -1,6 +1,6 @@
-"""Polynomials written as text: ``4*x1**2 - 2.1*sqr(x2) + power(x1, 3)/3``, decimals read as the fractions they are.
+"""Polynomials as text: ``4*x1**2 - 2.1*sqr(x2) + power(x1, 3)/3``. Decimals are read as exact fractions.
 
-The grammar is that of Python and GAMS where the two agree:
+The grammar is the common part of Python and GAMS:
 
     sum     = product {("+" | "-") product}
     product = signed {("*" | "/") signed}
@@ -26,13 +26,7 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of text, and the line that it stands in.
-
-    Parameters
-    ----------
-    kind
-        One of {"number", "name", "relation", "sign"}.
-    """
+    """A piece of text and its line; ``kind`` is "number", "name", "relation" or "sign"."""
 
     kind: str
     text: str
@@ -40,23 +34,7 @@ class Token:
 
 
 def tokens(text: str, line: int = 1) -> list[Token]:
-    """Cut text into numbers, names, relations and signs.
-
-    Parameters
-    ----------
-    line
-        Number of its first line.
-
-    Raises
-    ------
-    ProblemError
-        With the line of what is none of these.
-
-    Examples
-    --------
-    >>> [t.text for t in tokens("e1..2*x =E= 1")]
-    ['e1', '..', '2', '*', 'x', '=E=', '1']
-    """
+    """Return the numbers, names, relations and signs of a text; ProblemError for an unknown character."""
     found = []
     for match in TOKEN.finditer(text):
         kind = str(match.lastgroup)
@@ -69,17 +47,12 @@ def tokens(text: str, line: int = 1) -> list[Token]:
 
 
 def parse(text: str, names: Mapping[str, Expression]) -> Expression:
-    """Read one polynomial.
-
-    Parameters
-    ----------
-    names
-        What each name stands for.
+    """Return the polynomial of a text; ``names`` gives the expression of each name.
 
     Raises
     ------
     ProblemError
-        With the line and what is wrong there.
+        With the line and the cause.
 
     Examples
     --------
@@ -92,26 +65,7 @@ def parse(text: str, names: Mapping[str, Expression]) -> Expression:
 
 
 def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expression:
-    """Read one polynomial from tokens; see :func:`parse`.
-
-    Parameters
-    ----------
-    names
-        What each name stands for.
-
-    Raises
-    ------
-    ProblemError
-        With the line and what is wrong there, or that there are no tokens.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import variables
-    >>> (x,) = variables("x")
-    >>> pieces = tokens("e1.. x*x - 1 =L= 0")
-    >>> parse_tokens(pieces[2:7], {"x": x})
-    x**2 - 1
-    """
+    """Return the polynomial of some tokens; see :func:`parse`."""
     if not pieces:
         raise ProblemError("an expression is missing: write a polynomial")
     reader = _Reader(pieces, names)
@@ -123,7 +77,7 @@ def parse_tokens(pieces: list[Token], names: Mapping[str, Expression]) -> Expres
 
 
 class _Reader:
-    """A recursive descent over tokens; ``place`` is the next one."""
+    """A recursive descent parser; ``place`` is the index of the next token."""
 
     def __init__(self, pieces: list[Token], names: Mapping[str, Expression]) -> None:
         self.pieces = pieces
@@ -155,7 +109,7 @@ class _Reader:
         if self._next() in ("**", "^"):
             sign = self._take()
             exponent = self.signed()
-            return self._told(sign, lambda: base**exponent)
+            return self._with_line(sign, lambda: base**exponent)
         return base
 
     def atom(self) -> Expression:
@@ -166,7 +120,7 @@ class _Reader:
             if self._next() == "(":
                 return self._call(piece)
             if piece.text not in self.names:
-                raise ProblemError(f"line {piece.line}: {piece.text!r} is no variable")
+                raise ProblemError(f"line {piece.line}: {piece.text!r} is not a variable")
             return self.names[piece.text]
         if piece.text == "(":
             value = self.sum()
@@ -175,7 +129,7 @@ class _Reader:
         raise ProblemError(f"line {piece.line}: a number, a name or a parenthesis is expected, not {piece.text!r}")
 
     def _quotient(self, sign: Token, above: Expression, below: Expression) -> Expression:
-        return self._told(sign, lambda: above / below)
+        return self._with_line(sign, lambda: above / below)
 
     def _call(self, function: Token) -> Expression:
         self._expect("(")
@@ -188,14 +142,14 @@ class _Reader:
         if name == "sqr" and len(arguments) == 1:
             return arguments[0] * arguments[0]
         if name == "power" and len(arguments) == 2:
-            return self._told(function, lambda: arguments[0] ** arguments[1])
+            return self._with_line(function, lambda: arguments[0] ** arguments[1])
         raise ProblemError(
             f"line {function.line}: {function.text} of {len(arguments)} arguments cannot be read; "
             "of the functions only sqr(a) and power(a, n) are polynomials"
         )
 
-    def _told(self, piece: Token, make: Callable[[], Expression]) -> Expression:
-        """Return what ``make`` returns; an error gets the line."""
+    def _with_line(self, piece: Token, make: Callable[[], Expression]) -> Expression:
+        """Return what ``make`` returns; an error message gets the line of the token."""
         try:
             return make()
         except ProblemError as error:

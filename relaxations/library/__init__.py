@@ -1,9 +1,9 @@
 """Polynomial problems with known optima, by name: for tests, documentation and benchmarks.
 
-The statements stand in ``problems.json`` as polynomials of Python, decimals meaning the fractions they are, each with
-its source and with how its optimum was verified. Some are there because something goes wrong with them: no certificate
-exists (``motzkin``, ``robinson``), the minimum is not attained (``not_attained``), solvers report bounds that are false
-(``gms_Bex9_2_6``, ``waki_strange``). Many have variables without a box.
+``problems.json`` contains the problems as Python expressions, with the source of each and the verification of its
+optimum. Decimals are exact fractions. Some problems are difficult on purpose: no certificate exists (``motzkin``,
+``robinson``), the minimum is not attained (``not_attained``), or solvers report wrong bounds (``gms_Bex9_2_6``,
+``waki_strange``). Many have variables without bounds.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ __all__ = ["NamedProblem", "load", "names"]
 
 @dataclass(frozen=True)
 class NamedProblem:
-    """A problem and what is known of it.
+    """A problem with its known optimum.
 
     Parameters
     ----------
     problem
-        Exactly as stated: no box is derived.
+        As stated in its source; no bounds are derived.
     objective
         To be minimised.
     optimum
-        The known minimum (or infimum), to the digits that its source and its verification give.
+        The known minimum (or infimum), to the digits of its source and verification.
     minimisers
-        Known ones, possibly not all.
+        Known minimisers, possibly not all.
     order
-        Of the relaxation that reaches the optimum; None where none does, or none is known.
+        Order of the relaxation that reaches the optimum; None if no order does, or none is known.
     order_is
-        Where the order comes from.
+        Source of the order.
     """
 
     name: str
@@ -57,12 +57,13 @@ class NamedProblem:
 
     @property
     def is_bounded(self) -> bool:
-        """Return whether every variable has a finite box, which a certificate needs."""
+        """Return whether every variable has finite bounds, which a certificate needs."""
         return not self.problem.unbounded
 
 
 @cache
 def _entries() -> dict[str, dict[str, Any]]:
+    """Return the entries of ``problems.json`` by name."""
     text = files("relaxations.library").joinpath("problems.json").read_text(encoding="utf-8")
     return {entry["name"]: entry for entry in json.loads(text)}
 
@@ -84,7 +85,7 @@ def load(name: str) -> NamedProblem:
     Raises
     ------
     ProblemError
-        For a name that the library does not hold.
+        When the library has no problem of this name.
 
     Examples
     --------
@@ -117,5 +118,5 @@ def load(name: str) -> NamedProblem:
 
 
 def _end(value: float | None) -> Fraction | None:
-    """Return a bound as the decimal that it is written as."""
+    """Return a bound as the exact decimal that the file contains."""
     return None if value is None else Fraction(repr(value))

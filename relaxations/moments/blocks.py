@@ -1,7 +1,7 @@
-"""What a clique of variables gives to a relaxation, and the part of it that a reduction keeps.
+"""The constraints of a relaxation in one clique of variables, and the part of them that a sparse relaxation keeps.
 
-A reduction never changes a constraint: it keeps some multiples of the equalities, and of every matrix ``g b b'`` the
-parts whose basis is a part of b, which are principal submatrices. Whatever it keeps holds at every feasible point.
+A sparse relaxation keeps some multiples of the equalities. Of each matrix ``g b b'`` it keeps principal submatrices. So
+every kept constraint is satisfied at every feasible point.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Factors, Polynomials
 from relaxations.moments.moment import monomials_up_to
 
@@ -22,11 +22,11 @@ class Clique:
     Parameters
     ----------
     order
-        Of the relaxation.
+        Order of the relaxation.
     multiples
-        All ``h m`` of the equalities up to degree ``2 * order``.
+        All ``h m`` of equalities h and monomials m, up to degree ``2 * order``.
     inequalities
-        The g, the constant 1 first.
+        The polynomials g; the constant 1 is the first.
     """
 
     variables: tuple[int, ...]
@@ -35,25 +35,25 @@ class Clique:
     multiples: Polynomials
     inequalities: Polynomials
 
-    def halves(self) -> Index:
-        """Return the degree of the basis that belongs to each inequality, shape (n_inequalities,)."""
+    def basis_degrees(self) -> Index:
+        """Return the degree of the basis b of each inequality, shape (n_inequalities,)."""
         return self.order + (-self.inequalities.row_degrees()) // 2
 
     def bases(self) -> dict[int, Factors]:
-        """Return all monomials up to each degree that some basis has."""
-        return {half: monomials_up_to(self.variables, half) for half in np.unique(self.halves()).tolist()}
+        """Return all monomials up to degree k, for each degree k of a basis."""
+        return {half: monomials_up_to(self.variables, half) for half in np.unique(self.basis_degrees()).tolist()}
 
 
 @dataclass(frozen=True)
 class Split:
-    """What is kept of a clique.
+    """The part of a clique's constraints that a relaxation keeps.
 
     Parameters
     ----------
     multiples
-        Numbers of the multiples of equalities.
+        Row numbers of the kept multiples of equalities.
     blocks
-        For every inequality the parts of its basis, as numbers of monomials, each sorted.
+        For each inequality, the parts of its basis as sorted numbers of monomials.
     """
 
     multiples: Index
@@ -65,14 +65,7 @@ class Split:
         return [len(block) for own in self.blocks for block in own]
 
 
-def whole(clique: Clique) -> Split:
-    """Keep everything.
-
-    Examples
-    --------
-    >>> one, nothing = Polynomials.from_terms([{(): 1.0}]), Polynomials.empty()
-    >>> whole(Clique((0, 2), 2, nothing, nothing, one)).widths  # monomials in two variables up to degree 2
-    [6]
-    """
+def unsplit(clique: Clique) -> Split:
+    """Return the split that keeps every constraint."""
     own = {half: (np.arange(len(basis)),) for half, basis in clique.bases().items()}
-    return Split(np.arange(clique.multiples.n_rows), tuple(own[half] for half in clique.halves().tolist()))
+    return Split(np.arange(clique.multiples.n_rows), tuple(own[half] for half in clique.basis_degrees().tolist()))

@@ -1,10 +1,14 @@
-"""A relaxation with an objective as a conic program, and multipliers read back out of a solver's dual.
+"""The conic program of a relaxation, and the multipliers that a solver's dual vector contains.
 
     minimise  q'y   subject to   A y + s = b,   s in K,
 
-over the moments ``y`` without the constant one. Rows of A come in the order: equalities (zero cone), 1 x 1 blocks
-(nonnegative orthant), 2 x 2 blocks (second-order cones: ``[[a, c], [c, e]]`` is semidefinite exactly when
-``(a + e, a - e, 2 c)`` lies in the Lorentz cone), wider blocks (scaled upper triangle, columns stacked).
+over the moments ``y`` without the constant one. The rows of A come in this order:
+
+1. equalities (zero cone);
+2. 1 x 1 blocks (nonnegative orthant);
+3. 2 x 2 blocks (second-order cones): ``[[a, c], [c, e]]`` is semidefinite if and only if ``(a + e, a - e, 2 c)`` is in
+   the Lorentz cone;
+4. wider blocks (scaled upper triangle, columns stacked).
 """
 
 from __future__ import annotations
@@ -16,14 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation
 
-# Measured with Clarabel: 64 to 82 on blocks of widths 3 to 105, and 350 to 440 on lifts of 30 thousand to 1.4 million
-# terms, half of it for the assembly.
-BYTES_PER_PAIR = 80  # of entries of a block
-BYTES_PER_TERM = 400  # of the rows and blocks
+# Measured with Clarabel: 64 to 82 bytes per pair on blocks of widths 3 to 105, 350 to 440 bytes per term on lifts of
+# 30 thousand to 1.4 million terms, half of it for the assembly.
+BYTES_PER_PAIR = 80  # for each pair of entries of a block
+BYTES_PER_TERM = 400  # for each term of rows and blocks
 FEWER = "give fewer constraints: a shorter record, or windows of it one by one, whose intervals hold together"
 
 
@@ -34,51 +38,46 @@ class Cones:
     Parameters
     ----------
     zero
-        Rows of equalities.
+        Number of equalities.
     nonnegative
         Rows of the nonnegative orthant.
     second_order
-        Rows of each Lorentz cone: 3, that of a 2 x 2 block.
+        Rows of each Lorentz cone: 3 for a 2 x 2 block.
     semidefinite
         Width w of each block, which has ``w (w + 1) / 2`` rows.
 
     Examples
     --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.library import load
-    >>> problem = load("gms_st_e01").problem  # in two variables
-    >>> relax(problem, "dense", 1).program.cones
-    Cones(zero=0, nonnegative=3, second_order=(), semidefinite=(3,))
-    >>> relax(problem, "dense", 2).program.cones
-    Cones(zero=0, nonnegative=0, second_order=(), semidefinite=(6, 3, 3, 3))
+    >>> Cones(zero=1, nonnegative=2, second_order=(3,), semidefinite=(5,)).semidefinite
+    (5,)
     """
 
     zero: int
     nonnegative: int
     second_order: tuple[int, ...]
-    semidefinite: tuple[int, ...]  # widths
+    semidefinite: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class ConicProgram:
-    """``minimise q'y + offset : A y + s = b, s in K``; shared by all objectives over one relaxation.
+    """The constraints ``A y + s = b, s in K``, shared by all objectives over one relaxation.
 
     Parameters
     ----------
     matrix
-        Shape (n_rows, n_moments - 1). A; without a column for the constant moment.
+        A, shape (n_rows, n_moments - 1); the constant moment has no column.
     rhs
-        Shape (n_rows,). b.
+        b, shape (n_rows,).
     cones
         K, in the order of the rows.
     slices
-        Rows of each Blocks group of the relaxation; empty where the program comes from elsewhere.
+        Rows of each group of blocks of the relaxation; empty if the program comes from another source.
     """
 
     matrix: sparse.csc_matrix
     rhs: Array
     cones: Cones
-    slices: tuple[slice, ...]  # rows of each Blocks group of the relaxation
+    slices: tuple[slice, ...]
 
     @property
     def n_rows(self) -> int:
@@ -88,15 +87,14 @@ class ConicProgram:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """What a certificate needs of a dual solution.
+    """The multipliers of a dual solution that a certificate uses.
 
     Parameters
     ----------
     equalities
         Shape (n_equalities,).
     factors
-        Each of shape (count, size, rank).
-        The semidefinite multiplier of block k of a group is ``F_k F_k'``: nothing else can come of it.
+        Each of shape (count, size, rank). The multiplier of block k is ``F_k F_k'``, so it is always semidefinite.
     """
 
     equalities: Array
@@ -104,31 +102,10 @@ class Multipliers:
 
 
 def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) -> None:
-    """Refuse a relaxation that does not fit the machine's memory.
+    """Refuse a relaxation that needs more than four fifths of the machine's memory, by :func:`check_bytes`.
 
-    A solver keeps a dense matrix over the entries of each block, and its factors.
-
-    Parameters
-    ----------
-    widths
-        How many blocks there are of each width.
-    terms
-        Of all rows and blocks, one for each coefficient times moment.
-    what, cure
-        What asks for them and what to choose instead, for the message.
-
-    Raises
-    ------
-    ProblemError
-        Where they need more than four fifths of the memory there is.
-
-    Examples
-    --------
-    >>> check_memory({5: 1, 35: 20}, 10_000, "order 2", "lower the order")
-    >>> check_memory({5000: 1}, 0, "order 9", "lower the order")
-    Traceback (most recent call last):
-        ...
-    relaxations.errors.ProblemError: order 9 asks for semidefinite blocks of width 5000 and about 12505 TB of memory...
+    ``widths`` gives the number of blocks of each width, ``terms`` the number of coefficients in all rows and blocks.
+    A solver stores a dense matrix over the entries of each block, and its factors.
     """
     pairs = sum(count * (width * (width + 1) // 2) ** 2 for width, count in widths.items())
     needed = BYTES_PER_PAIR * pairs + BYTES_PER_TERM * terms
@@ -137,24 +114,9 @@ def check_memory(widths: Mapping[int, int], terms: int, what: str, cure: str) ->
 
 
 def check_bytes(needed: float, what: str, cure: str) -> None:
-    """Refuse what does not fit the machine's memory.
+    """Refuse a computation that needs more than four fifths of the machine's memory, by a ProblemError.
 
-    Parameters
-    ----------
-    what, cure
-        What asks for them ("... asks for ") and what to choose instead, for the message.
-
-    Raises
-    ------
-    ProblemError
-        Where it is more than four fifths of the memory there is.
-
-    Examples
-    --------
-    >>> check_bytes(1e17, "the map of the world asks for ", "draw it smaller")
-    Traceback (most recent call last):
-        ...
-    relaxations.errors.ProblemError: the map of the world asks for about 100000 TB of memory; this machine has ...
+    The message consists of the computation, ``what`` ("... asks for "), both sizes, and what the user can do, ``cure``.
     """
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 8e9
     if needed > 0.8 * available:
@@ -166,7 +128,7 @@ def _size(count: float) -> str:
 
 
 def conic_program(relaxation: Relaxation) -> ConicProgram:
-    """Lay out the constraints of a relaxation for a solver.
+    """Return the constraints of a relaxation as a conic program.
 
     Examples
     --------
@@ -187,6 +149,7 @@ def conic_program(relaxation: Relaxation) -> ConicProgram:
         [relaxation.equality_moment],
         [relaxation.equality_coefficient.mid],
     )
+    # Append the groups in the order of the cones, and note the rows of each.
     start = relaxation.n_equalities
     nonnegative = 0
     second_order: list[int] = []
@@ -208,6 +171,7 @@ def conic_program(relaxation: Relaxation) -> ConicProgram:
             second_order += [3] * blocks.count
         else:
             semidefinite += [width] * blocks.count
+    # Column 0 belongs to the constant moment: it becomes the right-hand side.
     full = sparse.csc_matrix(
         (np.concatenate(value_parts), (np.concatenate(row_parts), np.concatenate(moment_parts))),
         shape=(start, relaxation.n_moments),
@@ -221,11 +185,12 @@ def conic_program(relaxation: Relaxation) -> ConicProgram:
 
 
 def _width(blocks: Blocks) -> int:
+    """Return the width of a group's blocks, after facial reduction."""
     return blocks.size if blocks.congruence is None else int(blocks.congruence.shape[2])
 
 
 def _rows(blocks: Blocks) -> tuple[Index, Index, Array, int]:
-    """Return the triplets of ``s(y)`` for a group, and its number of rows."""
+    """Return the triplets (row, moment, value) of ``s(y)`` for a group, and its number of rows."""
     width = _width(blocks)
     if blocks.congruence is None:
         block, i, j, moment, value = blocks.block, blocks.i, blocks.j, blocks.moment, blocks.coefficient.mid
@@ -248,7 +213,7 @@ def _rows(blocks: Blocks) -> tuple[Index, Index, Array, int]:
 
 
 def _congruent(blocks: Blocks) -> tuple[Index, Index, Index, Index, Array]:
-    """Return the entries of V' M V, block by block."""
+    """Return the entries of ``V' M V`` for each block M."""
     assert blocks.congruence is not None
     i, j = np.triu_indices(_width(blocks))
     parts = []
@@ -267,12 +232,12 @@ def _congruent(blocks: Blocks) -> tuple[Index, Index, Index, Index, Array]:
 
 
 def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> Multipliers:
-    """Turn a solver's dual vector into factors of semidefinite matrices: the projection into the dual cone.
+    """Return the projection of a solver's dual vector onto the dual cone, as factors of semidefinite matrices.
 
     Parameters
     ----------
     program
-        Made of it.
+        The conic program of the relaxation.
     dual
         Shape (n_rows,). Finite.
 
@@ -288,8 +253,6 @@ def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> M
     >>> (moment_matrix @ moment_matrix.swapaxes(1, 2))[0].round(12)
     array([[1., 0.],
            [0., 0.]])
-    >>> box
-    array([[[2.]]])
     """
     factors = []
     for blocks, rows in zip(relaxation.blocks, program.slices, strict=True):
@@ -312,5 +275,5 @@ def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> M
             values, vectors = np.linalg.eigh(matrix)
             root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
         factors.append(root if blocks.congruence is None else blocks.congruence @ root)
-    # The solver adds z to q where the certificate subtracts lambda h m.
+    # The solver's sign of an equality multiplier is opposite to the certificate's.
     return Multipliers(-dual[: relaxation.n_equalities], tuple(factors))

@@ -1,15 +1,16 @@
-"""Lasserre's moment relaxations: dense, sparse over cliques, with term sparsity, and the textbook's, which breaks down.
+"""Lasserre's moment relaxations: dense, or sparse by cliques of variables, by terms and by sign symmetry.
 
-For each clique I of variables (one clique of all of them: the dense hierarchy), with ``b_d`` all monomials in x_I up
-to degree d:
+For each clique I of variables, with ``b_k`` all monomials in x_I up to degree k, the relaxation of order d is:
 
-    L(b_d b_d') >= 0,   L(g b b') >= 0 with deg(g b b') <= 2 d,   L(h m) = 0 with deg(h m) <= 2 d,
+    L(b_d b_d') >= 0,   L(g b b') >= 0 with deg(g b b') <= 2 d,   L(h m) = 0 with deg(h m) <= 2 d.
 
-and the box products ``(1 - x_i^2) >= 0`` among the g. ``method="textbook"`` leaves it there, and breaks down on
-equalities. The others reduce every semidefinite block to its face (:mod:`relaxations.moments.facial`) and drop
-dependent equalities. Where the objective is known, ``"sparse"`` and ``"dense"`` split by sign symmetry
-(:mod:`relaxations.moments.symmetry`), which loses nothing. ``"terms"`` and ``"chordal"`` keep, clique by clique,
-what concerns the terms of the problem (:mod:`relaxations.moments.terms`).
+The polynomials g contain ``1 - x_i^2``. The dense relaxation has one clique with all variables.
+
+- ``"textbook"`` is this relaxation without changes; solvers fail on it if there are equalities.
+- All other methods reduce every block to its face (:mod:`relaxations.moments.facial`) and drop dependent equalities.
+- ``"sparse"`` and ``"dense"`` use sign symmetry if the objective is known (:mod:`relaxations.moments.symmetry`). The
+  bound does not change.
+- ``"terms"`` and ``"chordal"`` use term sparsity in each clique (:mod:`relaxations.moments.terms`).
 
 References
 ----------
@@ -24,12 +25,12 @@ from math import comb
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials, unique
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moments import facial, symmetry, terms
-from relaxations.moments.blocks import Clique, Split, whole
+from relaxations.moments.blocks import Clique, Split, unsplit
 from relaxations.moments.conic import check_memory
 from relaxations.moments.moment import Localiser, Relaxation, assemble, localise
 from relaxations.problem.problem import PolynomialProblem
@@ -38,7 +39,7 @@ from relaxations.reductions.sparsity import cliques, row_variables
 METHODS = ("sparse", "dense", "terms", "chordal", "textbook")
 BY_TERMS = ("terms", "chordal")
 CURE = "lower the order, or choose method='lift' or 'sparse'"
-MOST = 5000  # monomials of a basis: no structure is looked for in a longer one
+MOST = 5000  # monomials of a basis; a longer basis is not split
 
 
 def lasserre(
@@ -48,27 +49,27 @@ def lasserre(
     objective: Polynomials | None = None,
     steps: int = 1,
 ) -> Relaxation:
-    """Build a Lasserre relaxation of a scaled problem (all variables in [-1, 1]), as in section 4 of Lasserre (2001).
+    """Return a Lasserre relaxation of a scaled problem (section 4 of Lasserre 2001).
 
     Parameters
     ----------
     problem
         Scaled to [-1, 1] (:class:`relaxations.reductions.scaling.Scaling`).
     order
-        At least half of every degree; one for each of :func:`groups` where they differ.
+        At least half of every degree; or one order for each clique.
     method
         One of {"sparse", "dense", "terms", "chordal", "textbook"}.
     objective
-        In the scaled variables; one row for each objective that the relaxation is to serve. A split by symmetry or
-        terms leaves no moments for others. Without it nothing is split by symmetry, a split by terms serves single
-        variables, and products of variables that share no constraint have no moments.
+        In the scaled variables; one row for each objective of the relaxation. A split by symmetry or by terms has no
+        moments for other objectives. Without it there is no split by symmetry, and a split by terms serves single
+        variables.
     steps
-        Of the extension of supports, for ``"terms"`` and ``"chordal"``: each is at least as tight as the one before.
+        Number of extensions of the support, for ``"terms"`` and ``"chordal"``. More steps give equal or tighter bounds.
 
     Raises
     ------
     ProblemError
-        Where the order is too low (the least one is named) or the machine's memory too small.
+        When the order is too low (the message names the least order) or the machine's memory is too small.
 
     Examples
     --------
@@ -79,16 +80,17 @@ def lasserre(
     >>> dense, sparse = (lasserre(problem, 2, method) for method in ("dense", "sparse"))
     >>> dense.largest_block, sparse.largest_block  # monomials up to degree 2 in six variables, and in two
     (28, 6)
-    >>> lasserre(problem, 2, "sparse", objective).largest_block  # all signs change at once: even and odd degrees
+    >>> lasserre(problem, 2, "sparse", objective).largest_block  # split into even and odd degrees
     4
     """
+    # Of each clique: linearly independent equalities, and blocks reduced to their faces.
     equalities, localisers = [], []
     for clique, kept in plan(problem, order, method, objective, steps):
         check_time()
         products = clique.multiples.take(kept.multiples)
         if method != "textbook" and products.n_rows > 1:
             occurring, _ = unique(products.factors)
-            products = products.take(facial.independent(facial.coordinates(products, occurring)))
+            products = products.take(facial.independent_rows(facial.coordinates(products, occurring)))
         equalities.append(products)
         localisers += _localisers(clique, kept, reduced=method != "textbook")
     highest = order if isinstance(order, int) else max(order)
@@ -102,50 +104,21 @@ def plan(
     objective: Polynomials | None = None,
     steps: int = 1,
 ) -> tuple[tuple[Clique, Split], ...]:
-    """Return what a relaxation takes of each clique, and refuse one that cannot be built.
-
-    Parameters
-    ----------
-    problem
-        Scaled to [-1, 1].
-    method
-        One of {"sparse", "dense", "terms", "chordal", "textbook"}.
-    objective
-        As for :func:`lasserre`.
-
-    Returns
-    -------
-    tuple of (Clique, Split)
-
-    Raises
-    ------
-    ProblemError
-        Where the order is too low (the least one is named), there are not as many orders as cliques, or the machine's
-        memory is too small.
-
-    Examples
-    --------
-    >>> import sympy; from relaxations.problem.problem import from_sympy
-    >>> x, y, z = v = sympy.symbols("x y z")
-    >>> problem, objective = from_sympy(x**4 + y**4 + x * y + z**2, [], [], v, {v: (-1, 1) for v in v})
-    >>> for method in ("textbook", "dense", "terms"):
-    ...     print([max(split.widths) for _, split in plan(problem, 2, method, objective)])
-    [6, 3]
-    [5]
-    [4, 2]
-    """
+    """Return the constraints that a relaxation keeps of each clique; see :func:`lasserre` for the arguments."""
     if steps < 1:
         raise ProblemError(f"steps is {steps}: at least one is needed")
     found = groups(problem, order if isinstance(order, int) else min(order), method, objective)
     orders = (order,) * len(found) if isinstance(order, int) else order
     if len(orders) != len(found):
         raise ProblemError(f"{len(orders)} orders were given for {len(found)} cliques: give one, or one for each")
+    # Sign symmetry keeps the bound of an objective only if the objective has the symmetry.
     own_inequalities = _assign(problem.inequalities, found)
     signs = np.zeros((0, problem.n_variables), dtype=np.bool_)
     if method in ("sparse", "dense") and objective is not None:
         signs = symmetry.sign_symmetries(problem, objective)
     sizes = [comb(len(clique) + own, own) for clique, own in zip(found, orders, strict=True)]
     what = f"order {max(orders)} with {max(map(len, found))} variables in a clique"
+    # Check the memory before splitting, where no split can make the blocks smaller.
     if max(sizes) > MOST or not (len(signs) or method in BY_TERMS):
         widths = []
         for clique, own, rows, size in zip(found, orders, own_inequalities, sizes, strict=True):
@@ -156,7 +129,7 @@ def plan(
         support = Polynomials.variables(np.arange(problem.n_variables)) if objective is None else objective
         splits = terms.split(parts, support, steps, chordal=method == "chordal")
     else:
-        splits = tuple(symmetry.split(clique, signs) if len(signs) else whole(clique) for clique in parts)
+        splits = tuple(symmetry.split(clique, signs) if len(signs) else unsplit(clique) for clique in parts)
     check_memory(Counter(width for kept in splits for width in kept.widths), 0, what, CURE)
     return tuple(zip(parts, splits, strict=True))
 
@@ -164,35 +137,7 @@ def plan(
 def groups(
     problem: PolynomialProblem, order: int, method: str, objective: Polynomials | None = None
 ) -> tuple[tuple[int, ...], ...]:
-    """Return the cliques a relaxation is built on.
-
-    Parameters
-    ----------
-    method
-        One of {"sparse", "dense", "terms", "chordal", "textbook"}.
-    objective
-        The variables of each of its monomials lie in one clique.
-
-    Returns
-    -------
-    tuple of tuple of int
-        Variables of each clique, sorted.
-
-    Raises
-    ------
-    ProblemError
-        Where the order is too low (the least one is named).
-
-    Examples
-    --------
-    >>> import sympy; from relaxations.problem.problem import from_sympy
-    >>> x = sympy.symbols("x0:4")
-    >>> problem, _ = from_sympy(None, [v * w for v, w in zip(x, x[1:])], [], x)
-    >>> groups(problem, 1, "sparse")
-    ((0, 1), (1, 2), (2, 3))
-    >>> groups(problem, 1, "dense")
-    ((0, 1, 2, 3),)
-    """
+    """Return the sorted variables of each clique of a relaxation; ProblemError if the order is too low."""
     least = max(1, -(-max(problem.degree, objective.degree if objective else 0) // 2))
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
@@ -205,7 +150,7 @@ def _cliques(
     groups: tuple[tuple[int, ...], ...],
     own_inequalities: list[list[int]],
 ) -> tuple[Clique, ...]:
-    """Return each clique with the constraints that it is the first to hold, box products among them."""
+    """Return each clique with its constraints; a constraint belongs to the first clique that contains it."""
     own_equalities = _assign(problem.equalities, groups)
     boxed: set[int] = set()
     found = []
@@ -219,13 +164,13 @@ def _cliques(
             problem.inequalities.take(np.array(own_inequalities[k], dtype=np.int64)),
             *(Polynomials.from_terms([{(): 1.0, (v, v): -1.0}]) for v in new),
         ]
-        multiples = facial.multiplied(equal, variables, 2 * order)
+        multiples = facial.multiples(equal, variables, 2 * order)
         found.append(Clique(variables, order, equal, multiples, Polynomials.join(unequal)))
     return tuple(found)
 
 
 def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> list[list[int]]:
-    """Return for each clique the members that it is the first to hold."""
+    """Return the row numbers of the polynomials of each clique: each belongs to the first clique that contains it."""
     sets = [set(g) for g in groups]
     holding: dict[int, list[int]] = {}
     for number, group in enumerate(groups):
@@ -239,11 +184,13 @@ def _assign(polynomials: Polynomials, groups: tuple[tuple[int, ...], ...]) -> li
 
 
 def _localisers(clique: Clique, kept: Split, reduced: bool) -> list[Localiser]:
-    """Return the blocks that are kept, reduced to their faces; inequalities of one degree and block together."""
+    """Return the kept blocks, reduced to their faces; inequalities with equal degree and block share one localiser."""
     found = []
     degrees = clique.inequalities.row_degrees()
     bases = clique.bases()
-    vectors = {half: facial.multiples(clique.equalities, clique.variables, half) if reduced else None for half in bases}
+    vectors = {
+        half: facial.multiple_vectors(clique.equalities, clique.variables, half) if reduced else None for half in bases
+    }
     for degree in np.unique(degrees).tolist():
         half = clique.order - -(-degree // 2)
         sharing: dict[bytes, tuple[Index, list[int]]] = {}
@@ -251,10 +198,10 @@ def _localisers(clique: Clique, kept: Split, reduced: bool) -> list[Localiser]:
             for block in kept.blocks[row]:
                 sharing.setdefault(block.tobytes(), (block, []))[1].append(row)
         for block, rows in sharing.values():
-            null = vectors[half]
-            face = None if null is None else facial.complement(facial.supported(null, block))
+            null = vectors.get(half)
+            face = None if null is None else facial.face_basis(facial.vectors_within(null, block))
             if face is not None and not face.shape[1]:
-                continue  # equalities leave nothing of the block
+                continue  # the equalities make the block zero
             members = clique.inequalities.take(np.array(rows, dtype=np.int64))
             congruence = None if face is None else np.broadcast_to(face, (len(rows), *face.shape))
             found.append(localise(members, bases[half][block], congruence))

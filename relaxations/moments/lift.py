@@ -1,25 +1,24 @@
-"""The parametric lift: moments in the few complicating variables, everything else enters linearly.
+"""The parametric lift: moments of degree up to 2d in few complicating variables, and linear in all other variables.
 
-Let ``p`` be a smallest set of variables such that every constraint is affine in the others, ``z``. The lift of order
-d keeps the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d`` only:
+Let ``p`` be a smallest set of variables such that every constraint is affine in the other variables ``z``. The lift of
+order d has the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d``:
 
 - an equality ``h(p, z) = 0`` of degree k in p gives ``L(h p^a) = 0`` for ``|a| <= 2d - k``;
 - an inequality ``g(p, z) >= 0`` with ``2d - k = 2m`` gives ``L(g b_m b_m') >= 0`` and, for every i,
-  ``L(g (1 - p_i^2) b_{m-1} b_{m-1}') >= 0``; with ``2d - k = 2m + 1`` it gives
-  ``L(g (1 +- p_i) b_m b_m') >= 0``, which imply the one without a box factor. On an interval these are all
-  nonnegative polynomials of that degree (Lukacs);
-- the box ``1 +- z_i >= 0`` counts as an inequality of degree 0, and so does ``1 >= 0``.
+  ``L(g (1 - p_i^2) b_{m-1} b_{m-1}') >= 0``;
+- with ``2d - k = 2m + 1`` it gives ``L(g (1 +- p_i) b_m b_m') >= 0``, which imply ``L(g b_m b_m') >= 0``;
+- ``1 +- z_i >= 0`` and ``1 >= 0`` are inequalities of degree 0.
 
-At every fixed ``p`` the problem is linear in ``z``; by linear programming duality with multipliers that are polynomial
-in ``p`` the bounds converge as d grows.
+On an interval, the multipliers are all nonnegative polynomials of their degree (Lukacs). At fixed ``p`` the problem is
+linear in ``z``. By duality, with multipliers that are polynomials in ``p``, the bounds converge as d grows.
 
-``method="rlt"``, reformulation-linearisation, has the same moments and equalities, and products with bound factors in
-place of matrices,
+``method="rlt"``, reformulation-linearisation, has the same moments and equalities. Its inequalities are products with
+bound factors instead of matrices, so it is a linear program:
 
-    L(g prod_i (1 - p_i)^{k_i} (1 + p_i)^{l_i}) >= 0,    sum_i k_i + l_i = 2d - k;
+    L(g prod_i (1 - p_i)^{k_i} (1 + p_i)^{l_i}) >= 0,    sum_i k_i + l_i = 2d - k.
 
-those with fewer factors are sums of these, for ``(1 - p_i) + (1 + p_i) = 2``. It is a linear program. With one
-complicating variable the lift of the same order is at least as tight; with several, neither implies the other.
+Products with fewer factors are sums of these, because ``(1 - p_i) + (1 + p_i) = 2``. With one complicating variable,
+the lift of the same order is at least as tight. With several variables, neither implies the other.
 
 References
 ----------
@@ -39,7 +38,7 @@ from math import comb
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials, unique
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
@@ -52,15 +51,10 @@ MOST_COMPLICATING = 6
 
 
 def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICATING) -> Index | None:
-    """Return the smallest set of variables without which every monomial is affine; None if over ``most``.
+    """Return a smallest set of variables such that every monomial is affine in the others; None if it exceeds ``most``.
 
-    A monomial is affine in the rest exactly when the set covers every pair of its factors: a minimum vertex cover of
-    the graph of pairs, found by branching on the vertex of highest degree.
-
-    Parameters
-    ----------
-    most
-        Largest set to look for.
+    The set must contain a variable of every pair of factors. So it is a minimum vertex cover of the graph of pairs,
+    found by branching on the vertex of highest degree.
 
     Examples
     --------
@@ -71,7 +65,7 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
     array([0])
     """
     needed, rest = _pairs(problem)
-    # A vertex with so many neighbours that these cannot all be in the cover is.
+    # A vertex with more than ``most`` neighbours must be in the cover, because its neighbours cannot all be.
     needed |= {v for v, n in rest.items() if len(n) > most}
     rest = {v: left for v, n in rest.items() if v not in needed and (left := n - needed)}
     for size in range(most - len(needed) + 1):
@@ -82,7 +76,7 @@ def complicating_variables(problem: PolynomialProblem, most: int = MOST_COMPLICA
 
 
 def _pairs(problem: PolynomialProblem) -> tuple[set[int], dict[int, set[int]]]:
-    """Return the variables that occur squared, and among the others who shares a monomial with whom."""
+    """Return the variables that occur squared, and for each other variable those in the same monomial."""
     squared: set[int] = set()
     neighbours: dict[int, set[int]] = {}
     for family in (problem.equalities, problem.inequalities):
@@ -100,6 +94,7 @@ def _pairs(problem: PolynomialProblem) -> tuple[set[int], dict[int, set[int]]]:
 
 
 def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None:
+    """Return a vertex cover with at most ``size`` vertices, or None."""
     if not neighbours:
         return set()
     if size == 0:
@@ -115,16 +110,7 @@ def _vertex_cover(neighbours: dict[int, set[int]], size: int) -> set[int] | None
 
 
 def nonlinear_variables(problem: PolynomialProblem) -> Index:
-    """Return some set of variables, found greedily, without which every monomial is affine; of any size.
-
-    Examples
-    --------
-    >>> import sympy; from relaxations.problem.problem import from_sympy
-    >>> x = sympy.symbols("x0:4")
-    >>> problem, _ = from_sympy(None, [], [x[0] * x[1] + x[1] * x[2] - 1, x[3] ** 2 - x[0]], x)
-    >>> nonlinear_variables(problem)
-    array([1, 3])
-    """
+    """Return a set of variables, found greedily, such that every monomial is affine in the others."""
     squared, rest = _pairs(problem)
     chosen = set(squared)
     while any(rest.values()):
@@ -135,32 +121,13 @@ def nonlinear_variables(problem: PolynomialProblem) -> Index:
 
 
 def least_order(problem: PolynomialProblem, complicating: Index) -> int:
-    """Return the least order at which every constraint fits.
-
-    Parameters
-    ----------
-    complicating
-        Degrees are counted in these variables alone.
-
-    Returns
-    -------
-    int
-        At least 1.
-
-    Examples
-    --------
-    >>> import sympy; from relaxations.problem.problem import from_sympy
-    >>> a, y = sympy.symbols("a y")
-    >>> problem, _ = from_sympy(None, [], [a**3 * y - 1], [a, y])
-    >>> least_order(problem, np.array([0]))
-    2
-    """
+    """Return the least order of a lift: half of the largest degree in the complicating variables, at least 1."""
     degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities))
     return max(1, -(-degree // 2))
 
 
 def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxation:
-    """Build the parametric lift of a scaled problem (all variables in [-1, 1]), or its linear variant.
+    """Return the parametric lift of a scaled problem (all variables in [-1, 1]), or its linear variant.
 
     Parameters
     ----------
@@ -174,7 +141,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
     Raises
     ------
     ProblemError
-        As :func:`lifted_variables` says.
+        When there are more than six complicating variables, the order is too low, or the memory is too small.
 
     Examples
     --------
@@ -182,7 +149,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
     >>> a, *y = sympy.symbols("a y0:10")
     >>> recursion = [after - a * before for before, after in zip(y, y[1:])]
     >>> problem, _ = from_sympy(None, [], recursion, [a, *y], {v: (-1, 1) for v in (a, *y)})
-    >>> lift(problem, 2).largest_block  # however many y there are; monomials up to degree 2 in all: 78
+    >>> lift(problem, 2).largest_block  # for any number of y; the dense relaxation has 78
     3
     >>> lift(problem, 2, "rlt").largest_block
     1
@@ -202,27 +169,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
 
 
 def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift") -> Index:
-    """Return the complicating variables of a lift, and refuse one that cannot be built.
-
-    Parameters
-    ----------
-    method
-        One of {"lift", "rlt"}.
-
-    Raises
-    ------
-    ProblemError
-        Where no small set of complicating variables exists, the order is too low for the degrees, or the machine's
-        memory too small.
-
-    Examples
-    --------
-    >>> import sympy; from relaxations.problem.problem import from_sympy
-    >>> a, x, y = sympy.symbols("a x y")
-    >>> problem, _ = from_sympy(None, [], [x + a * y - 1], [a, x, y])
-    >>> lifted_variables(problem, 1)
-    array([0])
-    """
+    """Return the complicating variables of a lift; ProblemError if the lift cannot be built, as in :func:`lift`."""
     complicating = complicating_variables(problem)
     if complicating is None:
         raise ProblemError(
@@ -232,6 +179,7 @@ def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift
     least = least_order(problem, complicating)
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+    # Count terms, block widths and moments, and compare their memory with the machine's.
     n = len(complicating)
     terms = 0
     for degree, members in _by_degree(problem.equalities, complicating):
@@ -254,14 +202,14 @@ def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift
 
 
 def _bounded(problem: PolynomialProblem, complicating: Index) -> Polynomials:
-    """Return 1, the inequalities, and the box of the variables that do not complicate."""
+    """Return the polynomials g >= 0: the constant 1, the inequalities, and the bounds of the other variables z."""
     own = np.setdiff1d(np.arange(problem.n_variables), complicating)
     box = [Polynomials.variables(own, sign, 1.0) for sign in (-1.0, 1.0)]
     return Polynomials.join([Polynomials.from_terms([{(): 1.0}]), problem.inequalities, *box])
 
 
 def _multiples(complicating: Index, degree: int, method: str) -> list[tuple[Polynomials, int]]:
-    """Return the box factors of an inequality that may be raised by a degree, each with the degree of its basis."""
+    """Return the box factors that raise an inequality by a degree, each with the degree of its basis."""
     if method == "rlt":
         return [(factor, 0) for factor in _bound_factors(complicating, degree)]
     half, odd = divmod(degree, 2)
@@ -276,7 +224,7 @@ def _multiples(complicating: Index, degree: int, method: str) -> list[tuple[Poly
 
 
 def _bound_factors(complicating: Index, degree: int) -> list[Polynomials]:
-    """Return all products of so many factors ``1 - p_i`` and ``1 + p_i``; their coefficients are whole numbers."""
+    """Return all products of ``degree`` factors ``1 - p_i`` or ``1 + p_i``; their coefficients are integers."""
     found = [Polynomials.from_terms([{(): 1.0}])]
     single = [Polynomials.from_terms([{(): 1.0, (p,): sign}]) for p in complicating.tolist() for sign in (-1.0, 1.0)]
     if single:
@@ -287,30 +235,20 @@ def _bound_factors(complicating: Index, degree: int) -> list[Polynomials]:
 
 
 def degrees_in(polynomials: Polynomials, complicating: Index) -> Index:
-    """Return the degree of each member in the complicating variables.
-
-    Returns
-    -------
-    ndarray of int, shape (n_rows,)
-
-    Examples
-    --------
-    >>> family = Polynomials.from_terms([{(0, 0, 1): 1.0, (1,): 2.0}, {(1,): 1.0}])  # x0^2 x1 + 2 x1, x1
-    >>> degrees_in(family, np.array([0]))
-    array([2, 0])
-    """
+    """Return the degree of each polynomial in the complicating variables, shape (n_rows,)."""
     degrees = np.zeros(polynomials.n_rows, dtype=np.int64)
     np.maximum.at(degrees, polynomials.rows, np.isin(polynomials.factors, complicating).sum(axis=1))
     return degrees
 
 
 def _by_degree(polynomials: Polynomials, complicating: Index) -> list[tuple[int, Polynomials]]:
+    """Return the polynomials grouped by their degree in the complicating variables."""
     degrees = degrees_in(polynomials, complicating)
     return [(int(k), polynomials.take(np.flatnonzero(degrees == k))) for k in np.unique(degrees)]
 
 
 def _times(members: Polynomials, factor: Polynomials) -> Polynomials:
-    """Return all members times one polynomial."""
+    """Return all polynomials times one polynomial."""
     parts, count = members.times_monomials(factor.factors), len(factor.factors)
     coefficients = parts.coefficients * factor.coefficients[parts.rows % count]
     return Polynomials(members.n_rows, parts.rows // count, parts.factors, coefficients)

@@ -1,13 +1,12 @@
-"""Relaxations as cones over scaled moments, and the assembly that all of them share.
+"""Relaxations as cones over scaled moments, and their assembly.
 
 A relaxation replaces each monomial ``m`` of a scaled point (all variables in [-1, 1]) by a variable ``y_m`` in
-[-1, 1], ``y_1 = 1``, and asks
+[-1, 1] with ``y_1 = 1``. Its constraints are
 
     L(h m) = 0                    for equalities h and multipliers m,
     L(g b b') positive semidefinite   for inequalities g and bases b of monomials,
 
-where ``L`` puts the moment in place of its monomial. Which m and b: that is what tells the lift from Lasserre's
-dense and sparse hierarchies.
+where ``L`` replaces each monomial by its moment. The lift and Lasserre's hierarchies differ in the choice of m and b.
 """
 
 from __future__ import annotations
@@ -18,14 +17,15 @@ from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Factors, Polynomials, multiply, pad, unique
 from relaxations.errors import ProblemError
 
 
 @dataclass(frozen=True)
 class Localiser:
-    """``count`` symbolic blocks ``g b b'`` of one size, before moments are numbered.
+    """``count`` blocks ``g b b'`` of one size as polynomials, before moments are numbered.
 
     Parameters
     ----------
@@ -36,9 +36,7 @@ class Localiser:
     entries
         One row per (block, i, j) with i <= j, ordered by block.
     congruence
-        Shape (count, size, reduced).
-        The V of a facial reduction: ``V' M V`` is asked to be semidefinite instead of M. None where nothing
-        was reduced.
+        Shape (count, size, reduced). V of a facial reduction, where ``V' M V`` is semidefinite instead of M; or None.
     """
 
     size: int
@@ -53,10 +51,8 @@ class Blocks:
 
     Parameters
     ----------
-    block, i, j, moment
-        Shape (n_terms,). Where each term stands, and the number of its moment.
-    coefficient
-        Shape (n_terms,).
+    block, i, j, moment, coefficient
+        Shape (n_terms,). Position, moment number and coefficient of each term.
     congruence
         Shape (count, size, reduced). As in :class:`Localiser`.
     """
@@ -73,16 +69,16 @@ class Blocks:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """A convex outer description of a scaled polynomial set; objectives are added at solve time.
+    """A convex outer approximation of a scaled polynomial set; objectives are given to each solve.
 
     Parameters
     ----------
     method
         ``"lift"``, ``"rlt"``, ``"sparse"``, ``"dense"``, ``"terms"``, ``"chordal"`` or ``"textbook"``.
     n_variables
-        Variables of the scaled problem.
+        Number of variables of the scaled problem.
     complicating
-        The lift's complicating variables; empty for Lasserre's relaxations.
+        Complicating variables of a lift; empty for Lasserre's relaxations.
     monomials
         Shape (n_moments, degree). Monomial of each moment; row 0 is the constant 1.
     equality_row, equality_moment, equality_coefficient
@@ -116,7 +112,7 @@ class Relaxation:
         return max((b.size for b in self.blocks), default=0)
 
     def moments_of(self, factors: Factors) -> Index:
-        """Return the moment's number for each monomial; ProblemError where one has none."""
+        """Return the moment number of each monomial; ProblemError if a monomial has no moment."""
         found = self.find(factors)
         if (found < 0).any():
             raise ProblemError(
@@ -126,7 +122,7 @@ class Relaxation:
         return found
 
     def find(self, factors: Factors) -> Index:
-        """Return the moment's number for each monomial; -1 where one has none."""
+        """Return the moment number of each monomial; -1 if it has none."""
         degree = max(self.monomials.shape[1], factors.shape[1])
         stacked = np.concatenate([pad(self.monomials, degree), pad(factors, degree)])
         _, which = unique(stacked)
@@ -135,9 +131,9 @@ class Relaxation:
         return place[which[self.n_moments :]]
 
     def first_order(self, moments: Array) -> Array:
-        """Return the point of first-order moments, shape (n_variables,); NaN where a variable has none.
+        """Return the point of first-order moments, shape (n_variables,); NaN if a variable has none.
 
-        Where only its square has one, the relaxation does not change with the variable's sign: the moment is zero.
+        If only the square of a variable has a moment, the relaxation is symmetric in its sign, and its moment is zero.
         """
         variables = np.arange(self.n_variables)[:, None]
         square, single = self.find(np.repeat(variables, 2, axis=1)), self.find(variables)
@@ -145,15 +141,8 @@ class Relaxation:
 
 
 def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
-    """Return all monomials in some variables up to a degree, by degree, the constant first.
+    """Return all monomials in some variables up to a degree, sorted by degree; the constant is the first.
 
-    Returns
-    -------
-    ndarray of int64, shape (n_monomials, degree)
-        Sorted variable numbers, padded in front with -1.
-
-    Examples
-    --------
     >>> monomials_up_to([0, 3], 2)  # 1, x0, x3, x0^2, x0 x3, x3^2
     array([[-1, -1],
            [-1,  0],
@@ -171,24 +160,7 @@ def monomials_up_to(variables: Sequence[int] | Index, degree: int) -> Factors:
 
 
 def localise(polynomials: Polynomials, basis: Factors, congruence: Array | None = None) -> Localiser:
-    """Return the blocks ``g b b'`` for every member g of a family.
-
-    Parameters
-    ----------
-    polynomials
-        The g.
-    basis
-        Shape (size, degree). The monomials b.
-    congruence
-        Shape (n_rows, size, reduced). The V of a facial reduction; see :class:`Localiser`.
-
-    Examples
-    --------
-    >>> box = Polynomials.from_terms([{(): 1.0, (0, 0): -1.0}])  # 1 - x0^2
-    >>> blocks = localise(box, monomials_up_to([0], 1))
-    >>> blocks.size, blocks.entries.evaluate(np.array([0.5]))  # (1 - x0^2) times 1, x0 and x0^2
-    (2, array([0.75  , 0.375 , 0.1875]))
-    """
+    """Return the blocks ``g b b'`` for each polynomial g and the basis b; ``congruence`` as in :class:`Localiser`."""
     size = len(basis)
     i, j = np.triu_indices(size)
     products = polynomials.times_monomials(multiply(basis[i], basis[j]))
@@ -204,42 +176,23 @@ def assemble(
     localisers: Sequence[Localiser],
     monomials: Sequence[Factors] = (),
 ) -> Relaxation:
-    """Give every moment its number and collect the coefficients, in one pass of NumPy over all terms.
+    """Return the relaxation: number every moment and add up the coefficients, without a Python loop over terms.
 
     Parameters
     ----------
-    method
-        The relaxation's name.
-    n_variables
-        Variables of the scaled problem.
-    complicating
-        The lift's complicating variables; empty for others.
     equalities
-        Every member ``h m`` gives ``L(h m) = 0``.
+        Every row ``h m`` gives ``L(h m) = 0``.
     localisers
-        Every block is asked to be semidefinite.
+        Every block is semidefinite.
     monomials
-        Each of shape (n, degree). Kept as moments even where no constraint mentions them.
-
-    Examples
-    --------
-    >>> one = Polynomials.from_terms([{(): 1.0}])
-    >>> half = Polynomials.from_terms([{(0,): 1.0, (): -0.5}])
-    >>> none = np.zeros(0, dtype=np.int64)
-    >>> relaxation = assemble("mine", 1, 1, none, [half], [localise(one, monomials_up_to([0], 1))])
-    >>> relaxation.monomials  # 1, x0, x0^2
-    array([[-1, -1],
-           [-1,  0],
-           [ 0,  0]])
-    >>> relaxation.n_equalities, relaxation.largest_block
-    (1, 2)
+        Monomials that get a moment even if no constraint contains them.
     """
     equality = Polynomials.join(list(equalities)) if equalities else Polynomials.empty()
     parts = [equality.factors, *(loc.entries.factors for loc in localisers), *monomials]
     degree = max((p.shape[1] for p in parts), default=0)
     everything = np.concatenate([np.full((1, degree), -1, dtype=np.int64), *(pad(p, degree) for p in parts)])
     numbered, which = unique(everything)
-    # The packed words sort -1 first, so the constant is moment 0.
+    # The constant, -1 in every column, sorts first: it is moment 0.
     cuts = np.cumsum([1, *(len(p) for p in parts)])
     moments = [which[a:b] for a, b in pairwise(cuts)]
 
@@ -253,12 +206,14 @@ def assemble(
 
 
 def _collect(polynomials: Polynomials, moments: Index, n_moments: int) -> tuple[Index, Index, Balls]:
+    """Return the triplets (row, moment, coefficient) with equal positions added up."""
     key, place = np.unique(polynomials.rows * n_moments + moments, return_inverse=True)
     total = polynomials.coefficients.segment_sum(place.reshape(-1), len(key))
     return key // n_moments, key % n_moments, total
 
 
 def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
+    """Return a localiser with its monomials replaced by the numbers of moments."""
     row, moment, coefficient = _collect(localiser.entries, moments, n_moments)
     i, j = np.triu_indices(localiser.size)
     block, entry = np.divmod(row, len(i))
@@ -266,21 +221,8 @@ def _blocks(localiser: Localiser, moments: Index, n_moments: int) -> Blocks:
 
 
 def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:
-    """Join blocks of equal size, so that a solver and a certificate meet each size once.
-
-    Returns
-    -------
-    tuple of Blocks
-        Of each size, and size after a facial reduction, one.
-
-    Examples
-    --------
-    >>> place = np.zeros(1, dtype=np.int64)
-    >>> constant = Blocks(1, 1, place, place, place, place, Balls.exact([1.0]), None)  # 1 >= 0
-    >>> (both,) = merge([constant, constant])
-    >>> both.count, both.block
-    (2, array([0, 1]))
-    """
+    """Return the blocks with all of one size, before and after facial reduction, in one group."""
+    # Group by width before and after facial reduction.
     groups: dict[tuple[int, int], list[Blocks]] = {}
     for b in blocks:
         if b.count:
@@ -288,6 +230,7 @@ def merge(blocks: Sequence[Blocks]) -> tuple[Blocks, ...]:
             groups.setdefault((b.size, reduced), []).append(b)
     merged = []
     for (size, reduced), members in groups.items():
+        # Number the blocks of a group consecutively; a block without facial reduction gets V = I.
         offsets = np.cumsum([0, *(b.count for b in members)])
         whole = np.eye(size)
         merged.append(

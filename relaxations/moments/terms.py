@@ -1,15 +1,15 @@
-"""Term sparsity: of each moment matrix what the terms of the problem ask for, step by step.
+"""Term sparsity: each moment matrix is split by a graph that the terms of the problem define.
 
-Two monomials b, c of the basis of g are joined where a term of ``g b c`` is a square, or in the support known so far:
-at first the terms of the objective and of the inequalities. The graph is closed, to its connected components ("block
-closure") or to the maximal cliques of a chordal extension, and only these parts of the matrix are kept. A multiple of
-an equality is kept where one of its terms is a square or in the support. The terms of all that is kept are the next
-support.
+1. The support is the set of terms of the objective and of the inequalities.
+2. Monomials b, c of the basis of g are joined if a term of ``g b c`` is a square or lies in the support.
+3. The graph is extended: to its connected components ("block closure"), or to a chordal graph. The matrix is split into
+   the components, or the maximal cliques.
+4. A multiple of an equality is kept if one of its terms is a square or lies in the support.
+5. The terms of everything that is kept are the next support. All cliques of variables share one support.
 
-Each step is at least as tight as the one before, for a graph holds the closure of the one before. Block closures end at
-the bound of the whole relaxation: what is left out then are moments that may be zero. Their blocks lie within those of
-sign symmetry (:mod:`relaxations.moments.symmetry`), and are the same at orders high enough. Chordal extensions give
-smaller blocks, and may end below that bound. All cliques of variables extend one support.
+Each step gives an equal or tighter bound, because its graph contains the graph before. Block closures end at the bound
+of the full relaxation. Their blocks are parts of those of sign symmetry (:mod:`relaxations.moments.symmetry`). Chordal
+extensions give smaller blocks and may end at a weaker bound.
 
 References
 ----------
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Factors, Polynomials
 from relaxations.moments.blocks import Clique, Split
 from relaxations.reductions.sparsity import chordal_cliques
@@ -38,10 +38,10 @@ Words = NDArray[np.uint64]
 
 @dataclass(frozen=True)
 class _Keys:
-    """Monomials as sums, modulo 2^64, of a random word for each variable: a product's key is the sum of the keys.
+    """Hash keys of monomials: the sum, modulo 2^64, of a random word for each variable. Keys of factors add.
 
-    The parities of its exponents are the exclusive or of such words, zero for a square. Should two monomials have one
-    key, an edge too many is drawn, which costs time and no truth.
+    The parities of the exponents are the exclusive or of these words, which is zero for a square. If two monomials have
+    the same key, the graph gets a superfluous edge. The relaxation is then larger and still valid.
     """
 
     words: Words
@@ -49,20 +49,23 @@ class _Keys:
     @staticmethod
     def of(n_variables: int) -> _Keys:
         # Seeded, so that a run can be repeated; the last word is that of padding, -1.
+        """Return keys with a seeded generator, so that a run can be repeated."""
         words = np.random.default_rng(0).integers(1, 2**64, n_variables + 1, dtype=np.uint64)
         words[-1] = 0
         return _Keys(words)
 
     def sums(self, factors: Factors) -> Words:
+        """Return the key of each monomial."""
         return np.asarray(self.words[factors].sum(axis=1, dtype=np.uint64))
 
     def parities(self, factors: Factors) -> Words:
+        """Return the key of the odd exponents of each monomial."""
         return np.asarray(np.bitwise_xor.reduce(self.words[factors], axis=1))
 
 
 @dataclass(frozen=True)
 class _Matrix:
-    """One matrix ``g b b'`` by the keys of its basis and of the terms of g."""
+    """One matrix ``g b b'``, as keys of its basis and of the terms of g."""
 
     basis: Words
     parities: Words
@@ -70,7 +73,7 @@ class _Matrix:
     term_parities: Words
 
     def graph(self, support: Words) -> NDArray[np.bool_]:
-        """Return the graph on its basis, every monomial joined to itself."""
+        """Return the adjacency matrix on the basis; every monomial is joined to itself."""
         products = self.basis[:, None] + self.basis[None, :]
         odd = self.parities[:, None] ^ self.parities[None, :]
         joined = np.eye(len(self.basis), dtype=np.bool_)
@@ -81,7 +84,7 @@ class _Matrix:
 
 @dataclass(frozen=True)
 class _Part:
-    """A clique in keys; each term of its multiples of equalities with the row that it belongs to."""
+    """A clique as keys; ``rows`` is the multiple of an equality to which each term belongs."""
 
     matrices: tuple[_Matrix, ...]
     rows: Index
@@ -90,18 +93,19 @@ class _Part:
 
     @staticmethod
     def of(clique: Clique, keys: _Keys) -> _Part:
+        """Return the keys of a clique."""
         g, multiples = clique.inequalities, clique.multiples
         bases = {half: (keys.sums(basis), keys.parities(basis)) for half, basis in clique.bases().items()}
         sums, parities = keys.sums(g.factors), keys.parities(g.factors)
         matrices = (
             _Matrix(*bases[half], sums[g.rows == row], parities[g.rows == row])
-            for row, half in enumerate(clique.halves().tolist())
+            for row, half in enumerate(clique.basis_degrees().tolist())
         )
         terms = keys.sums(multiples.factors)
         return _Part(tuple(matrices), multiples.rows, terms, keys.parities(multiples.factors) == 0)
 
     def support(self, blocks: Sequence[Sequence[Index]]) -> Words:
-        """Return the terms in some blocks of every matrix."""
+        """Return the terms in the given blocks of each matrix."""
         found = []
         for matrix, own in zip(self.matrices, blocks, strict=True):
             products = _union([(matrix.basis[block][:, None] + matrix.basis[block]).ravel() for block in own])
@@ -109,33 +113,17 @@ class _Part:
         return _union(found)
 
     def multiples_with(self, support: Words) -> Index:
-        """Return the multiples of equalities with a square or a term in the support."""
+        """Return the multiples of equalities that have a square or a term in the support."""
         return np.unique(self.rows[self.squares | np.isin(self.terms, support)])
 
     def terms_of(self, multiples: Index) -> Words:
-        """Return the terms of some multiples."""
+        """Return the terms of the given multiples."""
         return self.terms[np.isin(self.rows, multiples)]
 
 
 def split(cliques: Sequence[Clique], objective: Polynomials, steps: int, chordal: bool) -> tuple[Split, ...]:
-    """Keep what the terms of a problem ask for.
+    """Return the kept constraints of each clique after at most ``steps`` extensions of the support.
 
-    Parameters
-    ----------
-    objective
-        Its terms have moments.
-    steps
-        Extensions of the support, at least one; fewer where nothing changes any more.
-    chordal
-        A chordal extension instead of connected components.
-
-    Returns
-    -------
-    tuple of Split
-        One for each clique.
-
-    Examples
-    --------
     >>> one, nothing = Polynomials.from_terms([{(): 1.0}]), Polynomials.empty()
     >>> clique = Clique((0, 1, 2), 2, nothing, nothing, one)
     >>> objective = Polynomials.from_terms([{(0, 1): 1.0, (2, 2, 2, 2): 1.0}])  # x0 x1 + x2^4
@@ -160,11 +148,12 @@ def split(cliques: Sequence[Clique], objective: Polynomials, steps: int, chordal
 
 
 def _union(parts: Sequence[Words]) -> Words:
+    """Return the distinct keys of all parts."""
     return np.unique(np.concatenate(parts))
 
 
 def _closed(graph: NDArray[np.bool_], chordal: bool) -> tuple[Index, ...]:
-    """Return the parts of a basis that a graph on it is closed to."""
+    """Return the parts of a basis: connected components of the graph, or cliques of their chordal extensions."""
     _, component = connected_components(graph, directed=False)
     order = np.argsort(component, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(component[order])) + 1)

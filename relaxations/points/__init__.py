@@ -1,4 +1,4 @@
-"""Feasible points: local searches that suggest them, and proofs that they satisfy every constraint."""
+"""Feasible points: local searches, and proofs that a point satisfies every constraint."""
 
 from relaxations.points.witness import Witness, find_witness, verify
 

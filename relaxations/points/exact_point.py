@@ -1,9 +1,11 @@
-"""A feasible point in fractions, where constraints hold only exactly: vertices, products that vanish, networks.
+"""Feasible points in exact fractions, for optima where no interval around the point is feasible.
 
-At many optima as many constraints are active as there are variables, or more. Then no interval around the point is
-feasible, and equalities that share their variables define them only together. Here what lies at an end of the box is
-held there, what is nearly active is made active, and what is affine in the other variables is solved in fractions;
-what remains is compared without rounding.
+At many optima at least as many constraints are active as there are variables. Then :func:`relaxations.points.verify`
+fails, because it needs an interval around the point. Here the point is computed exactly:
+
+1. variables near a bound get the value of the bound;
+2. equalities and nearly active inequalities are solved in fractions, where they are affine in the other variables;
+3. all constraints are compared without rounding.
 """
 
 from __future__ import annotations
@@ -14,17 +16,17 @@ from math import ceil, floor, nextafter, prod
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time
 from relaxations.points.witness import Witness
 from relaxations.problem.problem import PolynomialProblem
 
-LARGEST = 200  # variables; fractions grow as they are eliminated
-_NEAR = 1e-7  # of the box, or of a constraint's terms: the tolerance of what found the point, with room
+LARGEST = 200  # variables; fractions grow during the elimination
+_NEAR = 1e-7  # "near" a bound or a constraint: relative to the box, or to the terms of the constraint
 
-# Where constraints touch, a point holds in fractions only where its coordinates are those that touch: often simple
-# fractions. A search finds them to this share of the box, the square root of its tolerance where they touch.
+# If the feasible set is a single point or a curve, only exact coordinates are feasible. These are often simple
+# fractions. The search finds them with these errors, relative to the box.
 _SIMPLE = (1e-9, 1e-6, 1e-4)
 
 Row = list[tuple[Fraction, Fraction, list[int]]]  # (coefficient, its radius, variables) of each term
@@ -32,23 +34,11 @@ _Definition = tuple[int, dict[int, Fraction], Fraction]
 
 
 def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
-    """Prove that a feasible point exists near ``point``, in fractions; None if it cannot be shown.
+    """Return a proven feasible point near ``point``, computed in fractions; None if there is no proof.
 
-    Parameters
-    ----------
-    objective
-        One row.
-    point
-        Shape (n_variables,).
+    None also for more than 200 variables.
 
-    Returns
-    -------
-    Witness or None
-        None also beyond 200 variables.
-
-    Examples
-    --------
-    Three equalities of which each follows from the others, at a vertex:
+    Three equalities, of which each follows from the others, at a vertex:
 
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> x, y, z = variables("x y z")
@@ -66,13 +56,13 @@ def exact_point(problem: PolynomialProblem, objective: Polynomials, point: Array
     width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 1.0)
     for share in (0.0, *_SIMPLE):
         near = [simplest(x, Fraction(share * w)) for x, w in zip(point.tolist(), width.tolist(), strict=True)]
-        found = _completed(problem, objective, point, near, equalities, inequalities)
+        found = _defined_point(problem, objective, point, near, equalities, inequalities)
         if found is not None:
             return found
     return None
 
 
-def _completed(
+def _defined_point(
     problem: PolynomialProblem,
     objective: Polynomials,
     point: Array,
@@ -80,10 +70,10 @@ def _completed(
     equalities: list[Row],
     inequalities: list[Row],
 ) -> Witness | None:
-    """Return the point that the constraints define where what they leave open is ``near``; None where one fails."""
-    values, distance = held(problem, point)
+    """Return the point that the constraints define, with free variables at ``near``; None if it is infeasible."""
+    values, distance = bound_values(problem, point)
     active = [row for row in inequalities if is_active(row, point)]
-    _hold_products([*equalities, *active], values, near)
+    _fix_products([*equalities, *active], values, near)
     echelon = _eliminated(equalities, active, values, distance)
     if echelon is None:
         return None
@@ -98,44 +88,25 @@ def _completed(
     value = _range(rows(objective)[0], exact)[1]
     try:
         return Witness(np.array([float(v) for v in exact]), nextafter(float(value), np.inf))
-    except OverflowError:  # a value that no float holds
+    except OverflowError:  # the value exceeds the range of floats
         return None
 
 
 def rows(polynomials: Polynomials) -> list[Row]:
-    """Return the terms of each member in fractions.
-
-    Returns
-    -------
-    list of list of (Fraction, Fraction, list of int)
-
-    Examples
-    --------
-    >>> rows(Polynomials.from_terms([{(0, 1): 0.5}]))
-    [[(Fraction(1, 2), Fraction(0, 1), [0, 1])]]
-    """
+    """Return the terms of each polynomial in fractions."""
     return [[(Fraction(mid), Fraction(rad), factor) for mid, rad, factor in row] for row in polynomials.terms()]
 
 
 def simplest(value: float, reach: Fraction) -> Fraction:
-    """Return the fraction of the least denominator that is at most ``reach`` away from a number.
+    """Return the fraction of least denominator at a distance of at most ``reach`` from a number.
 
-    Parameters
-    ----------
-    value
-        Finite.
-    reach
-        At least zero.
-
-    Examples
-    --------
     >>> simplest(0.6000001, Fraction(1, 1000)), simplest(0.5, Fraction(0))
     (Fraction(3, 5), Fraction(1, 2))
     """
     low, high = Fraction(value) - reach, Fraction(value) + reach
     if low == high:
         return low
-    # A step of Stern and Brocot: whole numbers first, then the reciprocal of what is left.
+    # Continued fraction: take the integer part, then continue with the reciprocal of the remainder.
     wholes = []
     while True:
         whole = ceil(low)
@@ -149,27 +120,10 @@ def simplest(value: float, reach: Fraction) -> Fraction:
     return found
 
 
-def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
-    """Return the values of what lies at an end of the box, None for the rest, and each distance from the ends.
+def bound_values(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None], list[float]]:
+    """Return the bound of each variable near one, None for the others, and all distances from the bounds.
 
-    Parameters
-    ----------
-    point
-        Shape (n_variables,).
-
-    Returns
-    -------
-    values : list of Fraction or None
-    distances : list of float
-        In widths of the box.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [x >= 0, x <= 1, y >= 0, y <= 4])
-    >>> held(problem, np.array([1e-9, 1.0]))
-    ([Fraction(0, 1), None], [1e-09, 0.25])
+    The distances are relative to the width of the box.
     """
     width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 1.0)
     to_lower, to_upper = np.abs(point - problem.lower), np.abs(problem.upper - point)
@@ -180,27 +134,13 @@ def held(problem: PolynomialProblem, point: Array) -> tuple[list[Fraction | None
 
 
 def is_active(row: Row, point: Array) -> bool:
-    """Return whether an inequality without rounding in its coefficients is nearly zero at a point.
-
-    Parameters
-    ----------
-    row
-        As :func:`rows` returns it.
-    point
-        Shape (n_variables,).
-
-    Examples
-    --------
-    >>> row = rows(Polynomials.from_terms([{(): 1.0, (0,): -2.0}]))[0]
-    >>> is_active(row, np.array([0.5])), is_active(row, np.array([0.4]))
-    (True, False)
-    """
+    """Return whether an inequality with exact coefficients is nearly zero at a point."""
     terms = [float(c) * prod(float(point[v]) for v in variables) for c, _, variables in row]
     return not any(r for _, r, _ in row) and abs(sum(terms)) <= _NEAR * sum(map(abs, terms))
 
 
-def _hold_products(family: list[Row], values: list[Fraction | None], near: list[Fraction]) -> None:
-    """Hold variables until every row is affine in those left, first what stands in the most products."""
+def _fix_products(family: list[Row], values: list[Fraction | None], near: list[Fraction]) -> None:
+    """Fix variables at ``near`` until every row is affine in the others; the variable in most products is first."""
     while True:
         free = [[v for v in variables if values[v] is None] for row in family for _, _, variables in row]
         count = Counter(v for term in free if len(term) > 1 for v in term)
@@ -213,10 +153,10 @@ def _hold_products(family: list[Row], values: list[Fraction | None], near: list[
 def _eliminated(
     equalities: list[Row], active: list[Row], values: list[Fraction | None], distance: list[float]
 ) -> list[_Definition] | None:
-    """Return what the rows say of the variables without a value; None where an equality fails.
+    """Return the variables that the rows define, by Gaussian elimination; None if an equality is violated.
 
-    Each definition ``(pivot, slope, constant)`` says ``pivot + slope @ others + constant = 0``, the others free or
-    defined later. What is only nearly active may fail: it is compared in the end.
+    A definition ``(pivot, slope, constant)`` means ``pivot + slope @ others + constant = 0``, where the others are free
+    or defined later. Nearly active rows may be violated here, because all constraints are compared at the end.
     """
     echelon: list[_Definition] = []
     for place, row in enumerate([*equalities, *active]):
@@ -229,7 +169,7 @@ def _eliminated(
                 constant -= share * rest
         slope = {v: s for v, s in slope.items() if s}
         if slope:
-            pivot = max(slope, key=lambda v: distance[v])  # what has room on both sides
+            pivot = max(slope, key=lambda v: distance[v])  # the variable farthest from its bounds
             lead = slope.pop(pivot)
             echelon.append((pivot, {v: s / lead for v, s in slope.items()}, constant / lead))
         elif constant and place < len(equalities):
@@ -238,7 +178,7 @@ def _eliminated(
 
 
 def _affine(row: Row, values: list[Fraction | None]) -> tuple[dict[int, Fraction], Fraction]:
-    """Return slopes and constant of a row in the variables that have no value yet."""
+    """Return slopes and constant of a row in the variables without a value."""
     slope: dict[int, Fraction] = {}
     constant = Fraction(0)
     for coefficient, _, variables in row:
@@ -253,7 +193,7 @@ def _affine(row: Row, values: list[Fraction | None]) -> tuple[dict[int, Fraction
 
 
 def _range(row: Row, exact: list[Fraction]) -> tuple[Fraction, Fraction]:
-    """Return between which ends a row lies at an exact point."""
+    """Return the bounds of a row at an exact point."""
     products = [(c, r, prod((exact[v] for v in variables), start=Fraction(1))) for c, r, variables in row]
     middle = sum((c * p for c, _, p in products), start=Fraction(0))
     radius = sum((r * abs(p) for _, r, p in products), start=Fraction(0))

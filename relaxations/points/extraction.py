@@ -1,8 +1,8 @@
-"""Minimisers read from a moment matrix that is flat: as many as its rank.
+"""Minimisers from a flat moment matrix.
 
-Where the moment matrix of order d has the rank of its part of order d - s, the moments are those of finitely many
-points, all of them minimisers, and linear algebra finds them: the matrices of multiplication by the variables, in a
-basis of the column space, share their eigenvectors.
+If the moment matrix of order d has the same rank as its submatrix of order d - s, its moments are those of finitely
+many points, one for each rank. All of them are minimisers. They are the joint eigenvalues of the matrices of
+multiplication by each variable, in a basis of the column space.
 
 References
 ----------
@@ -18,43 +18,26 @@ from math import comb
 import numpy as np
 from scipy.linalg import qr, schur
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Factors, multiply, pad
 from relaxations.moments.moment import Relaxation, monomials_up_to
 
 RANK = 1e-3  # eigenvalues below this share of the largest count as zero: solvers leave about 1e-5
-SMALLEST = 1e-8  # moment that is told from zero
-MOST = 30  # minimisers
+SMALLEST = 1e-8  # smallest moment that counts as nonzero
+MOST = 30  # minimisers, at most
 
 
 def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array | None:
-    """Return the points that a flat moment matrix stands for; None where it is not flat.
+    """Return the points of a flat moment matrix in scaled variables, shape (rank, n_variables); None if not flat.
 
     Parameters
     ----------
     relaxation
-        Of one clique: ``dense``, or others where every variable meets every other.
+        With one clique of all variables.
     moments
-        Shape (n_moments,). A solver's, the constant first.
+        Shape (n_moments,). Moments of a solver, the constant first.
     step
-        Half the highest degree of the constraints, at least 1: how far the rank must not grow.
-
-    Returns
-    -------
-    ndarray, shape (rank, n_variables), or None
-        In the relaxation's scaled variables, in no order.
-
-    Examples
-    --------
-    >>> from relaxations.moments.lasserre import lasserre
-    >>> from relaxations.problem.problem import from_sympy
-    >>> import sympy
-    >>> x = sympy.Symbol("x")
-    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 2)
-    >>> moments = np.mean([point**relaxation.degrees for point in (-0.5, 0.5)], axis=0)  # of (x^2 - 1/4)^2, say
-    >>> np.sort(minimisers(relaxation, moments), axis=0).round(6)
-    array([[-0.5],
-           [ 0.5]])
+        Half of the highest degree of the constraints, at least 1: the s of flatness.
     """
     n, order = relaxation.n_variables, relaxation.order
     basis = monomials_up_to(range(n), order)
@@ -66,11 +49,12 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
     rank = _flat_rank(matrix, smaller)
     if rank is None or rank > MOST:
         return None
-    # A basis of monomials of low degree, so that its products with variables are still in the matrix.
+    # M = C C'. Choose independent rows of low degree, whose products with variables are in the matrix too.
     values, vectors = np.linalg.eigh(matrix)
     columns = vectors[:, -rank:] * np.sqrt(np.maximum(values[-rank:], 0.0))
     _, _, pivots = qr(columns[:smaller].T, mode="economic", pivoting=True)
     chosen = np.sort(pivots[:rank])
+    # Express every monomial in the chosen ones, then multiply the chosen ones by each variable.
     within = np.linalg.lstsq(columns[chosen].T, columns.T, rcond=None)[0].T
     within *= size[:, None] / size[chosen]  # each monomial in the chosen ones
     place = {tuple(row): k for k, row in enumerate(basis.tolist())}
@@ -87,28 +71,9 @@ def minimisers(relaxation: Relaxation, moments: Array, step: int = 1) -> Array |
 
 
 def is_flat(relaxation: Relaxation, moments: Array, variables: Sequence[int], order: int, step: int = 1) -> bool:
-    """Return whether the moments of some variables are those of finitely many points, as far as the ranks tell.
+    """Return whether the moments of a clique are those of finitely many points, by their numerical ranks.
 
-    Parameters
-    ----------
-    moments
-        Shape (n_moments,). A solver's, the constant first.
-    variables
-        A clique of the relaxation.
-    order
-        Of the clique.
-    step
-        As for :func:`minimisers`.
-
-    Examples
-    --------
-    >>> from relaxations.moments.lasserre import lasserre
-    >>> from relaxations.problem.problem import from_sympy
-    >>> import sympy
-    >>> x = sympy.Symbol("x")
-    >>> relaxation = lasserre(from_sympy(None, [], [], [x], {x: (-1, 1)})[0], 1)
-    >>> [is_flat(relaxation, np.array([1.0, 0.5, square]), [0], 1) for square in (0.25, 0.5)]  # one point, and two
-    [True, False]
+    The arguments are those of :func:`minimisers`; ``order`` is that of the clique.
     """
     n = len(variables)
     scaled = _matrix(relaxation, moments, monomials_up_to(variables, order))
@@ -116,31 +81,32 @@ def is_flat(relaxation: Relaxation, moments: Array, variables: Sequence[int], or
 
 
 def _size_below(n: int, order: int, step: int) -> int:
-    """Return how many monomials there are up to the degree that flatness compares with."""
+    """Return the number of monomials up to degree ``order - step``."""
     return comb(n + order - step, n) if order >= step else 0
 
 
 def _flat_rank(matrix: Array, smaller: int) -> int | None:
-    """Return the rank of a moment matrix where the one of lower order has it too, else None."""
+    """Return the rank of a moment matrix if its submatrix of lower order has the same rank, else None."""
     rank = _rank(matrix)
     return rank if smaller and rank == _rank(matrix[:smaller, :smaller]) else None
 
 
 def _matrix(relaxation: Relaxation, moments: Array, basis: Factors) -> tuple[Array, Array] | None:
-    """Return a moment matrix scaled to ones on its diagonal, and the scale; None where the relaxation keeps no such."""
-    # The diagonal tells that several cliques together have no such matrix, before millions of products are made.
+    """Return a moment matrix with ones on its diagonal, and its scale; None if some of its moments do not exist."""
+    # The diagonal is checked first: with several cliques it is incomplete, and the full matrix may be very large.
     if (relaxation.find(multiply(basis, basis)) < 0).any():
         return None
     i, j = np.triu_indices(len(basis))
     found = relaxation.find(multiply(basis[i], basis[j]))
     matrix = np.empty((len(basis), len(basis)))
-    # Where symmetry or terms split it, the rest is zero.
+    # Entries outside the blocks of a split are zero.
     matrix[i, j] = matrix[j, i] = np.where(found >= 0, moments[found], 0.0)
-    # Monomials far inside the box are small: what counts is their size beside themselves.
+    # Moments of small monomials are small, so the diagonal is scaled to one.
     size = np.sqrt(np.maximum(np.diag(matrix), SMALLEST))
     return matrix / np.outer(size, size), size
 
 
 def _rank(matrix: Array) -> int:
+    """Return the number of eigenvalues above a share of the largest."""
     values = np.linalg.eigvalsh(matrix)
     return int((values > RANK * max(float(values[-1]), 0.0)).sum())

@@ -1,7 +1,7 @@
-"""Feasible points for a minimum: what a local search suggests, and what is proven of it.
+"""Feasible points of a minimisation: candidates of a local search, and proofs that they are feasible.
 
-A local search calls a point feasible whose constraints hold to nine digits. Such a point says where to look, never what
-the minimum is: only the value at a point that is proven to be feasible bounds it from above.
+A local search accepts a point whose constraints hold within 1e-9. Such a point is a candidate. Only the objective value
+at a proven feasible point is an upper bound of the minimum.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import TimeIsUp
 from relaxations.moments.lift import nonlinear_variables
@@ -23,38 +23,23 @@ from relaxations.points.witness import MARGINS, Witness, definition_order, find_
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.vanishing import Piece, Product, piece
 
-_NEAR = 1e-4  # of the box: points nearer than this to each other are one
+_NEAR = 1e-4  # points at a smaller distance, relative to the box, count as one
 
 
 @dataclass
 class FeasiblePoints:
-    """The points that are known of a problem, suggested and proven.
+    """The candidates and the proven feasible points of a problem.
 
     Parameters
     ----------
-    objective
-        One row.
     vanishing
-        The problem's :func:`relaxations.reductions.vanishing.products`.
+        The result of :func:`relaxations.reductions.vanishing.products`.
     tolerance
-        Of the minimum, a share of its magnitude or of one.
+        Gap that counts as zero, relative to ``max(1, |minimum|)``.
     suggested, proven
-        Values and points.
+        Objective value and point of each candidate, and of each proven point.
     tried
-        Those suggested whose proof was tried.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(x + y, [x * y == 1, x >= 0, x <= 4, y >= 0, y <= 4])
-    >>> points = FeasiblePoints(problem, objective, (), 1e-6)
-    >>> points.search(np.array([3.0, 1.0]))
-    >>> round(points.hope, 6), points.best
-    (2.0, inf)
-    >>> points.prove()
-    >>> 2 <= points.best < 2 + 1e-6
-    True
+        Candidates for which a proof was tried.
     """
 
     problem: PolynomialProblem
@@ -72,15 +57,15 @@ class FeasiblePoints:
 
     @property
     def hope(self) -> float:
-        """Return the least value at any point, also where nothing is proven of it."""
+        """Return the least value at any candidate, proven or not."""
         return min((value for value, _ in self.suggested), default=np.inf)
 
     def less(self, value: float) -> float:
-        """Return a value less what counts as no gap; infinity as it is."""
+        """Return a value minus the tolerance; infinity is unchanged."""
         return value - self.tolerance * max(1.0, abs(value)) if np.isfinite(value) else value
 
     def search(self, start: Array | None) -> None:
-        """Search from a point, and keep what is found."""
+        """Run a local search from a point, and add the result to the candidates."""
         if start is None or not np.isfinite(start).all():
             return
         part = piece(self.problem, self.objective, self.vanishing, start)
@@ -89,15 +74,16 @@ class FeasiblePoints:
             self.suggested.append((float(part.objective.evaluate(point)[0]), part.whole(point)))
 
     def prove(self) -> None:
-        """Prove the least value that can be proven, beginning with the best that is suggested."""
+        """Try to prove candidates in the order of their values, until no better proven value is possible."""
         for value, point in sorted(self.suggested, key=lambda p: p[0]):
             if value >= self.less(self.best):
                 return
             self._prove(value, point)
 
     def distinct(self) -> list[tuple[float, Array]]:
-        """Return the proven points whose values are nearly the best, one at each place, the best first."""
+        """Return the proven points with nearly the best value, the best first; nearby points count once."""
         self.prove()
+        # Prove further candidates with nearly the best value, then drop duplicates.
         near = self.best + max(self.tolerance, 1e-6) * max(1.0, abs(self.best))
         for value, point in sorted(self.suggested, key=lambda p: p[0]):
             if value <= near and not any(self._apart(point, other) < _NEAR for _, other in self.proven):
@@ -109,26 +95,26 @@ class FeasiblePoints:
         return kept
 
     def _apart(self, point: Array, other: Array) -> float:
-        """Return the distance of two points in widths of the box."""
+        """Return the distance of two points, relative to the box."""
         width = self.problem.upper - self.problem.lower
         return float((np.abs(point - other) / np.where(width > 0, width, 1.0)).max(initial=0.0))
 
     def _prove(self, value: float, point: Array) -> None:
-        """Prove a point, or one beside it; what was tried with a value as good is not tried again."""
+        """Prove a candidate or a point near it, unless a nearby candidate with a similar value was tried before."""
         if any(self.less(other) <= value and self._apart(point, place) < _NEAR for other, place in self.tried):
             return
         self.tried.append((value, point))
         part = piece(self.problem, self.objective, self.vanishing, point)
-        found = _best_beside(part, point[part.kept], value, self.tolerance)
+        found = _best_proof_near(part, point[part.kept], value, self.tolerance)
         if found is not None:
             self.proven.append((found.value, part.whole(found.point)))
 
 
-def _best_beside(part: Piece, point: Array, value: float, tolerance: float) -> Witness | None:
-    """Prove a point feasible, or the best of several beside it that keep a distance from every limit."""
+def _best_proof_near(part: Piece, point: Array, value: float, tolerance: float) -> Witness | None:
+    """Return the best proven point among several near a candidate."""
     best: Witness | None = None
-    with suppress(TimeIsUp):  # what is verified by then counts
-        for found in _beside(part.problem, part.objective, point):
+    with suppress(TimeIsUp):  # points verified before the limit count
+        for found in _proofs_near(part.problem, part.objective, point):
             if found is not None and (best is None or found.value < best.value):
                 best = found
             if best is not None and best.value <= value + 0.1 * tolerance * max(1.0, abs(value)):
@@ -136,7 +122,8 @@ def _best_beside(part: Piece, point: Array, value: float, tolerance: float) -> W
     return best
 
 
-def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+def _proofs_near(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Iterator[Witness | None]:
+    """Yield a proven point near a candidate, or None, for one method after the other."""
     yield exact_point(problem, objective, point)
     yield newton_point(problem, objective, point)
     if definition_order(problem.equalities) is None:
@@ -144,8 +131,8 @@ def _beside(problem: PolynomialProblem, objective: Polynomials, point: Array) ->
     yield verify(problem, objective, point)
     yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
     for margin in MARGINS:
-        beside = local_minimum(problem, objective, point, margin)
-        yield None if beside is None else verify(problem, objective, beside)
-    # At last with every variable of a monomial of degree two and more held where it is.
+        moved = local_minimum(problem, objective, point, margin)
+        yield None if moved is None else verify(problem, objective, moved)
+    # Last: keep all variables of nonlinear monomials within a trust region.
     high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
     yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)

@@ -1,8 +1,9 @@
-"""One step of sequential linear programming, in few unknowns where the equalities define all others.
+"""One step of sequential linear programming.
 
-The noise of an output follows from the parameters and the state before the record: of its thousands of unknowns a
-linear program keeps a handful, and what it says of the rest are inequalities. Where the input's noise is free too,
-too many are left, and the program is solved as it stands.
+If the equalities define most variables as functions of a few others, these variables are eliminated. Example: the
+output noise of a record follows from the parameters and the initial state. So a linear program with thousands of
+unknowns becomes one with few unknowns and many inequalities. If more than 30 unknowns remain, for example with input
+noise, the sparse program is solved.
 """
 
 from __future__ import annotations
@@ -14,21 +15,21 @@ from scipy import sparse
 from scipy.optimize import linprog
 from scipy.sparse.linalg import spsolve_triangular
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
 from relaxations.problem.problem import PolynomialProblem
 
-# HiGHS's presolve (1.12 to 1.15) ends the process with a segmentation fault on some of these programs; without it they
-# take no longer. The simplex method may also cycle at these tolerances: a program that is not done in seconds is given
-# up, and with it one candidate of the search.
+# HiGHS's presolve (1.12 to 1.15) crashes the process on some of these programs. Without it they take no longer. The
+# simplex method may cycle at these tolerances, so each program has a time limit. A program that exceeds it costs one
+# candidate of the search.
 _LONGEST = 5.0  # seconds
 _HIGHS = {
     "presolve": False,
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
 }
-_FEW = 30  # unknowns of a program that may be dense
+_FEW = 30  # unknowns of a dense program, at most
 
 
 @dataclass(frozen=True)
@@ -53,44 +54,21 @@ def linear_step(
     margin: float,
     order: list[tuple[int, int]] | None = None,
 ) -> tuple[Array, float, float] | None:
-    """Solve the linear program at a point with the complicating variables free within a radius.
+    """Return the solution of the linear program at a point, with complicating variables within a radius.
 
-    First the violation is driven to zero (one elastic variable), then the objective is minimised.
-
-    Parameters
-    ----------
-    problem
-        Scaled to magnitudes near one.
-    objective
-        One row.
-    complicating
-        Variables that the radius holds.
-    point
-        Shape (n_variables,).
-    margin
-        Distance kept from every limit.
-    order
-        Pairs (equality, variable it defines), see :func:`relaxations.points.witness.definition_order`.
-
-    Returns
-    -------
-    (ndarray, float, float) or None
-        The new point, the violation of the linearised constraints and the objective's value; None without a solution.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
-    >>> linear_step(problem, objective, np.array([0]), np.array([1.0, 1.0]), 0.1, 0.0)[0].round(4)
-    array([1.1, 0.9])
+    The result is the new point, the violation of the linearised constraints and the objective value; None without a
+    solution. If the constraints cannot be satisfied, their largest violation is minimised instead of the objective.
+    The problem is scaled to magnitudes near one, and ``margin`` is the distance from every limit. ``order`` comes from
+    :func:`relaxations.points.witness.definition_order`.
     """
+    # Bounds with a margin; complicating variables stay within the radius.
     base = np.clip(np.where(np.isfinite(point), point, 0.0), problem.lower, problem.upper)
     width = np.where(np.isfinite(problem.upper - problem.lower), problem.upper - problem.lower, 0.0)
     lower, upper = problem.lower + 0.5 * margin * width, problem.upper - 0.5 * margin * width
     lower[complicating] = np.maximum(lower[complicating], base[complicating] - radius)
     upper[complicating] = np.minimum(upper[complicating], base[complicating] + radius)
     lower[complicating] = np.minimum(lower[complicating], upper[complicating])
+    # Linearise objective and constraints at the point.
     cost = _linearised(objective, base)[0].toarray().ravel()
     equal, value = _linearised(problem.equalities, base)
     unequal, slack = _linearised(problem.inequalities, base)
@@ -107,13 +85,14 @@ def linear_step(
 
 
 def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[_Program, Array] | None:
-    """Return the program in the variables that no equality defines, and the map to all: ``d = map @ (free, 1)``.
+    """Return the program in the variables that no equality defines, and the map ``d = map @ (free, 1)``.
 
-    None where there are too many of them, or the equalities do not define the others at this point.
+    None if more than 30 variables remain, or if the equalities do not define the others at this point.
     """
     n = len(program.cost)
     if not order or n - len(order) > _FEW:
         return None
+    # Solve the triangular system of the equalities for the defined variables.
     rows, defined = (np.array(side) for side in zip(*order, strict=True))
     free = np.setdiff1d(np.arange(n), defined)
     ordered = program.equal[rows]
@@ -125,6 +104,7 @@ def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[
     whole[defined] = spsolve_triangular(ordered[:, defined].tocsr(), columns, lower=True)
     if not np.isfinite(whole).all():
         return None
+    # Bounds of the defined variables become inequalities in the free ones.
     below, above = np.isfinite(program.lower[defined]), np.isfinite(program.upper[defined])
     limited = [
         (whole[defined][above], program.upper[defined][above]),
@@ -147,11 +127,12 @@ def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[
 
 
 def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
-    """Return the step and what it violates, zero if nothing has to be."""
+    """Return the step and its violation, which is zero if the constraints can be satisfied."""
     check_time()
     options = {**_HIGHS, "time_limit": min(_LONGEST, remaining())}
     bounds = np.stack([program.lower, program.upper], axis=1)
     equal, rows = program.equal, program.rows
+    # First with the constraints as they are.
     plain = linprog(  # type: ignore[call-overload]
         program.cost,
         A_ub=rows if rows.shape[0] else None,
@@ -166,6 +147,7 @@ def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
         return plain.x, 0.0
     if plain.status != 2 or not may_relax:
         return None
+    # If infeasible, minimise one elastic variable that relaxes every constraint.
     matrix = sparse.vstack([equal, -equal, sparse.csr_matrix(rows)])
     elastic = sparse.csr_matrix(np.ones((matrix.shape[0], 1)))
     relaxed = linprog(  # type: ignore[call-overload]
@@ -180,6 +162,7 @@ def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
 
 
 def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:
+    """Return the Jacobian and the values at a point."""
     rows, columns, values = polynomials.jacobian(point)
     matrix = sparse.csr_matrix((values, (rows, columns)), shape=(polynomials.n_rows, len(point)))
     return matrix, polynomials.evaluate(point)

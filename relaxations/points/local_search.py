@@ -1,4 +1,4 @@
-"""A local minimum of a polynomial problem near a point, by sequential quadratic programming: no proof, a good guess.
+"""Local minima of polynomial problems by sequential quadratic programming, without a proof.
 
 References
 ----------
@@ -11,53 +11,28 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import Bounds, minimize
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time
-from relaxations.moments.facial import independent
+from relaxations.moments.facial import independent_rows
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
-FEASIBLE = 1e-9  # of the scaled constraints
+FEASIBLE = 1e-9  # tolerance of the scaled constraints
 LARGEST = 200  # variables; the method's matrices are dense
 
 
 def local_minimum(
     problem: PolynomialProblem, objective: Polynomials, start: Array, margin: float = 0.0
 ) -> Array | None:
-    """Return a point whose constraints hold to 1e-9 and whose objective is small, or None.
+    """Return a point with a small objective whose scaled constraints hold within 1e-9, or None.
 
-    Parameters
-    ----------
-    problem
-        With a finite box.
-    objective
-        One row.
-    start
-        Shape (n_variables,).
-    margin
-        Distance, scaled, that is kept from every inequality and every box end.
-
-    Returns
-    -------
-    ndarray, shape (n_variables,), or None
-        None also beyond 200 variables, for the method's matrices are dense.
-
-    Raises
-    ------
-    ProblemError
-        Where the box is infinite.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(x * y, [x**2 + y**2 <= 1])
-    >>> local_minimum(problem, objective, np.array([0.5, -0.1])).round(4)
-    array([ 0.7071, -0.7071])
+    ``margin`` is the scaled distance from every inequality and every bound. Bounds must be finite (ProblemError). None
+    also for more than 200 variables, because the matrices of the method are dense.
     """
     if problem.n_variables > LARGEST:
         return None
+    # Scale the variables to [-1, 1], and the objective to coefficients near one.
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
     cost = scaling.polynomials(objective)
@@ -65,10 +40,11 @@ def local_minimum(
     free = scaling.scale > 0
     reach = np.where(free, 1.0 - margin, 0.0)
     begin = np.where(free, (start - scaling.centre) / np.where(free, scaling.scale, 1.0), 0.0)
-    # The method breaks down on equalities that depend on each other.
+    # SLSQP fails on linearly dependent equalities.
     equal = scaled.equalities
     if equal.n_rows > 1:
-        equal = equal.take(independent(_jacobian(equal, np.clip(begin, -reach, reach))))
+        equal = equal.take(independent_rows(_jacobian(equal, np.clip(begin, -reach, reach))))
+    # Constraints in the form of SLSQP.
     constraints = [
         {
             "type": kind,
@@ -92,17 +68,19 @@ def local_minimum(
         constraints=constraints,
         options={"maxiter": 200, "ftol": 1e-14},
     )
+    # Accept the point only if its constraints hold.
     t = np.clip(found.x, -reach, reach)
     if not np.isfinite(t).all():
         return None
     violated = np.abs(scaled.equalities.evaluate(t)).max(initial=0.0) > FEASIBLE
     violated = violated or scaled.inequalities.evaluate(t).min(initial=0.0) < -FEASIBLE
-    # A box end is met exactly: a product that vanishes there then vanishes to the last digit.
+    # A variable at a bound gets the exact bound, so that products which are zero there are exactly zero.
     point = np.where(t == 1.0, problem.upper, np.where(t == -1.0, problem.lower, scaling.recover(t)))
     return None if violated else np.clip(point, problem.lower, problem.upper)
 
 
 def _jacobian(family: Polynomials, point: Array) -> Array:
+    """Return the dense Jacobian of polynomials at a point."""
     rows, columns, values = family.jacobian(point)
     shape = (family.n_rows, len(point))
     return np.asarray(sparse.coo_matrix((values, (rows, columns)), shape=shape).toarray(), dtype=np.float64)

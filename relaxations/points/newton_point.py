@@ -1,14 +1,14 @@
-"""A feasible point on curved constraints, proven by Krawczyk's form of Newton's method.
+"""Feasible points on curved constraints, proven by Krawczyk's form of Newton's method.
 
-Where equalities share variables that they hold squared, none defines a variable by itself, and no float satisfies
-them. Here the equalities and the inequalities that are nearly active become a square system ``f(x) = 0``: what lies at
-an end of the box is held there, as many variables as there are rows are solved for, the others keep their values. With
-``Y`` near the inverse of the derivative, and ``X`` a box around the point ``p``, if
+If equalities are nonlinear in all variables, no equality defines a variable, and in general no float satisfies them.
+The equalities and the nearly active inequalities become a square system ``f(x) = 0``. Variables near a bound are fixed
+at the bound. The system is solved for as many variables as there are rows, and the others keep their values. With ``Y``
+near the inverse of the derivative, and ``X`` a box around the point ``p``, if
 
     K(X) = p - Y f(p) + (I - Y f'(X)) (X - p)
 
-lies in the interior of ``X``, then ``f`` has a zero in ``X``. All of it is computed in fractions; what a coefficient is
-uncertain by counts as an interval. The constraints that are not in the system must hold on the whole of ``X``.
+lies in the interior of ``X``, then ``f`` has a zero in ``X``. All numbers are fractions, and an uncertain coefficient
+is an interval. The other constraints must hold on the whole of ``X``.
 
 References
 ----------
@@ -23,40 +23,24 @@ from math import nextafter
 import numpy as np
 from scipy.linalg import qr
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.points.exact_point import Row, held, is_active, rows
+from relaxations.points.exact_point import Row, bound_values, is_active, rows
 from relaxations.points.witness import Witness
 from relaxations.problem.problem import PolynomialProblem
 
 LARGEST = 60  # variables; fractions are slow
-_BITS = 160  # of the point, after its binary point
-_STEPS = 12  # of Newton's method in fractions, each good for ten digits or so
-_DEPENDENT = 1e-6  # a row that is nearer than this to a sum of others is not solved for
+_BITS = 160  # binary places of the point
+_STEPS = 12  # of Newton's method, at most; each adds about ten digits
+_DEPENDENT = 1e-6  # distance of a row from the span of others, below which it counts as dependent
 
 Interval = tuple[Fraction, Fraction]
 
 
 def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
-    """Prove that a feasible point exists near ``point``; None if it cannot be shown.
+    """Return a proven feasible point near ``point``; None if there is no proof. None also for more than 60 variables.
 
-    Parameters
-    ----------
-    problem
-        With a finite box.
-    objective
-        One row.
-    point
-        Shape (n_variables,).
-
-    Returns
-    -------
-    Witness or None
-        None also beyond 60 variables.
-
-    Examples
-    --------
-    Two circles meet where no float lies on either:
+    Two circles intersect at a point without float coordinates:
 
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> x, y = variables("x y")
@@ -67,9 +51,10 @@ def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Arra
     """
     if problem.n_variables > LARGEST:
         return None
+    # The system: equalities and active inequalities, in the variables away from their bounds.
     equalities, inequalities = rows(problem.equalities), rows(problem.inequalities)
     active = [k for k, row in enumerate(inequalities) if is_active(row, point)]
-    held_values, _ = held(problem, point)
+    held_values, _ = bound_values(problem, point)
     exact = [Fraction(x) if v is None else v for v, x in zip(held_values, point.tolist(), strict=True)]
     free = np.array([k for k, v in enumerate(held_values) if v is None], dtype=np.int64)
     width = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
@@ -78,10 +63,12 @@ def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Arra
     if chosen is None:
         return None
     solved, unknowns = chosen
+    # Enclose a zero of the system.
     terms = [*equalities, *(inequalities[k] for k in active)]
     found = _solved([terms[k] for k in solved], unknowns, exact, width)
     if found is None:
         return None
+    # Check bounds and all inequalities that are not in the system.
     zero = {active[k - len(equalities)] for k in solved if k >= len(equalities)}
     inside = all(
         low <= v[0] and v[1] <= high
@@ -96,7 +83,8 @@ def newton_point(problem: PolynomialProblem, objective: Polynomials, point: Arra
 def _square(
     system: Polynomials, equalities: int, free: Index, point: Array, width: Array
 ) -> tuple[list[int], list[int]] | None:
-    """Return the rows to solve and as many variables to solve them for; None where an equality depends on others."""
+    """Return independent rows and as many variables to solve for; None if an equality depends on other rows."""
+    # Derivative with rows of length one, relative to the box.
     derivative = np.zeros((system.n_rows, len(point)))
     places, columns, slopes = system.jacobian(point)
     np.add.at(derivative, (places, columns), slopes)
@@ -104,6 +92,7 @@ def _square(
     size = np.linalg.norm(scaled, axis=1, keepdims=True)
     scaled = scaled / np.where(size > 0, size, 1.0)
     solved: list[int] = []
+    # Gram-Schmidt (twice, for accuracy) selects independent rows, QR with pivoting the columns.
     basis = np.zeros((0, free.size))
     for k, row in enumerate(scaled):
         rest = row - basis.T @ (basis @ row)
@@ -121,9 +110,10 @@ def _square(
 
 
 def _solved(system: list[Row], unknowns: list[int], start: list[Fraction], width: Array) -> list[Interval] | None:
-    """Return every variable as an interval, the unknowns around a zero that is proven to exist."""
+    """Return every variable as an interval, such that the intervals of the unknowns contain a zero of the system."""
     if not unknowns:
         return [(x, x) for x in start]
+    # Newton's method in fractions improves the point p.
     size = [Fraction(w) for w in width[unknowns].tolist()]
     point = list(start)
     for _ in range(_STEPS):
@@ -138,12 +128,14 @@ def _solved(system: list[Row], unknowns: list[int], start: list[Fraction], width
     inverse = _inverse(system, unknowns, point)
     if inverse is None:
         return None
+    # The box X: twice as wide as the Newton correction.
     shift = _corrections(system, inverse, point)
     reach = 2 * max(max(abs(low), abs(high)) / w for (low, high), w in zip(shift, size, strict=True))
     reach = max(reach, Fraction(1, 1 << _BITS - 20))
     around = [(x, x) for x in point]
     for k, w in zip(unknowns, size, strict=True):
         around[k] = (point[k] - reach * w, point[k] + reach * w)
+    # Check that K(X) lies in the interior of X.
     slopes = [[_slope(row, k, around) for k in unknowns] for row in system]
     for i, (r, (low, high)) in enumerate(zip(inverse, shift, strict=True)):
         moved = max(abs(low), abs(high))
@@ -156,7 +148,7 @@ def _solved(system: list[Row], unknowns: list[int], start: list[Fraction], width
 
 
 def _inverse(system: list[Row], unknowns: list[int], point: list[Fraction]) -> list[list[Fraction]] | None:
-    """Return floats near the inverse of the derivative, as fractions."""
+    """Return an approximate inverse of the derivative, as fractions."""
     exact = [(x, x) for x in point]
     derivative = np.array([[float(sum(_slope(row, k, exact)) / 2) for k in unknowns] for row in system])
     try:
@@ -167,6 +159,7 @@ def _inverse(system: list[Row], unknowns: list[int], point: list[Fraction]) -> l
 
 
 def _rounded(value: Fraction) -> Fraction:
+    """Return the fraction rounded to 160 binary places."""
     return Fraction(round(value * (1 << _BITS)), 1 << _BITS)
 
 
@@ -177,12 +170,13 @@ def _corrections(system: list[Row], inverse: list[list[Fraction]], point: list[F
 
 
 def _combined(factors: list[Fraction], values: list[Interval]) -> Interval:
+    """Return the interval of ``sum_k factor_k value_k``."""
     products = [_times((f, f), value) for f, value in zip(factors, values, strict=True)]
     return sum((low for low, _ in products), Fraction(0)), sum((high for _, high in products), Fraction(0))
 
 
 def _value(row: Row, values: list[Interval]) -> Interval:
-    """Return between which ends a row lies for all points of a box."""
+    """Return the interval of a row on a box."""
     low = high = Fraction(0)
     for middle, radius, variables in row:
         product = (middle - radius, middle + radius)
@@ -193,7 +187,7 @@ def _value(row: Row, values: list[Interval]) -> Interval:
 
 
 def _slope(row: Row, variable: int, values: list[Interval]) -> Interval:
-    """Return between which ends the derivative of a row lies."""
+    """Return the interval of a row's derivative on a box."""
     parts: Row = []
     for middle, radius, variables in row:
         count = variables.count(variable)
@@ -205,6 +199,7 @@ def _slope(row: Row, variable: int, values: list[Interval]) -> Interval:
 
 
 def _times(x: Interval, y: Interval) -> Interval:
+    """Return the product of two intervals."""
     if x[0] == x[1] and y[0] == y[1]:
         return x[0] * y[0], x[0] * y[0]
     corners = (x[0] * y[0], x[0] * y[1], x[1] * y[0], x[1] * y[1])

@@ -1,10 +1,11 @@
-"""Find out where the rows of a relaxation came from.
+"""Find the constraints of the problem from which each row and block of a relaxation was made.
 
-A relaxation keeps moments, and not how its rows were made. Here every row is recognised as a multiple of an equality,
-and every block as ``g b b'`` with g a product of constraints: up to a monomial and a power of two, its terms are those
-of g. Nothing rests on the recognition, for the check of a file multiplies everything out again, from the problem as
-stated. A facial reduction needs no proof either: the factors of the multipliers belong to the whole block, and dropped
-multiples of equalities have multiplier zero.
+A relaxation stores moments, and no record of the products that gave its rows. Here each row is recognised as a multiple
+of an equality, and each block as ``g b b'`` with g a product of constraints. Two polynomials match if their terms are
+equal up to a monomial and a power of two.
+
+A wrong match cannot make a false certificate, because the check of a file multiplies all products out again. Facial
+reductions need no record: the factors belong to the full block, and dropped equalities have multiplier zero.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation
@@ -32,7 +33,7 @@ Label = tuple[tuple[str, int], ...]  # the constraints that a product is made of
 
 @dataclass(frozen=True)
 class _Form:
-    """A polynomial without its common monomial and its power of two."""
+    """A polynomial divided by its common monomial and by a power of two."""
 
     key: frozenset[tuple[Monomial, float]]
     common: Monomial
@@ -40,7 +41,7 @@ class _Form:
 
 
 def _form(terms: Mapping[Monomial, float]) -> _Form | None:
-    """Return the form; None for the polynomial zero."""
+    """Return the form of a polynomial; None for zero."""
     terms = {m: c for m, c in terms.items() if c}
     if not terms:
         return None
@@ -56,7 +57,7 @@ def _form(terms: Mapping[Monomial, float]) -> _Form | None:
 
 
 def _quotient(m: Monomial, by: Monomial) -> Monomial | None:
-    """Return m / by, or None where it is no monomial."""
+    """Return m / by, or None if ``by`` does not divide m."""
     if not by:
         return m
     rest = Counter(m)
@@ -70,18 +71,19 @@ def _root(m: Monomial) -> Monomial | None:
 
 
 class _Table:
-    """Known polynomials by their form."""
+    """Known polynomials, found by their form."""
 
     def __init__(self) -> None:
         self._known: dict[frozenset[tuple[Monomial, float]], list[tuple[Any, Monomial, int]]] = {}
 
     def add(self, label: Any, terms: Mapping[Monomial, float]) -> None:
+        """Add a polynomial under a label."""
         form = _form(terms)
         if form is not None:
             self._known.setdefault(form.key, []).append((label, form.common, form.exponent))
 
     def find(self, form: _Form) -> list[tuple[Any, Monomial, int]]:
-        """Return (label, m, e) for all known g with ``g * m * 2**e`` equal to the polynomial."""
+        """Return (label, m, e) for each known g such that ``g * m * 2**e`` is the polynomial."""
         found = []
         for label, common, exponent in self._known.get(form.key, []):
             m = _quotient(form.common, common)
@@ -93,39 +95,15 @@ class _Table:
 def equality_multipliers(
     relaxation: Relaxation, equalities: Polynomials, multipliers: Array
 ) -> list[tuple[int, list[tuple[str, Monomial]]]]:
-    """Return the polynomial that each equality of a problem is multiplied by.
+    """Return the multiplier polynomial of each equality of the scaled problem: (equality, [(coefficient, monomial)]).
 
-    Parameters
-    ----------
-    equalities
-        Of the scaled problem.
-    multipliers
-        Shape (n_equalities of the relaxation,).
-
-    Returns
-    -------
-    list of (int, list of (str, monomial))
-        Equality, and the terms of its multiplier, numbers in hexadecimal or as fractions.
-
-    Raises
-    ------
-    ProblemError
-        Where a row of the relaxation is no multiple of an equality.
-
-    Examples
-    --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [x * y == 0.5, x >= -1, x <= 1, y >= -1, y <= 1])
-    >>> relaxed = relax(problem, "lift", 1)  # the equality, and its multiple with x
-    >>> equality_multipliers(relaxed.relaxation, relaxed.scaled.equalities, np.array([2.0, 0.0]))
-    [(0, [('0x1.0000000000000p+1', ())])]
+    ProblemError if a row of the relaxation is not a multiple of an equality.
     """
     monomials = _monomials(relaxation)
     table = _Table()
     for k, terms in enumerate(_terms(equalities)):
         table.add(k, terms)
+    # Each row of the relaxation as a polynomial.
     rows: list[Terms] = [{} for _ in range(relaxation.n_equalities)]
     for row, moment, value in zip(
         relaxation.equality_row.tolist(),
@@ -134,6 +112,7 @@ def equality_multipliers(
         strict=True,
     ):
         rows[row][monomials[moment]] = value
+    # Find the equality of each row with a nonzero multiplier.
     collected: dict[int, list[tuple[str, Monomial]]] = {}
     for row, terms in enumerate(rows):
         form = _form(terms)
@@ -142,7 +121,7 @@ def equality_multipliers(
         found = table.find(form)
         if not found:
             raise ProblemError(
-                f"equality {row} of this relaxation is no multiple of one of the problem's: not checkable"
+                f"equality {row} of this relaxation is not a multiple of an equality of the problem: not checkable"
             )
         k, m, exponent = found[0]
         collected.setdefault(k, []).append((_scaled(multipliers[row], exponent), m))
@@ -152,43 +131,17 @@ def equality_multipliers(
 def product_multipliers(
     relaxation: Relaxation, inequalities: Polynomials, factors: tuple[Array, ...]
 ) -> list[dict[str, Any]]:
-    """Return the products of constraints that blocks stand for, with their multipliers.
+    """Return the product of constraints of each block, with its multiplier.
 
-    Parameters
-    ----------
-    inequalities
-        Of the scaled problem.
-    factors
-        Each of shape (count, size, rank). Of the multipliers (:class:`relaxations.moments.conic.Multipliers`).
-
-    Returns
-    -------
-    list of dict
-        ``of`` (kind and number of each constraint), ``weight``, ``basis`` and ``factor``, as in a certificate file.
-
-    Raises
-    ------
-    ProblemError
-        Where a block is no such product.
-
-    Examples
-    --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, _ = problem_of(x, [x >= -1, x <= 1])
-    >>> relaxation = relax(problem, "dense", 1).relaxation
-    >>> [(b.count, b.size) for b in relaxation.blocks]  # the moment matrix, and 1 - x^2
-    [(1, 2), (1, 1)]
-    >>> found = product_multipliers(relaxation, problem.inequalities, (np.zeros((1, 2, 1)), np.ones((1, 1, 1))))
-    >>> [(product["of"], product["basis"]) for product in found]
-    [([('inside', 0)], [()])]
+    The inequalities are those of the scaled problem. Each dictionary has ``of`` (kind and number of each constraint),
+    ``weight``, ``basis`` and ``factor``, as in a certificate file. ProblemError if a block is not such a product.
     """
     monomials = _monomials(relaxation)
     table = _product_table(relaxation, inequalities)
     products = []
     for blocks, stack in zip(relaxation.blocks, factors, strict=True):
         for number, first in enumerate(_first_rows(blocks, monomials)):
+            # The first diagonal entry g b_0^2 identifies g, and the first row the basis b.
             form = _form(first[0])
             if form is None or not stack[number].any():
                 continue
@@ -207,22 +160,23 @@ def product_multipliers(
                     break
             else:
                 raise ProblemError(
-                    f"a block of width {blocks.size} of this relaxation is no product of the problem's constraints and "
-                    "its box: not checkable"
+                    f"a block of width {blocks.size} of this relaxation is not a product of the problem's constraints "
+                    "and its box: not checkable"
                 )
     return products
 
 
 def _monomials(relaxation: Relaxation) -> list[Monomial]:
+    """Return the monomial of each moment."""
     return [tuple(v for v in factor if v >= 0) for factor in relaxation.monomials.tolist()]
 
 
 def _basis(first: list[Terms], diagonal: _Form, root: Monomial) -> list[Monomial] | None:
-    """Read the basis b off the entries ``g b_0 b_j`` of the first row."""
+    """Return the basis b, from the entries ``g b_0 b_j`` of the first row."""
     basis = []
     for terms in first:
         form = _form(terms)
-        # g b_0 b_j over g b_0 b_0, times b_0.
+        # b_j = (g b_0 b_j) / (g b_0 b_0) * b_0
         lifted = None if form is None else _quotient(tuple(sorted(form.common + root)), diagonal.common)
         if form is None or form.key != diagonal.key or lifted is None:
             return None
@@ -231,7 +185,7 @@ def _basis(first: list[Terms], diagonal: _Form, root: Monomial) -> list[Monomial
 
 
 def _first_rows(blocks: Blocks, monomials: list[Monomial]) -> list[list[Terms]]:
-    """Return the polynomials in the first row of every block."""
+    """Return the polynomials in the first row of each block."""
     first: list[list[Terms]] = [[{} for _ in range(blocks.size)] for _ in range(blocks.count)]
     top = np.flatnonzero(blocks.i == 0)
     for block, j, moment, value in zip(
@@ -260,7 +214,7 @@ def _product_table(relaxation: Relaxation, inequalities: Polynomials) -> _Table:
 
 
 def _box_products(relaxation: Relaxation) -> list[tuple[Label, Terms]]:
-    """Return the products of box factors of complicating variables that an inequality may be multiplied by."""
+    """Return the products of box factors of complicating variables by which an inequality can be multiplied."""
     single = [(part, factor) for p in relaxation.complicating.tolist() for part, factor in _box_factors(p)]
     if relaxation.method != "rlt":
         return [((part,), factor) for part, factor in single]
@@ -274,6 +228,7 @@ def _box_products(relaxation: Relaxation) -> list[tuple[Label, Terms]]:
 
 
 def _box_factors(v: int) -> list[tuple[tuple[str, int], Terms]]:
+    """Return ``1 + x``, ``1 - x`` and ``1 - x^2``."""
     return [
         (("above", v), {(): 1.0, (v,): 1.0}),
         (("below", v), {(): 1.0, (v,): -1.0}),
@@ -282,7 +237,7 @@ def _box_factors(v: int) -> list[tuple[tuple[str, int], Terms]]:
 
 
 def _times(terms: Terms, factor: Terms) -> Terms:
-    # Two terms at most meet in one monomial, so that these sums are rounded as those of the relaxation are.
+    # At most two terms have the same monomial, so these sums are rounded as in the relaxation.
     total: Terms = {}
     for m, c in terms.items():
         for n, sign in factor.items():
@@ -292,16 +247,12 @@ def _times(terms: Terms, factor: Terms) -> Terms:
 
 
 def _terms(polynomials: Polynomials) -> list[Terms]:
-    rows: list[Terms] = [{} for _ in range(polynomials.n_rows)]
-    for row, factor, value in zip(
-        polynomials.rows.tolist(), polynomials.factors.tolist(), polynomials.coefficients.mid.tolist(), strict=True
-    ):
-        rows[row][tuple(v for v in factor if v >= 0)] = value
-    return rows
+    """Return the terms of each polynomial as a dictionary."""
+    return [{tuple(factor): mid for mid, _, factor in row} for row in polynomials.terms()]
 
 
 def _scaled(value: float, exponent: int) -> str:
-    """Return ``value * 2**exponent`` exactly."""
+    """Return ``value * 2**exponent`` exactly, as a hexadecimal float or a fraction."""
     exact = Fraction(float(value)) * Fraction(2) ** exponent
     try:
         nearest = float(exact)

@@ -1,15 +1,16 @@
-"""Witnesses: points that are proven to lie in the feasible set, and a local search that looks for good ones.
+"""Witnesses: points that are proven to be feasible, and a local search for points with a small objective.
 
-*Verification.* Equalities cannot be checked at floats: some variables are taken at their float values, and each
-equality then *defines* one further variable, in an order found by peeling (a variable that occurs in one remaining
-equality only, linearly, is defined by it). For the models of :mod:`smid` that is simulation: parameters, initial state
-and input noise are given, each sample's output noise follows. The defined variables are computed as intervals, in
-precision that is raised until they are narrow, for rounding errors grow along an oscillating recursion far faster in
-intervals than in floating point. If every box and inequality then holds for the whole interval, a feasible point
-exists, and the objective's upper end over the intervals bounds the optimum from above.
+*Verification.* No float satisfies an equality exactly in general. So some variables keep their float values, and each
+equality *defines* one further variable. The order is found by elimination: a variable that occurs in one remaining
+equality only, linearly, is defined by this equality. For the models of :mod:`smid` this is simulation: parameters,
+initial state and input noise are given, and the output noise of each sample follows.
 
-*Search.* Sequential linear programming: linearise, solve with a trust region on the complicating variables, restore
-feasibility by a linear program in the others, which is exact where they enter linearly.
+The defined variables are computed as intervals. The precision is raised until the intervals are narrow, because
+rounding errors grow along an oscillating recursion. If all bounds and inequalities hold for the intervals, a feasible
+point exists. The upper end of the objective's interval is an upper bound of the optimum.
+
+*Search.* Sequential linear programming: linearise, solve with a trust region on the complicating variables, and restore
+feasibility by a linear program in the other variables. This restoration is exact if they occur linearly.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra import fixed_point
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.fixed_point import Interval
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time
@@ -27,23 +28,23 @@ from relaxations.points.linear_step import linear_step
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.scaling import Scaling
 
-_BITS, _MOST_BITS = 80, 1 << 15  # of precision: tried first, and at most
-_NARROW = 200  # bits after the point: what does not hold for intervals this narrow does not hold
-# The search keeps this far (scaled) from every limit, so that the rounding and tolerances of its linear programs do not
-# push the verified point outside; a wider margin is tried where a narrower one was not enough.
+_BITS, _MOST_BITS = 80, 1 << 15  # first and largest precision
+_NARROW = 200  # binary places: if a constraint fails for intervals this narrow, the proof fails
+# Scaled distances of the search from every limit, tried in turn. They keep the verified point feasible in spite of
+# rounding errors and of the tolerances of the linear programs.
 MARGINS = (1e-9, 1e-7, 1e-5)
 
 
 @dataclass(frozen=True)
 class Witness:
-    """A feasible point, proven to exist.
+    """A point near which a feasible point is proven to exist.
 
     Parameters
     ----------
     point
-        Shape (n_variables,). Midpoints; the exact feasible point differs from them by the width of the last digits.
+        Shape (n_variables,). Midpoints of narrow intervals that contain the feasible point.
     value
-        Upper bound, rounded up, of the objective at the exact point.
+        Upper bound, rounded up, of the objective at the feasible point.
     """
 
     point: Array
@@ -51,41 +52,31 @@ class Witness:
 
 
 def verify(problem: PolynomialProblem, objective: Polynomials, point: Array) -> Witness | None:
-    """Prove that a feasible point exists near ``point``; None if it cannot be shown.
+    """Return a witness near ``point``: a proof that a feasible point exists; None if there is no proof.
 
     Parameters
     ----------
     objective
         One row.
     point
-        Shape (n_variables,). Variables that equalities define are computed anew, whatever stands in their place.
+        Shape (n_variables,). The entries of variables that equalities define are ignored.
 
     Examples
     --------
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> x, y = variables("x y")
     >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
-    >>> found = verify(problem, objective, np.array([1.0, 0.0]))  # y = 1/3 follows from x = 1, exactly
+    >>> found = verify(problem, objective, np.array([1.0, 0.0]))  # y = 1/3 follows from x = 1
     >>> found.point.round(4), 1 / 3 <= found.value < 1 / 3 + 1e-12
     (array([1.    , 0.3333]), True)
-    >>> verify(problem, objective, np.array([2.0, 0.0])) is None  # outside of the box
+    >>> verify(problem, objective, np.array([2.0, 0.0])) is None  # x = 2 is outside the box
     True
     """
     return Verifier(problem)(objective, point)
 
 
 class Verifier:
-    """Verifies points of one problem, see :func:`verify`; what they have in common is done once.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(y, [3 * y == x**2, x >= 0, x <= 1, y >= 0, y <= 1])
-    >>> verified = Verifier(problem)
-    >>> [verified(objective, np.array([value, 0.0])) is not None for value in (0.5, 2.0)]
-    [True, False]
-    """
+    """Verifies points of one problem, see :func:`verify`; the preparation is done once."""
 
     def __init__(self, problem: PolynomialProblem) -> None:
         self._problem = problem
@@ -108,10 +99,10 @@ class Verifier:
                 middles = np.array([fixed_point.middle(v, bits) for v in values])
                 value = fixed_point.to_floats(_evaluate(objective, values, bits)[0], bits)[1]
                 return Witness(middles, value)
-            # Rounding loses as many bits at any precision: what is lost now says how many it takes.
+            # The number of bits lost by rounding does not depend on the precision: it gives the precision needed.
             lost = max((high - low for low, high in values), default=0).bit_length()
             width = lost - bits
-            # The data's own rounding stays as wide as it is.
+            # Intervals that more precision does not narrow come from the radii of the coefficients.
             if width <= -_NARROW or (last is not None and width >= last):
                 return None
             bits, last = lost + _NARROW, width
@@ -119,20 +110,15 @@ class Verifier:
 
 
 def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
-    """Return the pairs (equality, variable it defines) in order of evaluation; None if there is no such order.
+    """Return the pairs (equality, variable that it defines) in order of evaluation; None if there is no such order.
 
-    Returns
-    -------
-    list of (int, int), or None
-
-    Examples
-    --------
     >>> import sympy; from relaxations.problem.problem import from_sympy
     >>> a, *y = sympy.symbols("a y0:3")
     >>> problem, _ = from_sympy(None, [], [y[2] - a * y[1], y[1] - a * y[0]], [a, *y])
     >>> definition_order(problem.equalities)  # a simulation: the second gives y1, then the first y2
     [(1, 2), (0, 3)]
     """
+    # For each equality: variables with a linear term, in a product, and squared; for each variable its equalities.
     linear = equalities.term_degrees == 1
     own = equalities.factors.max(axis=1, initial=-1)
     in_row: list[set[int]] = [set() for _ in range(equalities.n_rows)]
@@ -154,17 +140,19 @@ def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
         for v in variables:
             rows_of.setdefault(v, set()).add(row)
 
+    # Eliminate from the end: a variable of one remaining equality is defined by it.
     order: list[tuple[int, int]] = []
     queue = [v for v, rows in rows_of.items() if len(rows) == 1]
     remaining = equalities.n_rows
     while remaining:
         check_time()
-        # A constant divisor first: it cannot vanish. A variable one only where nothing else is left.
+        # Prefer a constant divisor, which cannot be zero. Otherwise accept a divisor that depends on variables.
         pick = next((v for v in reversed(queue) if _defines(v, rows_of, plain, bilinear)), None)
         if pick is None:
             pick = next((v for v in queue if len(rows_of[v]) == 1 and v not in twice[next(iter(rows_of[v]))]), None)
         if pick is None:
             return None
+        # Remove the equality, and queue the variables that now occur in one equality only.
         row = next(iter(rows_of[pick]))
         order.append((row, pick))
         remaining -= 1
@@ -179,6 +167,7 @@ def definition_order(equalities: Polynomials) -> list[tuple[int, int]] | None:
 
 
 def _defines(v: int, rows_of: dict[int, set[int]], plain: list[set[int]], bilinear: list[set[int]]) -> bool:
+    """Return whether a variable occurs in one remaining equality only, with a constant coefficient."""
     if len(rows_of[v]) != 1:
         return False
     row = next(iter(rows_of[v]))
@@ -186,6 +175,7 @@ def _defines(v: int, rows_of: dict[int, set[int]], plain: list[set[int]], biline
 
 
 def _product(term: tuple[float, float, list[int]], values: list[Interval], bits: int) -> Interval:
+    """Return the interval of a term."""
     mid, rad, variables = term
     result = fixed_point.from_float(mid, bits)
     if rad:
@@ -198,7 +188,7 @@ def _product(term: tuple[float, float, list[int]], values: list[Interval], bits:
 def _define(
     terms: list[list[tuple[float, float, list[int]]]], order: list[tuple[int, int]], point: Array, bits: int
 ) -> list[Interval] | None:
-    """Return every variable as an interval: floats where free, computed where defined."""
+    """Return every variable as an interval: a point if it is free, computed if an equality defines it."""
     values = [fixed_point.from_float(x, bits) for x in point.tolist()]
     for row, variable in order:
         check_time()
@@ -219,6 +209,7 @@ def _define(
 
 
 def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> list[Interval]:
+    """Return the interval of each polynomial."""
     sums = []
     for member in polynomials.terms():
         check_time()
@@ -228,8 +219,9 @@ def _evaluate(polynomials: Polynomials, values: list[Interval], bits: int) -> li
 
 
 def _holds(problem: PolynomialProblem, values: list[Interval], bits: int) -> bool:
+    """Return whether all bounds and inequalities hold for the intervals."""
     for (low, high), lower, upper in zip(values, problem.lower.tolist(), problem.upper.tolist(), strict=True):
-        # A finite end rounded towards the inside: what passes it passes the end itself.
+        # Bounds are rounded to the inside, so that the comparison is rigorous.
         if np.isfinite(lower) and low < fixed_point.from_float(lower, bits)[1]:
             return False
         if np.isfinite(upper) and high > fixed_point.from_float(upper, bits)[0]:
@@ -245,25 +237,25 @@ def find_witness(
     start: Array,
     magnitude: Array | None = None,
 ) -> Witness | None:
-    """Search on a (contracted) box, verify on the problem itself; None where nothing could be verified.
+    """Return a witness with a small objective: search on ``box``, verify on ``problem``; None if no point is verified.
 
     Parameters
     ----------
     box
-        The problem on the box to search.
+        The problem with the bounds of the search.
     objective
-        One row, to be made small.
+        One row, to be minimised.
     complicating
-        Variables that the trust region holds; the constraints are affine in the others.
+        Variables in the trust region; the constraints are affine in the others.
     start
         Shape (n_variables,).
     magnitude
-        Shape (n_variables,). Size of the variables that have no box.
+        Shape (n_variables,). Size of the variables without finite bounds.
 
     Raises
     ------
     ProblemError
-        Where the box is infinite and no magnitudes are given.
+        When a bound is infinite and no magnitudes are given.
 
     Examples
     --------
@@ -281,7 +273,7 @@ def find_witness(
         begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
         point = search(scaled, cost, complicating, begin, margin)
-        if point is None:  # a wider margin leaves even less room
+        if point is None:  # a wider margin is infeasible too
             return None
         witness = verify(problem, objective, scaling.recover(point))
         if witness is not None:
@@ -298,43 +290,19 @@ def search(
     radius: float = 0.1,
     steps: int = 25,
 ) -> Array | None:
-    """Improve a point by sequential linear programming; None where no feasible point was met.
+    """Return a point improved by sequential linear programming; None if no feasible point was found.
 
-    Parameters
-    ----------
-    problem
-        Scaled to magnitudes near one; affine in all variables but the ``complicating`` ones.
-    objective
-        One row.
-    complicating
-        Variables that the trust region holds.
-    start
-        Shape (n_variables,). Only its complicating entries are used.
-    margin
-        Distance kept from every limit.
-    radius
-        First trust-region radius.
-    steps
-        At most so many linearisations.
-
-    Returns
-    -------
-    ndarray, shape (n_variables,), or None
-        Feasible to the tolerances of its linear programs; :func:`verify` proves.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(y, [x * y == 1, x >= 0, x <= 2, y >= 0, y <= 4])
-    >>> search(problem, objective, np.array([0]), np.array([1.0, 0.0]), margin=1e-9).round(4)
-    array([2. , 0.5])
+    The point is feasible within the tolerances of the linear programs, without a proof. The problem is scaled to
+    magnitudes near one, and its constraints are affine in all variables but the ``complicating`` ones. Only the
+    complicating entries of ``start`` are used. ``margin`` is the distance from every limit, ``radius`` the first radius
+    of the trust region, ``steps`` the largest number of linearisations.
     """
     order = definition_order(problem.equalities)
 
     def step(point: Array, radius: float) -> tuple[Array, float, float] | None:
         return linear_step(problem, objective, complicating, point, radius, margin, order)
 
+    # Start: restore feasibility with the complicating variables fixed.
     best = step(start, 0.0)
     if best is None:
         return None
@@ -342,11 +310,13 @@ def search(
     for _ in range(steps):
         if radius < 1e-9:
             break
+        # Move within the trust region, then restore feasibility.
         trial = step(point, radius)
         restored = None if trial is None else step(trial[0], 0.0)
         if restored is None:
             radius *= 0.25
             continue
+        # Accept less violation first, then a smaller objective.
         feasible = restored[1] <= 0.0
         better = restored[1] < violation if violation > 0.0 else feasible and restored[2] < value
         if not better:

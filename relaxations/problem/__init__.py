@@ -1,4 +1,4 @@
-"""Polynomial problems: a box, equalities, inequalities, and their statement in plain lists."""
+"""Polynomial problems: variables with bounds, equalities and inequalities."""
 
 from relaxations.problem.problem import PolynomialProblem, from_sympy
 

@@ -1,4 +1,4 @@
-"""A polynomial problem: a box, equalities, inequalities, and (given at solve time) an objective."""
+"""A polynomial problem: bounds of variables, equalities and inequalities. The objective is given to each solve."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, concatenate, outwards
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls, concatenate, outwards
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 
@@ -23,12 +24,10 @@ class PolynomialProblem:
     names
         Names of the variables.
     lower, upper
-        Shape (n,). The box; infinite where nothing is known.
-    equalities, inequalities
-        Members are ``== 0`` and ``>= 0``.
+        Shape (n,). Infinite for no bound.
     exact
-        Gives the equalities with every coefficient as a sum of floats that is (all but) exact, in place of a ball. The
-        radii of balls pile up along a recursion; a witness is verified with these where they are given.
+        Returns the equalities with each coefficient as an almost exact sum of floats instead of a ball. In a recursion
+        the radii of balls accumulate, so points are verified with these equalities.
 
     Raises
     ------
@@ -71,7 +70,7 @@ class PolynomialProblem:
 
     @property
     def unbounded(self) -> tuple[str, ...]:
-        """Return the names of the variables without a finite box."""
+        """Return the names of the variables without two finite bounds."""
         return tuple(self.names[k] for k in np.flatnonzero(~np.isfinite(self.upper - self.lower)))
 
     @property
@@ -80,7 +79,7 @@ class PolynomialProblem:
         return max(self.equalities.degree, self.inequalities.degree)
 
     def with_box(self, lower: Array, upper: Array) -> PolynomialProblem:
-        """Return the problem on another box."""
+        """Return the problem with other bounds."""
         return replace(self, lower=lower, upper=upper)
 
     def with_inequalities(self, more: Polynomials) -> PolynomialProblem:
@@ -99,24 +98,18 @@ def from_sympy(
     variables: Sequence[sympy.Symbol],
     bounds: Mapping[sympy.Symbol, tuple[float | None, float | None]] | None = None,
 ) -> tuple[PolynomialProblem, Polynomials]:
-    """Read a problem written in sympy.
+    """Return a problem and an objective that are written in sympy.
 
     Parameters
     ----------
     objective
         To be minimised; ``None`` is the constant zero.
     inequalities, equalities
-        Meant as ``>= 0`` and ``== 0``.
+        Each expression is ``>= 0`` or ``== 0``.
     variables
         Order of the variables.
     bounds
-        ``None`` stands for no bound; a bound that no float holds is rounded outwards.
-
-    Returns
-    -------
-    problem : PolynomialProblem
-    objective : Polynomials
-        One row.
+        ``None`` for no bound; a bound that no float equals is rounded outwards.
 
     Raises
     ------
@@ -136,7 +129,7 @@ def from_sympy(
     bounds = bounds or {}
     stray = [str(symbol) for symbol in bounds if symbol not in variables]
     if stray:
-        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are no variables: list them as variables")
+        raise ProblemError(f"bounds are given for {', '.join(stray)}, which are not variables: list them as variables")
     pairs = [bounds.get(v, (None, None)) for v in variables]
     problem = PolynomialProblem(
         tuple(str(v) for v in variables),
@@ -149,30 +142,10 @@ def from_sympy(
 
 
 def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequence[sympy.Symbol]) -> Polynomials:
-    """Convert sympy expressions to one family; numbers that no float holds keep their rounding error.
+    """Return sympy expressions as polynomials; a coefficient that no float equals gets a radius.
 
-    Parameters
-    ----------
-    variables
-        Order of the variables.
-
-    Returns
-    -------
-    Polynomials
-        One row for each expression.
-
-    Raises
-    ------
-    ProblemError
-        When there are no variables, an expression is not a polynomial in them, or a coefficient is no finite rational
-        number or overflows.
-
-    Examples
-    --------
-    >>> x = sympy.Symbol("x")
-    >>> family = polynomials_from_sympy([x**2 / 2, x / 3], [x])
-    >>> family.coefficients.rad > 0  # a float holds 1/2, and none holds 1/3
-    array([False,  True])
+    ProblemError if there are no variables, an expression is not a polynomial in them, or a coefficient is not a finite
+    rational number or overflows.
     """
     if not variables:
         raise ProblemError("a polynomial problem needs variables: list at least one")
@@ -181,7 +154,7 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
         try:
             poly = sympy.Poly(with_fractions(sympy.sympify(expression)), *variables)
         except sympy.PolynomialError as error:
-            raise ProblemError(f"{expression} is no polynomial in {variables}: {error}") from error
+            raise ProblemError(f"{expression} is not a polynomial in {variables}: {error}") from error
         terms = {}
         for exponents, value in poly.terms():
             if value.free_symbols:
@@ -202,21 +175,15 @@ def polynomials_from_sympy(expressions: Sequence[sympy.Expr], variables: Sequenc
 
 
 def with_fractions(expression: sympy.Expr) -> sympy.Expr:
-    """Turn every finite Float into the fraction that it is: sympy would round when it multiplies floats.
-
-    Examples
-    --------
-    >>> with_fractions(0.25 * sympy.Symbol("x"))
-    x/4
-    """
+    """Return the expression with each Float as the fraction that it equals: sympy rounds products of floats."""
     floats = [f for f in expression.atoms(sympy.Float) if f.is_finite]
     return expression.xreplace({f: sympy.Rational(f) for f in floats})
 
 
 def _exact_ball(value: sympy.Expr) -> Balls:
-    """Return the ball around a sympy number; a Float stands for the binary fraction that it is."""
+    """Return the ball around a sympy number; a Float is the binary fraction that it equals."""
     if not (value.is_Number and value.is_finite):
-        raise ProblemError(f"the coefficient {value} is no finite rational number: give a decimal or a fraction")
+        raise ProblemError(f"the coefficient {value} is not a finite rational number: give a decimal or a fraction")
     try:
         return Balls.enclose(_fraction(value))
     except OverflowError:
@@ -229,6 +196,6 @@ def _fraction(value: sympy.Expr) -> Fraction:
 
 
 def _outwards(bound: float, direction: int) -> float:
-    """Return the bound as a float, rounded outwards where no float holds it: no feasible point may be cut off."""
+    """Return a bound as a float, rounded outwards, so that no feasible point is lost."""
     number = sympy.sympify(bound)
     return outwards(_fraction(number), direction) if number.is_finite else float(number)

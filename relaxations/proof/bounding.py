@@ -6,19 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import TimeIsUp, check_time
-from relaxations.errors import ProblemError
 from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers
-from relaxations.moments.lasserre import METHODS, lasserre
 from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import complicating_variables, degrees_in, least_order, lift, nonlinear_variables
+from relaxations.moments.lift import degrees_in
 from relaxations.moments.moment import Relaxation
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.certificate import Certificate, certify
+from relaxations.proof.method import Method, Order, relaxation_method
 from relaxations.reductions.scaling import Scaling
-from relaxations.solvers import ConicSolution, Stop, attempts, solve
+from relaxations.solvers import ConicSolution, Solver, Stop, attempts, solve
 
 DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 CLOSE = 1e-6
@@ -28,26 +27,8 @@ CLOSE = 1e-6
 class Emptiness:
     """A proof that no point satisfies all constraints.
 
-    Parameters
-    ----------
-    margin
-        How far above zero the certified bound of the zero objective lies (with the multipliers' scale).
-    weights
-        Shape (n_equalities of the problem,). Share of each equality in the proof; sums to one.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
-    >>> problem, objective = problem_of(a, [*unit, a * x == 2, a * y == 0.5])
-    >>> relaxed = relax(problem, "lift", 1)
-    >>> outcome = relaxed.bound(objective)
-    >>> proof = relaxed.emptiness(outcome.certificate)
-    >>> outcome.bound, proof.margin > 0
-    (inf, True)
-    >>> bool(proof.weights[0] > 0.9)  # a x = 2 is the one that cannot hold
-    True
+    ``margin`` is the certified bound of the zero objective, which is positive (with the multipliers' scale).
+    ``weights``, shape (n_equalities,), are the shares of the problem's equalities in the proof; their sum is one.
     """
 
     margin: float
@@ -56,34 +37,19 @@ class Emptiness:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A relaxation on one box, ready for any objective; made by :func:`relax`.
-
-    Parameters
-    ----------
-    problem
-        As given.
-    scaled
-        In [-1, 1].
-    relaxation
-        Of the scaled problem.
-    """
+    """A relaxation on one box, ready for any objective; made by :func:`relax`. ``scaled`` is the problem in [-1, 1]."""
 
     problem: PolynomialProblem
     scaling: Scaling
     scaled: PolynomialProblem
     relaxation: Relaxation
     program: ConicProgram
-    solver: str
+    solver: Solver
 
     def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
-        """Return the certified lower bound of an objective in the problem's own variables.
+        """Return the certified lower bound of an objective, one row in the problem's own variables.
 
-        Parameters
-        ----------
-        objective
-            One row.
-        close
-            No other solver or setting is tried for a loss below this share of the scaled coefficients.
+        No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients.
         """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
@@ -107,7 +73,7 @@ class Relaxed:
         return replace(best, status="; ".join(tried))
 
     def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> Outcome:
-        """Return what a solution of the objective over ``unit`` proves of the objective, in the scaled variables."""
+        """Return the bound that a solution of the objective over ``unit`` proves, in the scaled variables."""
         if not np.isfinite(solution.dual).all():
             return Outcome(-np.inf, None, solution.status)
         largest = float(np.max(np.abs(solution.dual), initial=0.0))
@@ -125,7 +91,7 @@ class Relaxed:
     def variances(self, outcome: Outcome) -> Array:
         """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.
 
-        Where all are zero the moments are those of one point.
+        All are zero where the moments are those of one point.
         """
         squares = np.full(self.relaxation.n_variables, np.nan)
         if outcome.moments is None:
@@ -154,15 +120,6 @@ class Outcome:
         Shape (n_variables,). The moments of first order, in the problem's own variables: a guess of a minimiser.
     moments
         Shape (n_moments,). The solver's, of the scaled variables; the constant first.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, objective = problem_of(x**2 - x, [x >= 0, x <= 2])
-    >>> outcome = relax(problem, "dense", 1).bound(objective)
-    >>> outcome.bound <= -0.25, round(outcome.bound, 6), outcome.point.round(3)
-    (True, -0.25, array([0.5]))
     """
 
     bound: float
@@ -172,80 +129,11 @@ class Outcome:
     moments: Array | None = None
 
 
-def resolve(problem: PolynomialProblem, method: str, order: int | None) -> tuple[str, int, Index]:
-    """Return the method, the order and the complicating variables that a call means.
-
-    ``"auto"`` is the lift where it applies and the sparse hierarchy elsewhere. The default order is 2 for at most two
-    complicating variables and 1 beyond (where order 2 costs minutes), or the least that the degrees allow.
-
-    Parameters
-    ----------
-    method
-        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    order
-        None asks for the default.
-
-    Returns
-    -------
-    method : str
-    order : int
-    complicating : ndarray of int
-        Where no small set of complicating variables exists, a large one: only a local search can use it.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown method, a lift where it does not apply, or an order too low for the degrees.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> problem, _ = problem_of(x, [a * x + a * y == 1])
-    >>> resolve(problem, "auto", None)
-    ('lift', 2, array([0]))
-    """
-    complicating = complicating_variables(problem)
-    if method == "auto":
-        method = "sparse" if complicating is None else "lift"
-    if method not in (*LIFTS, *METHODS):
-        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*LIFTS, *METHODS))}")
-    if method in LIFTS and complicating is None:
-        raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-    found = nonlinear_variables(problem) if complicating is None else complicating
-    least = lowest(problem, method, found)
-    usual = 1 if method in LIFTS and len(found) > 2 else 2
-    if order is not None and order < least:
-        raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-    return method, order or max(least, usual), found
-
-
-def lowest(problem: PolynomialProblem, method: str, complicating: Index) -> int:
-    """Return the least order that the degrees allow.
-
-    Parameters
-    ----------
-    method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    complicating
-        Those of the lift; others do not look at them.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a**2 * x == 1])
-    >>> lowest(problem, "lift", np.array([0])), lowest(problem, "sparse", np.array([0]))
-    (1, 2)
-    """
-    return least_order(problem, complicating) if method in LIFTS else max(1, -(-problem.degree // 2))
-
-
 def relax(
     problem: PolynomialProblem,
-    method: str,
-    order: int | tuple[int, ...],
-    solver: str = "clarabel",
+    method: str | Method,
+    order: Order,
+    solver: Solver = "clarabel",
     objective: Polynomials | None = None,
     steps: int = 1,
 ) -> Relaxed:
@@ -256,7 +144,7 @@ def relax(
     problem
         With a finite box.
     method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+        An object of :mod:`relaxations.proof.method`, or its short name.
     order
         One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
     objective
@@ -284,42 +172,17 @@ def relax(
     check_time()
     scaling = Scaling.of_box(problem)
     scaled = scaling.apply(problem)
-    if method in LIFTS and isinstance(order, int):
-        relaxation = lift(scaled, order, method)
-    else:
-        known = None if objective is None else scaling.polynomials(objective)
-        relaxation = lasserre(scaled, order, method, known, steps)
+    known = None if objective is None else scaling.polynomials(objective)
+    relaxation = relaxation_method(method).build(scaled, order, known, steps)
     check_time()
     return Relaxed(problem, scaling, scaled, relaxation, conic_program(relaxation), solver)
 
 
 def equality_weights(problem: PolynomialProblem, relaxation: Relaxation, dual: Multipliers) -> Array:
-    """Return the share of each of the problem's equalities in a dual solution.
+    """Return the share of each of the problem's equalities in a dual solution, shape (n_equalities,), with sum one.
 
-    A relaxation lists the multiples of the equalities one after the other where all have as many, as those that
-    :mod:`smid` makes do in the lift; otherwise they share alike.
-
-    Parameters
-    ----------
-    relaxation
-        Of it, scaled.
-
-    Returns
-    -------
-    ndarray, shape (n_equalities of the problem,)
-        Sums to one.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x, y = variables("a x y")
-    >>> unit = [end for v in (a, x, y) for end in (v >= 0, v <= 1)]
-    >>> problem, _ = problem_of(a, [*unit, a * x == 0.5, a * y == 0.5])
-    >>> relaxation = relax(problem, "lift", 1).relaxation
-    >>> relaxation.n_equalities  # each equality, and its multiple with a
-    4
-    >>> equality_weights(problem, relaxation, Multipliers(np.array([1.0, -2.0, 0.0, 1.0]), ()))
-    array([0.75, 0.25])
+    The lift lists the multiples of an equality one after the other. Where all equalities have as many, as those of
+    :mod:`smid` do, the shares follow from the multipliers; otherwise all equalities share alike.
     """
     count = problem.equalities.n_rows
     alike = np.full(count, 1.0 / max(count, 1))

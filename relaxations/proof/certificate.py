@@ -24,14 +24,14 @@ from relaxations.moments.moment import Relaxation
 
 @dataclass(frozen=True)
 class Certificate:
-    """A proven lower bound of an objective over the feasible set, with what proves it.
+    """A proven lower bound of an objective over the feasible set, with its proof.
 
     Parameters
     ----------
     bound
         ``objective >= bound`` at every feasible point; minus infinity where nothing follows.
     residual
-        ``sum_{i > 0} |r_i|``: what the solver's inexactness costs.
+        ``sum_{i > 0} |r_i|``: the loss by the solver's inexactness.
     """
 
     bound: float
@@ -82,35 +82,7 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
 
 
 def residual_polynomial(relaxation: Relaxation, objective: Polynomials, multipliers: Multipliers) -> Balls:
-    """Return the coefficients of r, one ball per moment.
-
-    Parameters
-    ----------
-    objective
-        One row, in the scaled variables.
-    multipliers
-        Finite.
-
-    Returns
-    -------
-    Balls, shape (n_moments,)
-
-    Raises
-    ------
-    ProblemError
-        When the objective holds a monomial that the relaxation has no moment for.
-
-    Examples
-    --------
-    >>> from relaxations.moments.lasserre import lasserre
-    >>> from relaxations.problem.problem import from_sympy
-    >>> import sympy
-    >>> x = sympy.Symbol("x")
-    >>> problem, objective = from_sympy(x**2 + x, [], [], [x], {x: (-1, 1)})
-    >>> square, nothing = np.array([[[0.5], [1.0]]]), np.zeros((1, 1, 1))
-    >>> residual_polynomial(lasserre(problem, 1), objective, Multipliers(np.zeros(0), (square, nothing))).mid
-    array([-0.25,  0.  ,  0.  ])
-    """
+    """Return the coefficients of r, one ball per moment, for finite multipliers; ProblemError as :func:`certify`."""
     moments = [relaxation.moments_of(objective.factors), relaxation.equality_moment]
     terms = [
         objective.coefficients,

@@ -1,8 +1,7 @@
-"""Write proofs to files that :mod:`relaxations.check` proves again, with arithmetic and code of its own.
+"""Write proofs to files that :mod:`relaxations.check` proves again, with its own arithmetic and code.
 
 Every row of a relaxation is recognised (:mod:`relaxations.points.recognition`) and written as a product of
-constraints of the problem as it is stated in the file. A row that is none is refused: what it rests on could not be
-checked.
+constraints of the problem as the file states it. A row that is no such product is refused: it could not be checked.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from relaxations import check
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.points.recognition import equality_multipliers, product_multipliers
@@ -69,19 +68,6 @@ def write_certificate(
     >>> theorem = check.check(check.read(file))[0]
     >>> -0.25 - 1e-6 < theorem.bound <= -0.25
     True
-
-    The whole proof of an interval, contraction by contraction:
-
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> from relaxations.search.hierarchy import intervals
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(y, [x * y == 1, 1 <= y, y <= 4, 0 <= x, x <= 9])
-    >>> steps = []
-    >>> (found,) = intervals(problem, [0], record=steps.append).intervals
-    >>> write_certificate(file, problem, steps)
-    >>> theorems = check.check(check.read(file))
-    >>> found.upper == min(float(-t.bound) for t in theorems if t.objective.mid == {(0,): -1})
-    True
     """
     if not steps:
         raise ProblemError("there are no steps: nothing is proven beyond the box")
@@ -110,7 +96,7 @@ def write_certificate(
 
 
 def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
-    """Leave out what follows a proof that no point is feasible: a box, say, that was then arbitrary."""
+    """Leave out the steps after a proof that no point is feasible: their boxes are arbitrary."""
     for number, step in enumerate(steps, start=1):
         if isinstance(step, Reach | Quotient | Sides | Hull):
             continue
@@ -121,7 +107,7 @@ def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where the variables and rows of a step's problem stand among those of the file."""
+    """The numbers of a step's variables and rows among those of the file."""
 
     n_variables: int
     variables: list[int]
@@ -157,7 +143,7 @@ class _Places:
         self._kink_of = {} if kinks is None else {v: n for n, v in enumerate(kinks.variables.tolist())}
 
     def on(self, problem: PolynomialProblem) -> _Places:
-        """Return the places among the rows of a problem with kinks decided."""
+        """Return the places among the rows of a problem with decided kinks."""
         return _Places(problem, self._variables, self.cuts, self._kinks)
 
     def variable(self, name: str) -> int:
@@ -201,7 +187,7 @@ class _Places:
         return self._numbers[known]
 
     def add_cone(self, reach: Reach) -> None:
-        """Let the rows times s be known, which the check makes in the same order."""
+        """Add the rows times s, which the check makes in the same order."""
         place, s = self.of(reach.problem), len(self._variables)
         first = self._stated.inequalities.n_rows
         self._found[_known(reach.cone)] = _Place(
@@ -256,6 +242,7 @@ def _branches(step: Branches, places: _Places) -> dict[str, Any]:
 
 
 def _parts(parts: Sequence[Part], place: _Place, places: _Places) -> list[dict[str, Any]]:
+    """Return the parts of a box or of a kink, with their steps."""
     written = []
     for part in parts:
         variable = place.variables[part.variable]

@@ -1,7 +1,7 @@
 """The steps of a proof, recorded for a certificate file (:mod:`relaxations.proof.certificate_file`).
 
-A step holds on the box that the steps before it have proven. Whoever bounds, branches or derives a box takes
-``record``, and calls it with each step in this order; ``steps = []`` and ``record=steps.append`` keep the whole proof.
+A step holds on the box that the steps before it prove. Functions that bound, branch or derive a box take ``record`` and
+call it with each step in this order: ``steps = []`` and ``record=steps.append`` keep the whole proof.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Outcome, Relaxed
@@ -63,25 +63,8 @@ class Bound:
 class Cut:
     """A bound on the outer variables that follows from cuts (:mod:`relaxations.search.benders`).
 
-    Parameters
-    ----------
-    objective
-        As that of :class:`Bound`, of the outer variables.
-    outer
-        The variables that stay; the constraints are affine in all others.
-    weights
-        Shape (n_cuts,). What is taken of each cut, nonnegative.
-    multipliers
-        Shape (n_cuts, n_equalities + n_inequalities).
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> step = Cut(problem, problem.variable(0), 0.5, np.array([0]), np.array([0.5]), np.array([[1.0]]))
-    >>> step.problem.names[step.outer[0]], step.bound  # a x - 1 <= 2 a - 1, of which one half: a >= 1 / 2
-    ('a', 0.5)
+    The constraints are affine in all variables but the outer ones. ``weights``, shape (n_cuts,), are nonnegative;
+    ``multipliers`` have shape (n_cuts, n_equalities + n_inequalities).
     """
 
     problem: PolynomialProblem
@@ -94,25 +77,10 @@ class Cut:
 
 @dataclass(frozen=True)
 class Part:
-    """One part of a box that was cut.
+    """One part of a box: the variable that was cut, its range, and steps that prove the bound or an empty part.
 
-    Parameters
-    ----------
-    variable
-        The one that was cut.
-    lower, upper
-        Its range in this part.
-    steps
-        They prove the bound of the branches, or that the part is empty; none where the box says so.
-    side
-        Where the variable is a kink (:class:`Kinks`): the side of zero on which the part takes its argument, in place
-        of a range.
-
-    Examples
-    --------
-    >>> left, right = Part(0, -1.0, 0.25, ()), Part(0, 0.25, 1.0, ())  # x0 in [-1, 1] is cut at 1/4
-    >>> left.upper == right.lower
-    True
+    There are no steps where the box alone proves it. Where the variable is a kink (:class:`Kinks`), ``side`` is the
+    side of zero on which the part takes its argument, in place of a range.
     """
 
     variable: int
@@ -124,33 +92,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Branches:
-    """A bound that holds on every part of a box.
+    """A bound that holds on every part of a box; the objective is the constant zero where every part is empty.
 
-    Parameters
-    ----------
-    objective
-        One row; the constant zero where every part is empty.
-    parts
-        They cover the box: their ranges that of one variable, or else the cases of the product.
-    product
-        The variables of a vanishing monomial (:mod:`relaxations.reductions.vanishing`), whose cases the parts are.
-
-    Examples
-    --------
-    x + y >= -1 where x y = 0, case by case:
-
-    >>> from functools import partial
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.search.branching import branch_and_bound
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of(x + y, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
-    >>> steps = []
-    >>> bound = branch_and_bound(problem, objective, np.arange(2), partial(relax, method="sparse", order=1), start=-2.0,
-    ...                          goal=lambda outcome: -1.01, nodes=4, report=lambda *told: None, record=steps.append)
-    >>> (tree,) = steps
-    >>> tree.bound == bound, tree.product, [(part.variable, part.lower, part.upper) for part in tree.parts]
-    (True, (0, 1), [(0, 0.0, 0.0), (1, 0.0, 0.0)])
+    The parts are ranges of one variable, or the cases of a vanishing monomial
+    (:mod:`relaxations.reductions.vanishing`), whose variables are ``product``.
     """
 
     problem: PolynomialProblem
@@ -162,16 +107,7 @@ class Branches:
 
 @dataclass(frozen=True)
 class Quotient:
-    """A box for the variable x of an equality ``A + B x = 0``: earlier steps bound A, and B away from zero.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [y == 2 * x + x * y, y >= 0, y <= 1])
-    >>> Quotient(problem, 0, 0).problem.names  # x = y / (2 + y), once a step has proven that 2 + y >= 2
-    ('x', 'y')
-    """
+    """A box for the variable x of an equality ``A + B x = 0``: earlier steps bound A, and B away from zero."""
 
     problem: PolynomialProblem
     equality: int
@@ -184,10 +120,8 @@ class Reach:
 
     Parameters
     ----------
-    problem
-        Without the box.
     cone
-        Its rows times s, with s as the last variable.
+        The rows of the problem times s, with s as the last variable.
     loose, riding
         The variables that get a box, and those that were multiplied by s.
     scale
@@ -196,19 +130,6 @@ class Reach:
         The rows that were kept.
     faces
         Variable, side (1 or -1), and the steps that bound s on this face.
-
-    Examples
-    --------
-    >>> from relaxations.search.boxes import derive_box
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [2 * x + y == 1, y >= 0, y <= 1])
-    >>> problem = problem.with_box(np.array([-np.inf, 0.0]), np.array([np.inf, 1.0]))
-    >>> steps = []
-    >>> derive_box(problem, np.ones(2), record=steps.append).derived
-    ('x',)
-    >>> [(variable, side, len(own)) for variable, side, own in steps[0].faces]
-    [(0, 1, 1), (0, -1, 1)]
     """
 
     problem: PolynomialProblem
@@ -223,22 +144,9 @@ class Reach:
 
 @dataclass(frozen=True)
 class Kinks:
-    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign.
+    """Variables that are the positive part ``max(0, x)`` of an argument x, or its sign where ``signs`` says so.
 
-    Parameters
-    ----------
-    variables
-        Shape (n_kinks,). An argument reads only kinks before its own.
-    signs
-        Shape (n_kinks,).
-    arguments
-        One row each.
-
-    Examples
-    --------
-    >>> kinks = Kinks(np.array([1]), np.array([False]), Polynomials.from_terms([{(0,): 2.0}]))  # x1 = max(0, 2 x0)
-    >>> kinks.arguments.n_rows
-    1
+    There is one row of ``arguments`` for each variable; it reads only kinks before its own.
     """
 
     variables: Index
@@ -250,19 +158,8 @@ class Kinks:
 class Row:
     """An inequality between an open kink and its argument, as :mod:`relaxations.check` names and proves it.
 
-    Parameters
-    ----------
-    kind
-        One of {"above", "chord", "low", "high", "side"}.
-    kink
-        Its variable.
-    ends
-        Of the argument: both for a chord, one for the hull of a sign.
-
-    Examples
-    --------
-    >>> Row("chord", "s", (-1.0, 2.0)).ends  # 2 (x + 1) >= 3 s
-    (-1.0, 2.0)
+    ``kind`` is one of {"above", "chord", "low", "high", "side"}. ``ends`` are those of the argument: both for a chord,
+    one for the hull of a sign.
     """
 
     kind: str
@@ -272,7 +169,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Sides:
-    """Steps on rows into which kinks that the box decides are put.
+    """Steps on rows with the values of the kinks that the box decides.
 
     Parameters
     ----------
@@ -282,17 +179,7 @@ class Sides:
     known
         Kink, by its variable, and side.
     defined
-        Equality, and a variable that it gives, with a number as its coefficient: the box of the others bounds it.
-
-    Examples
-    --------
-    s = max(0, x - 1) is x - 1 on the box [2, 3] of x, so that x + s = 4 reads 2 x - 1 = 4:
-
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> decided, _ = problem_of(x, [2 * x - 1 == 4, x >= 2, x <= 3])
-    >>> Sides(decided, (("s", 1),), (), (), ()).known
-    (('s', 1),)
+        Equality, and a variable that it gives: the box of the others bounds it.
     """
 
     problem: PolynomialProblem
@@ -304,22 +191,7 @@ class Sides:
 
 @dataclass(frozen=True)
 class Hull:
-    """Some variables lie in the hull of the boxes that the steps of the parts prove.
-
-    Parameters
-    ----------
-    problem
-        As stated.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, _ = problem_of(x, [x * y == 0, x >= -1, x <= 1, y >= -1, y <= 1])
-    >>> parts = Part(0, -1.0, 0.0, ()), Part(0, 0.0, 1.0, ())
-    >>> len(Hull(problem, np.array([1]), parts).parts)
-    2
-    """
+    """Some variables lie in the hull of the boxes that the steps of the parts prove."""
 
     problem: PolynomialProblem
     variables: Index
@@ -328,24 +200,9 @@ class Hull:
 
 @dataclass(frozen=True)
 class Level:
-    """A bound that steps prove only for points whose objective is at most a level.
+    """A bound that the steps prove only for points whose objective is at most a level.
 
-    Parameters
-    ----------
-    problem
-        As stated, with ``level - objective >= 0`` as its last inequality.
-    objective
-        One row.
-    bound
-        At most the level.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> problem, objective = problem_of(x**2, [x >= -1, x <= 1])
-    >>> Level(problem.with_inequalities(objective.below(0.5)), objective, 0.25, 0.5, ()).problem.inequalities.n_rows
-    1
+    ``problem`` has ``level - objective >= 0`` as its last inequality; the bound is at most the level.
     """
 
     problem: PolynomialProblem

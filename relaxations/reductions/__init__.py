@@ -1,4 +1,4 @@
-"""Steps that give an equivalent problem: ``apply`` makes it, the result carries answers back."""
+"""Equivalent problems that are easier to relax or to solve: scaling, products of constraints, cliques of variables."""
 
 from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling

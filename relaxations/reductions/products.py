@@ -1,8 +1,8 @@
 """Products of linear constraints, which tighten a relaxation of order 1: the reformulation-linearisation technique.
 
-Two affine functions that are nonnegative on the feasible set, box ends included, have a nonnegative product. A moment
-relaxation of order 1 has moments for it but does not ask it. Only pairs within one clique are multiplied, so that the
-sparsity stays as it is.
+If two affine functions are nonnegative on the feasible set, so is their product. A moment relaxation of order 1 does
+not contain this condition. The factors are the linear inequalities and the bounds of variables. Only factors within one
+clique are multiplied, so that the sparsity is kept.
 
 References
 ----------
@@ -20,23 +20,20 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques, row_variables
 
-MOST = 4000  # further products would cost more than they tighten
+MOST = 4000  # products; with more, the cost exceeds the benefit
 
 
 def with_products(problem: PolynomialProblem, objective: Polynomials | None = None) -> PolynomialProblem:
-    """Return the same set, described by the products of its linear inequalities and box ends too.
+    """Return the problem with the products of its linear inequalities and bounds as further inequalities.
+
+    The problem is returned unchanged if there is no product, or if there are more than 4000.
 
     Parameters
     ----------
     problem
-        With a finite box.
+        With finite bounds.
     objective
-        Its monomials join cliques.
-
-    Returns
-    -------
-    PolynomialProblem
-        The one given where there is no product, or there are more than 4000.
+        Variables of one of its monomials lie in one clique.
 
     Examples
     --------

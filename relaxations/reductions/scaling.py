@@ -1,8 +1,8 @@
 """Scaling: every variable to [-1, 1], every constraint to coefficients near one.
 
-The box must be finite: the certificate (MATHS: ``q'y >= -b'z + r_0 - sum |r_i|``) needs every moment in [-1, 1].
-``x = centre + scale * t``; the floats ``centre`` and ``scale`` are exact by decree, and ``scale`` is rounded up until
-the image of [-1, 1] covers the box. Rows are multiplied by powers of two, which rounds nothing.
+The map is ``x = centre + scale * t``. Both floats are taken as exact, and ``scale`` is rounded up until the image of
+[-1, 1] contains the box. Rows are multiplied by powers of two, which is exact. Bounds must be finite, because a
+certificate ``q'y >= -b'z + r_0 - sum |r_i|`` needs every moment in [-1, 1].
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
@@ -43,15 +44,15 @@ class Scaling:
 
     @staticmethod
     def of_box(problem: PolynomialProblem, magnitude: Array | None = None) -> Scaling:
-        """Choose the map from the problem's box.
+        """Return the map from [-1, 1] to the bounds of a problem.
 
-        Variables without a finite box are scaled by ``magnitude`` where it is given (good for a search, never for a
-        certificate); otherwise they raise ProblemError.
+        Variables without finite bounds are scaled by ``magnitude``, which suits a search but not a certificate. Without
+        ``magnitude`` they raise ProblemError.
         """
         loose = ~np.isfinite(problem.upper - problem.lower)
         if loose.any() and magnitude is None:
             raise ProblemError(
-                f"{', '.join(problem.unbounded[:5])} has no finite box and nothing certified can be said: "
+                f"{', '.join(problem.unbounded[:5])} has no finite box, so that no bound can be certified: "
                 "give it lower and upper bounds, or derive them with relaxations.search.boxes.derive_box"
             )
         reach = np.ones(problem.n_variables) if magnitude is None else magnitude
@@ -59,12 +60,12 @@ class Scaling:
         centre = 0.5 * low + 0.5 * high
         scale = np.maximum(high - centre, centre - low)
         slack = np.where(scale > 0, 4 * EPSILON * (np.abs(centre) + scale), 0.0)
-        # Two numbers have the same midpoint as box: a variable fixed to a float needs no width at all.
+        # A fixed variable keeps its exact value, with scale zero.
         fixed = low == high
         return Scaling(np.where(fixed, low, centre), np.where(fixed, 0.0, scale + slack))
 
     def apply(self, problem: PolynomialProblem) -> PolynomialProblem:
-        """Return the problem in ``t``, rows normalised by powers of two."""
+        """Return the problem in ``t``, each row multiplied by a power of two."""
         loose = ~np.isfinite(problem.upper - problem.lower)
         return PolynomialProblem(
             problem.names,
@@ -75,22 +76,23 @@ class Scaling:
         )
 
     def polynomials(self, polynomials: Polynomials) -> Polynomials:
-        """Rewrite polynomials of ``x`` in ``t``; ProblemError where no float holds their values on the box."""
+        """Return polynomials of x as polynomials of t; ProblemError if values on the box exceed the float range."""
         with np.errstate(over="ignore", invalid="ignore"):
             scaled = polynomials.substitute_affine(self.centre, self.scale)
         if not np.isfinite(scaled.coefficients.magnitude()).all():
             raise ProblemError(
-                "the objective or a constraint takes values beyond 1.8e308 in the box, more than a float holds: state "
+                "the objective or a constraint takes values beyond 1.8e308 in the box, the largest float: state "
                 "the variables in larger units, or give them a smaller box"
             )
         return scaled
 
     def recover(self, point: Array) -> Array:
-        """Map a point ``t`` back to ``x``."""
+        """Return the point x of a point t."""
         return np.asarray(self.centre + self.scale * point, dtype=np.float64)
 
 
 def _normalise(polynomials: Polynomials) -> Polynomials:
+    """Return each polynomial times a power of two, so that its largest coefficient lies in (1/2, 1]."""
     largest = np.zeros(polynomials.n_rows)
     np.maximum.at(largest, polynomials.rows, np.abs(polynomials.coefficients.mid))
     largest[largest == 0] = 1.0

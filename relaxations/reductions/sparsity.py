@@ -1,4 +1,4 @@
-"""Correlative sparsity: the cliques of a chordal extension of the graph "two variables share a constraint".
+"""Correlative sparsity: cliques of a chordal extension of the graph that joins variables of the same constraint.
 
 References
 ----------
@@ -15,14 +15,9 @@ from relaxations.problem.problem import PolynomialProblem
 
 
 def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) -> tuple[tuple[int, ...], ...]:
-    """Return the maximal cliques of a chordal extension, by elimination of least-degree vertices.
+    """Return the variables of each maximal clique, sorted.
 
-    The variables of one constraint lie in one clique; those of a monomial of the objective too.
-
-    Returns
-    -------
-    tuple of tuple of int
-        Variables of each clique, sorted.
+    The variables of one constraint, and of one monomial of the objective, lie in one clique.
 
     Examples
     --------
@@ -43,21 +38,9 @@ def cliques(problem: PolynomialProblem, objective: Polynomials | None = None) ->
 
 
 def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
-    """Return the maximal cliques of a chordal extension of a graph, by elimination of least-degree vertices.
+    """Return the maximal cliques of a chordal extension: the vertex of least degree is eliminated first.
 
-    Parameters
-    ----------
-    neighbours
-        Of each vertex; symmetric, the vertex itself may be among them.
-
-    Returns
-    -------
-    tuple of tuple of int
-        Vertices of each clique, sorted.
-
-    Examples
-    --------
-    >>> chordal_cliques([{1, 3}, {0, 2}, {1, 3}, {0, 2}])  # a square: one diagonal is added
+    >>> chordal_cliques([{1, 3}, {0, 2}, {1, 3}, {0, 2}])  # neighbours in a square: one diagonal is added
     ((0, 1, 3), (1, 2, 3))
     """
     near = [mine - {v} for v, mine in enumerate(neighbours)]
@@ -76,14 +59,5 @@ def chordal_cliques(neighbours: Sequence[set[int]]) -> tuple[tuple[int, ...], ..
 
 
 def row_variables(polynomials: Polynomials) -> list[set[int]]:
-    """Return the set of variables of each member.
-
-    Examples
-    --------
-    >>> row_variables(Polynomials.from_terms([{(0, 0, 2): 1.0, (1,): 2.0}, {(): 1.0}]))
-    [{0, 1, 2}, set()]
-    """
-    sets: list[set[int]] = [set() for _ in range(polynomials.n_rows)]
-    for row, factor in zip(polynomials.rows.tolist(), polynomials.factors.tolist(), strict=True):
-        sets[row].update(v for v in factor if v >= 0)
-    return sets
+    """Return the set of variables of each polynomial."""
+    return [{v for _, _, factor in row for v in factor} for row in polynomials.terms()]

@@ -18,34 +18,28 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials, pad
+from relaxations.deadline import Progress
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import lowest, relax, resolve
+from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Reach, Record, Step
 from relaxations.search.benders.enclose import enclose
-from relaxations.search.hierarchy import BOXES, Progress, intervals, takes_cuts, uninterrupted
+from relaxations.search.enclosure import uninterrupted
+from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import Ends
+from relaxations.search.plan import Plan
+from relaxations.search.tightener import BOXES
+from relaxations.solvers import Solver
 
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 
 
 @dataclass(frozen=True)
 class DerivedBox:
-    """The outcome of :func:`derive_box`.
-
-    Parameters
-    ----------
-    problem
-        With the finite box where one was proven, unchanged otherwise.
-    derived
-        Variables whose box was proven.
-    unbounded
-        Variables for which none could be proven.
-    """
+    """A problem with the box that was proven (unchanged where none was), and the variables that this concerns."""
 
     problem: PolynomialProblem
     derived: tuple[str, ...]
@@ -55,18 +49,16 @@ class DerivedBox:
 def derive_box(
     problem: PolynomialProblem,
     magnitude: Array,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     progress: Progress | None = None,
     record: Record | None = None,
 ) -> DerivedBox:
-    """Prove a finite box for the unbounded variables, or say that there is none to prove.
+    """Prove a finite box for the unbounded variables, or name those for which none could be proven.
 
     Parameters
     ----------
     magnitude
-        Shape (n_variables,). Guess of the size of each unbounded variable; a poor one costs tightness, never truth.
-    progress
-        Called with one line of text now and then.
+        Shape (n_variables,). Guess of the size of each unbounded variable; a poor guess gives a wider box.
     record
         Called with the proof of the box (:mod:`relaxations.proof.proof_steps`), where there is one.
 
@@ -88,6 +80,7 @@ def derive_box(
     loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
     if not len(loose):
         return DerivedBox(problem, (), ())
+    # Multiply the rows by s; those that are not affine in the loose variables together are left out.
     names = tuple(problem.names[k] for k in loose)
     kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
     affine = replace(
@@ -95,6 +88,7 @@ def derive_box(
     )
     riding = _riding(affine, loose)
     cone, scale = _homogenise(affine, loose, riding, magnitude)
+    # Bound s from below on every face of the cube.
     s = problem.n_variables
     largest = 1.0
     faces: list[tuple[int, int, tuple[Step, ...]]] = []
@@ -111,6 +105,7 @@ def derive_box(
             if least <= 0:
                 return DerivedBox(problem, (), names)
             largest = max(largest, 1.0 / np.nextafter(least, 0))
+    # The largest tau over all faces bounds every loose variable.
     if record:
         record(Reach(problem, cone, loose, riding, scale[loose], kept[0], kept[1], tuple(faces)))
     reach = np.nextafter(largest * scale[loose] * (1 + 1e-12), np.inf)
@@ -121,31 +116,43 @@ def derive_box(
 
 
 def _least_scale(
-    face: PolynomialProblem, s: int, solver: str, progress: Progress | None, record: Record | None
+    face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Record | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
-    method, order, complicating = resolve(face, "auto", None)
-    if takes_cuts(face, "auto", None):
+    # Try cuts on a long record, then the least order, then contractions up to the highest order.
+    plan = Plan.of(face)
+    if plan.cuts:
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
         end = [(s, 1)]
-        empty = enclose(face, ends, end, complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record)
+        empty = enclose(
+            face, ends, end, plan.complicating, solver=solver, start=None, nodes=BOXES, say=say, record=record
+        )
         if empty is not None or ends.lower[s] > 0:
             return np.inf if empty is not None else float(ends.lower[s])
-    relaxed = relax(face, method, lowest(face, method, complicating), solver)
+    relaxed = relax(face, plan.method, plan.least, solver)
     first = relaxed.bound(face.variable(s))
     if first.bound > 0:
         if record:
             record(Bound.of(relaxed, face.variable(s), first))
         return first.bound
     found = uninterrupted(
-        intervals(face, [s], order=order, solver=solver, rounds=4, witnesses=False, progress=progress, record=record)
+        intervals(
+            face,
+            [s],
+            method=plan.without_cuts,
+            solver=solver,
+            rounds=4,
+            witnesses=False,
+            progress=progress,
+            record=record,
+        )
     )
     return np.inf if found.empty is not None else found.intervals[0].lower
 
 
 def _jointly_affine(family: Polynomials, loose: Index) -> Index:
-    """Return the rows that are affine in the loose variables together: a box of what they say holds for all."""
+    """Return the rows that are affine in the loose variables together."""
     curved = family.rows[np.isin(family.factors, loose).sum(axis=1) > 1]
     return np.setdiff1d(np.arange(family.n_rows), curved)
 
@@ -191,7 +198,7 @@ def _riding(problem: PolynomialProblem, loose: Index) -> Index:
 
 
 def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int) -> Polynomials:
-    """Multiply the rows that hold a loose or riding variable by s, and put the new variables in."""
+    """Multiply the rows that hold a loose or riding variable by s, and substitute the new variables."""
     real = family.factors >= 0
     is_loose = np.any(np.isin(family.factors, loose) & real, axis=1)
     is_riding = np.any(np.isin(family.factors, riding) & real, axis=1)
@@ -199,29 +206,14 @@ def _rows(family: Polynomials, loose: Index, riding: Index, scale: Array, s: int
     touched[family.rows[is_loose | is_riding]] = True
     times_s = touched[family.rows] & ~is_loose & ~is_riding
     factors = pad(family.factors, family.factors.shape[1] + 1)
-    factors = np.sort(np.where(_first_column(factors) & times_s[:, None], s, factors), axis=1)
+    factors = np.sort(np.where((np.arange(factors.shape[1]) == 0) & times_s[:, None], s, factors), axis=1)
     factor_scale = np.where(real & is_loose[:, None], scale[family.factors], 1.0).prod(axis=1)
     return Polynomials(family.n_rows, family.rows, factors, family.coefficients.scaled(factor_scale)).collect()
 
 
-def _first_column(factors: Index) -> NDArray[np.bool_]:
-    first = np.zeros(factors.shape, dtype=bool)
-    first[:, 0] = True
-    return first
-
-
 def _cone_of_box(problem: PolynomialProblem, riding: Index, s: int) -> Polynomials:
     """Return ``s upper - z' >= 0`` and ``z' - s lower >= 0`` for riding variables."""
-    count = len(riding)
-    own = np.arange(2 * count)
-    return Polynomials(
-        2 * count,
-        np.concatenate([own, own]),
-        np.concatenate([riding, riding, np.full(2 * count, s)]).reshape(-1, 1),
-        concatenate(
-            [
-                Balls.exact(np.concatenate([np.full(count, -1.0), np.ones(count)])),
-                Balls.exact(np.concatenate([problem.upper[riding], -problem.lower[riding]])),
-            ]
-        ),
-    )
+    rows: list[dict[tuple[int, ...], float]] = []
+    for sign, end in ((-1.0, problem.upper), (1.0, -problem.lower)):
+        rows += [{(k,): sign, (s,): float(end[k])} for k in riding.tolist()]
+    return Polynomials.from_terms(rows)

@@ -1,9 +1,9 @@
 """Spatial branch and bound with a relaxation as its bound.
 
-The box is cut in two, again and again, always the part with the lowest bound first, in the variable whose square the
-relaxation misses most, ``L(x^2) - L(x)^2``. The relaxation's error falls with the square of the box's width. Every
-leaf's bound is certified, so the least of them is a certified bound of the whole, whenever one stops. An equality that
-is a product (:mod:`relaxations.reductions.vanishing`) is cut first, into its cases.
+The part of the box with the lowest bound is cut in two (:mod:`relaxations.search.best_first`), in the variable with the
+largest ``L(x^2) - L(x)^2``. The relaxation's error falls with the square of the box's width. The bound of every part is
+certified. So the least of them is a certified bound of the whole, whenever the search stops. An equality that is a
+product (:mod:`relaxations.reductions.vanishing`) is cut first, into its cases.
 
 References
 ----------
@@ -12,20 +12,21 @@ R. Horst and H. Tuy, "Global Optimization: Deterministic Approaches", 3rd ed., S
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Outcome, Relaxed
 from relaxations.proof.proof_steps import Bound, Branches, Part, Record, Step
 from relaxations.reductions.vanishing import Product, cases, products, settle
+from relaxations.search.best_first import best_first
 
 INNER = 0.2  # a cut keeps this share of the width from both ends
+_Cases = list[tuple[int, Product, PolynomialProblem]]  # the variable that was cut, the product, and the part
 
 
 def branch_and_bound(
@@ -40,7 +41,7 @@ def branch_and_bound(
     report: Callable[[float, float], None],
     record: Record | None = None,
 ) -> float:
-    """Raise a certified lower bound of an objective.
+    """Return a certified lower bound of an objective; infinite where the set is certified empty.
 
     Parameters
     ----------
@@ -64,11 +65,6 @@ def branch_and_bound(
     record
         Called with the tree that proves the bound, where it exceeds the one to begin with.
 
-    Returns
-    -------
-    float
-        Certified; infinite where the set is certified empty.
-
     Examples
     --------
     >>> from functools import partial
@@ -86,18 +82,20 @@ def branch_and_bound(
     """
     if not len(variables):  # a linear problem: its relaxation is exact, and no part of the box would prove more
         return start
-    enough = goal(None)
+    enough, used = goal(None), 0
     whole = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
     vanishing = products(problem)
     root = _Node(problem, None, None)
-    closed, used = np.inf, 0
-    heap = [(start, 0, root, _cases(problem, vanishing, _widest(problem, variables)))]
-    while heap and heap[0][0] < enough and used + 2 <= nodes:
-        bound, _, node, parts = heapq.heappop(heap)
+    first = _cases(problem, vanishing, _widest(problem, variables))
+
+    def expand(bound: float, item: tuple[_Node, _Cases]) -> Iterator[tuple[float, tuple[_Node, _Cases]]]:
+        """Bound every part of a node, and say how the part is cut in its turn."""
+        nonlocal enough, used
+        node, parts = item
         node.children = [_Child(*part, None) for part in parts]
         for child in node.children:
             settled = settle(child.part, vanishing)
-            if settled is None:
+            if settled is None:  # empty
                 continue
             used += 1
             relaxed = relax(settled)
@@ -106,13 +104,19 @@ def branch_and_bound(
             below = max(bound, outcome.bound)
             if below < enough:
                 enough = goal(outcome)
-            if below >= enough:
-                closed = min(closed, below)
-            else:
-                cut = _cut(relaxed, outcome, settled, variables, whole)
-                heapq.heappush(heap, (below, used, child.node, _cases(settled, vanishing, cut)))
-        report(min(closed, heap[0][0] if heap else np.inf), enough)
-    found = float(min(closed, heap[0][0] if heap else np.inf))
+            parts = []
+            if below < enough:
+                parts = _cases(settled, vanishing, _cut(relaxed, outcome, settled, variables, whole))
+            yield below, (child.node, parts)
+
+    found = best_first(
+        (root, first),
+        start,
+        expand,
+        enough=lambda: enough,
+        more=lambda: used + 2 <= nodes,
+        report=lambda bound: report(bound, enough),
+    )
     if record and found > start:
         record(_step(root, objective, found))
     return found
@@ -139,7 +143,7 @@ class _Child:
 
 
 def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
-    """Return the proof of a bound: the parts with a certificate of their own that reaches it, and how they cover."""
+    """Return the proof of a bound: the parts whose own certificate reaches it, and how they cover the box."""
     if node.relaxed and node.outcome and node.outcome.certificate and node.outcome.bound >= bound:
         return Bound.of(node.relaxed, objective, node.outcome)
     parts = tuple(
@@ -156,13 +160,8 @@ def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
     return Branches(node.problem, *proven, parts, node.children[0].product)
 
 
-def _cases(
-    node: PolynomialProblem, vanishing: tuple[Product, ...], cut: tuple[int, float]
-) -> list[tuple[int, Product, PolynomialProblem]]:
-    """Return parts that cover a node: the cases of the first product that is open, or its box cut in two.
-
-    Each comes with the variable that was cut, and the product.
-    """
+def _cases(node: PolynomialProblem, vanishing: tuple[Product, ...], cut: tuple[int, float]) -> _Cases:
+    """Return parts that cover a node: the cases of the first product that is open, or its box cut in two."""
     for product in vanishing:
         found = cases(node, product)
         if found:
@@ -175,6 +174,7 @@ def _cases(
 
 
 def _widest(node: PolynomialProblem, variables: Index) -> tuple[int, float]:
+    """Return the variable with the widest range, and its middle."""
     width = (node.upper - node.lower)[variables]
     cut = int(variables[np.argmax(width)])
     return cut, float(0.5 * node.lower[cut] + 0.5 * node.upper[cut])

@@ -1,4 +1,4 @@
-"""The ends of intervals while they are computed: what is proven so far, and the witnesses beside it."""
+"""The ends of intervals while they are computed: what is proven so far, and the witnesses."""
 
 from __future__ import annotations
 
@@ -7,36 +7,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness, Relaxed
 
 FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
 
 
 @dataclass
 class Ends:
-    """Certified ends of all variables of a problem, and verified points.
+    """Certified ends of all variables of a problem, verified points, and the work done so far.
 
-    Parameters
-    ----------
-    lower, upper
-        Shape (n_variables,). Proven.
-    tolerance
-        A gap below this share of the interval's width is tight.
-    absolute
-        So is one below this, in the variable's unit.
-    pool
-        Each of shape (n_variables,). Verified feasible points.
-    status
-        The solver's words for each end; sign is 1 for lower ends, -1 for upper ones.
-
-    Examples
-    --------
-    >>> ends = Ends(np.array([0.0]), np.array([4.0]), 0.01, 0.0, [np.array([1.0]), np.array([3.98])])
-    >>> ends.tighten(0, 1, 0.5), ends.lower
-    (0.5, array([0.5]))
-    >>> ends.end_tight(0, 1), ends.end_tight(0, -1)
-    (False, True)
+    A gap is tight below ``tolerance`` times the interval's width, or below ``absolute`` in the variable's unit.
+    ``pool`` holds the verified points, ``status`` the solver's words for each end: sign 1 for lower ends, -1 for upper
+    ones. ``empty`` is the proof, once the set is proven empty.
     """
 
     lower: Array
@@ -46,6 +30,10 @@ class Ends:
     pool: list[Array]
     status: dict[tuple[int, int], str] = field(default_factory=dict)
     solves: int = 0
+    rounds: int = 0
+    empty: Emptiness | None = None
+    order: int = 0
+    relaxed: Relaxed | None = None
 
     def box(self, problem: PolynomialProblem) -> PolynomialProblem:
         """Return the problem on the box that is proven."""
@@ -85,3 +73,8 @@ class Ends:
     def tight(self, targets: Sequence[int]) -> bool:
         """Return whether both ends of all targets meet their witnesses."""
         return all(self.end_tight(k, sign) for k in targets for sign in (1, -1))
+
+
+def shrinkage(before: Array, after: Array) -> float:
+    """Return the largest share of its width that an interval lost, from the widths before and after."""
+    return float(np.max(1 - after[before > 0] / before[before > 0], initial=0.0))

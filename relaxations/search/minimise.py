@@ -1,9 +1,9 @@
 """The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
 
-The lower end is certified, whatever the solver says (:mod:`relaxations.proof.certificate`). The upper end is the
-objective at a point that is proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders
-are raised while their blocks are small (:mod:`relaxations.search.orders`); what gap is left then is closed by branch
-and bound with the relaxation of the least order, tightened by the products of linear constraints.
+The lower end is certified (:mod:`relaxations.proof.certificate`). The upper end is the objective at a point that is
+proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their blocks are
+small (:mod:`relaxations.search.orders`). Branch and bound closes the remaining gap, with the relaxation of the least
+order, tightened by products of linear constraints.
 """
 
 from __future__ import annotations
@@ -18,24 +18,28 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.deadline import STOPS, check_seconds, stopped_by, time_limit
+from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
 from relaxations.moments.lift import METHODS as LIFTS
 from relaxations.moments.lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
 from relaxations.points.feasible_points import FeasiblePoints
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed, relax, resolve
+from relaxations.proof.bounding import Outcome, Relaxed, relax
 from relaxations.proof.certificate_file import write_certificate
+from relaxations.proof.method import Dense, Method, Order, Sparse, relaxation_method
 from relaxations.proof.proof_steps import Bound, Level, Record, Step
 from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import products, settle
 from relaxations.search.branching import branch_and_bound
-from relaxations.search.hierarchy import Progress, contracted, intervals, uninterrupted
-from relaxations.search.orders import least_order, node_order, not_flat, ways
-from relaxations.solvers.interface import check_solver
+from relaxations.search.enclosure import contracted, uninterrupted
+from relaxations.search.hierarchy import intervals
+from relaxations.search.orders import check_orders, node_order, not_flat, ways
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
@@ -45,16 +49,8 @@ SEARCHING = 0.9  # of the time allowed; the rest is for the verification of poin
 VERIFYING = 0.3  # seconds that this gets at least
 
 
-class Reason(Enum):
-    """Why the search for a minimum stopped.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> minimise(*problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])).reason.value
-    'no point satisfies all constraints (proven)'
-    """
+class MinimumReason(Enum):
+    """Why the search for a minimum stopped."""
 
     TIGHT = "the bound meets the value at a verified point within the tolerance"
     EMPTY = "no point satisfies all constraints (proven)"
@@ -67,7 +63,7 @@ class Reason(Enum):
 
 @dataclass(frozen=True)
 class Minimum:
-    """What is proven of a minimum, and the problem itself.
+    """The proven ends of a minimum, verified points, and the problem itself.
 
     Parameters
     ----------
@@ -76,8 +72,8 @@ class Minimum:
     upper
         The objective at a feasible point that is proven to exist; NaN where none was found.
     points
-        Each of shape (n_variables,).
-        Verified feasible points whose objective lies within the tolerance of the best, the best first.
+        Each of shape (n_variables,). Verified feasible points whose objective lies within the tolerance of the best
+        one, which comes first.
     order
         Highest order of a relaxation that was used.
     nodes
@@ -91,7 +87,7 @@ class Minimum:
     points: tuple[Array, ...]
     order: int
     nodes: int
-    reason: Reason
+    reason: MinimumReason
     seconds: float
 
     @property
@@ -105,7 +101,7 @@ class Minimum:
         return dict(zip(self.problem.names, self.points[0].tolist(), strict=True)) if self.points else {}
 
     def __str__(self) -> str:
-        if self.reason is Reason.EMPTY:
+        if self.reason is MinimumReason.EMPTY:
             return str(self.reason.value)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.point.items())
         reached = f"<= {self.upper:.9g}, reached at {where}" if self.point else "(no feasible point was verified)"
@@ -123,13 +119,17 @@ class Minimum:
 
 @dataclass
 class _Search:
-    """What is known so far."""
+    """What is known so far: points, the certified bound, and the work done."""
 
+    plan: Plan
     points: FeasiblePoints
-    lower: float = -np.inf
-    record: Record | None = None
-    order: int = 0
-    nodes: int = 0
+    solver: Solver
+    nodes: int  # allowed
+    say: Progress
+    lower: float
+    record: Record | None
+    order: int
+    branches: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
 
     @property
@@ -142,17 +142,60 @@ class _Search:
         """Return whether the bound meets the least value that a local search found, proven or not."""
         return self.lower >= self.points.less(self.points.hope)
 
+    def run(self) -> None:
+        """Raise the order, then branch, until the bound meets a point."""
+        problem, objective = self.points.problem, self.points.objective
+        check_orders(self.plan, problem, objective)
+        # Seeded, so that a run can be repeated.
+        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+            self.points.search(problem.lower + share * (problem.upper - problem.lower))
+        for order, steps in ways(self.plan, problem, objective, lambda: self.not_flat()):
+            self._raise(order, steps)
+            if self.lower == np.inf:
+                return
+            self.say(f"order {self.order}: bound {self.lower:.9g}, best point {self.points.hope:.9g}")
+            if self.hoped:
+                break  # a higher order cannot gain more than a proof of the point, or branches where it fails
+        if self.nodes:
+            self.points.prove()
+            if self.lower < self.goal:
+                self.nodes = min(self.nodes, MORE_BRANCHES) if self.hoped else self.nodes
+                _branch(self)
+
+    def _raise(self, order: Order, steps: int) -> None:
+        """Bound the objective by the relaxation of an order, and search for points from its moments."""
+        objective = self.points.objective
+        relaxed = self.relaxed(self.points.problem, order, steps)
+        outcome = relaxed.bound(objective)
+        if self.record and outcome.bound > self.lower:
+            self.record(Bound.of(relaxed, objective, outcome))
+        self.order, self.lower = relaxed.relaxation.order, max(self.lower, outcome.bound)
+        self.not_flat = partial(not_flat, relaxed, objective, outcome, order)
+        if self.lower < np.inf:
+            for point in (outcome.point, *_extracted(relaxed, outcome)):
+                self.points.search(point)
+
+    def relaxed(self, problem: PolynomialProblem, order: Order, steps: int = 1) -> Relaxed:
+        """Return the relaxation of an order on a problem that may have a smaller box."""
+        tightened = self.tightened(problem, order)
+        return relax(tightened, self.plan.method, order, self.solver, self.points.objective, steps)
+
+    def tightened(self, problem: PolynomialProblem, order: Order) -> PolynomialProblem:
+        """Return the problem with products of linear constraints, where they help and no file needs a proof."""
+        apply = order == 1 and isinstance(self.plan.method, Sparse | Dense) and self.record is None
+        return with_products(problem, self.points.objective) if apply else problem
+
 
 def minimise(
     problem: PolynomialProblem,
     objective: Polynomials,
     *,
-    method: str = "sparse",
+    method: str | Method = "sparse",
     order: int | None = None,
     tolerance: float = 1e-6,
     nodes: int = BRANCHES,
     seconds: float = np.inf,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     progress: Progress | None = None,
     certificate: str | Path | None = None,
 ) -> Minimum:
@@ -165,7 +208,7 @@ def minimise(
     objective
         One row.
     method
-        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+        A short name of :func:`relaxations.proof.method_names` or a method object, but not cuts.
     order
         Highest relaxation order; by default as high as blocks of width 70 allow.
     tolerance
@@ -175,8 +218,6 @@ def minimise(
     seconds
         Time allowed, wall clock; then what is proven so far is returned. A tenth of it is kept for the verification of
         points.
-    progress
-        Called with one line of text now and then.
     certificate
         File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
         written where the box alone proves as much. Products of linear constraints are not used then.
@@ -195,55 +236,40 @@ def minimise(
     (-6.666667, -6.666667, -6.6666667)
     """
     started = time.perf_counter()
+    # Refuse a wrong call before any work.
     check_seconds(seconds)
     check_solver(solver)
-    Scaling.of_box(problem)  # refuses an infinite box before any work
-    method, *_ = resolve(problem, method, None)
-    points = FeasiblePoints(problem, objective, products(problem), tolerance)
-    proof: list[Step] = []
-    search = _Search(points, _least_on_box(problem, objective), proof.append if certificate else None)
+    Scaling.of_box(problem)
+    plan = Plan.of(problem, method if method == "auto" else relaxation_method(method), order, objective)
     if certificate:
         Path(certificate).unlink(missing_ok=True)  # an old file would prove something else
-    reason = Reason.ORDERS
-    say = progress or (lambda _: None)
+    points = FeasiblePoints(problem, objective, products(problem), tolerance)
+    proof: list[Step] = []
+    search = _Search(
+        plan,
+        points,
+        solver,
+        nodes,
+        progress or (lambda _: None),
+        _least_on_box(problem, objective),
+        proof.append if certificate else None,
+        plan.least,
+    )
+    reason = MinimumReason.ORDERS
     try:
         with time_limit(SEARCHING * seconds):
-            search.order = least = least_order(problem, objective, method, order)
-            # Seeded, so that a run can be repeated.
-            for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
-                points.search(problem.lower + share * (problem.upper - problem.lower))
-            for current, steps in ways(problem, objective, method, least, order, lambda: search.not_flat()):
-                relaxed = _relaxed(search, problem, method, current, solver, steps)
-                outcome = relaxed.bound(objective)
-                if search.record and outcome.bound > search.lower:
-                    search.record(Bound.of(relaxed, objective, outcome))
-                search.order, search.lower = relaxed.relaxation.order, max(search.lower, outcome.bound)
-                search.not_flat = partial(not_flat, relaxed, objective, outcome, current)
-                if search.lower == np.inf:
-                    break
-                points.search(outcome.point)
-                for point in _extracted(relaxed, outcome):
-                    points.search(point)
-                say(f"order {search.order}: bound {search.lower:.9g}, best point {points.hope:.9g}")
-                if search.hoped:
-                    break  # a higher order cannot gain more than a proof of the point, or branches where it fails
-            if nodes and search.lower < np.inf:
-                points.prove()
-            if nodes and search.lower < search.goal:
-                nodes = min(nodes, MORE_BRANCHES) if search.hoped else nodes
-                _branch(
-                    search, method, partial(node_order, method=method, least=least, highest=order), nodes, solver, say
-                )
+            search.run()
     except STOPS as stop:
-        reason = Reason[stopped_by(stop)]
+        reason = MinimumReason[stopped_by(stop)]
+    # Prove points in the time that is left, and say how far the search came.
     with time_limit(max(seconds - (time.perf_counter() - started), VERIFYING)):
         verified = [] if search.lower == np.inf else points.distinct()
     if search.lower == np.inf:
-        reason = Reason.EMPTY
+        reason = MinimumReason.EMPTY
     elif search.lower >= search.goal:
-        reason = Reason.TIGHT
-    elif reason is Reason.ORDERS and not verified:
-        reason = Reason.UNVERIFIED
+        reason = MinimumReason.TIGHT
+    elif reason is MinimumReason.ORDERS and not verified:
+        reason = MinimumReason.UNVERIFIED
     if certificate and proof:
         write_certificate(certificate, problem, proof)
     return Minimum(
@@ -253,30 +279,10 @@ def minimise(
         points.best if verified else float("nan"),
         tuple(point for _, point in verified),
         search.order,
-        search.nodes,
+        search.branches,
         reason,
         time.perf_counter() - started,
     )
-
-
-def _relaxed(
-    search: _Search,
-    problem: PolynomialProblem,
-    method: str,
-    order: int | tuple[int, ...],
-    solver: str,
-    steps: int = 1,
-) -> Relaxed:
-    objective = search.points.objective
-    return relax(_tightened(search, problem, method, order), method, order, solver, objective, steps)
-
-
-def _tightened(
-    search: _Search, problem: PolynomialProblem, method: str, order: int | tuple[int, ...]
-) -> PolynomialProblem:
-    # A proof in a file rests on the constraints that are stated.
-    apply = order == 1 and method in ("sparse", "dense") and search.record is None
-    return with_products(problem, search.points.objective) if apply else problem
 
 
 def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
@@ -288,20 +294,13 @@ def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
     return [] if found is None else [relaxed.scaling.recover(point) for point in found]
 
 
-def _branch(
-    search: _Search,
-    method: str,
-    order_for: Callable[[PolynomialProblem, Polynomials], int],
-    nodes: int,
-    solver: str,
-    say: Progress,
-) -> None:
-    """Close what gap is left by branch and bound, on the box that better points would have to lie in."""
-    points, objective = search.points, search.points.objective
+def _branch(search: _Search) -> None:
+    """Close the remaining gap by branch and bound, on the box of the points better than the best one."""
+    points, objective, plan = search.points, search.points.objective, search.plan
     problem, best = points.problem, points.best
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
-    whole = order_for(better, objective)  # the objective as a constraint may couple all variables
+    whole = node_order(plan, better, objective)  # the objective as a constraint may couple all variables
     curved = nonlinear_variables(problem.with_inequalities(objective))
     steps: list[Step] = []
     record = steps.append if search.record else None
@@ -315,16 +314,17 @@ def _branch(
                 search.record(step)
         search.lower = max(search.lower, min(bound, best))
 
+    # Contract the box of the better points.
     found = uninterrupted(
         intervals(
-            _tightened(search, better, method, whole),
+            search.tightened(better, whole),
             range(problem.n_variables),
-            method=method,
+            method=plan.method,
             order=whole,
-            solver=solver,
+            solver=search.solver,
             rounds=CONTRACTIONS,
             witnesses=False,
-            progress=say,
+            progress=search.say,
             record=record,
         )
     )
@@ -340,13 +340,14 @@ def _branch(
     if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
 
-    order = order_for(problem, objective)
+    order = node_order(plan, problem, objective)
 
     def bounded(part: PolynomialProblem) -> Relaxed:
-        search.nodes += 1
-        return _relaxed(search, part, method, order, solver)
+        search.branches += 1
+        return search.relaxed(part, order)
 
     def goal(outcome: Outcome | None) -> float:
+        """Search and prove a point from each outcome; return the bound that is enough."""
         point = None if outcome is None else outcome.point
         if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
             points.search(point)
@@ -356,7 +357,7 @@ def _branch(
     def report(bound: float, enough: float) -> None:
         if record is None:  # what is recorded is proven in the end
             search.lower = max(search.lower, min(bound, best))
-        say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
+        search.say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
 
     bound = branch_and_bound(
         smaller,
@@ -365,7 +366,7 @@ def _branch(
         bounded,
         start=search.lower,
         goal=goal,
-        nodes=nodes,
+        nodes=search.nodes,
         report=report,
         record=record,
     )
@@ -374,7 +375,7 @@ def _branch(
 
 
 def _least_on_box(problem: PolynomialProblem, objective: Polynomials) -> float:
-    """Return what the box alone proves: from the middle of the box no monomial moves by more than its coefficient."""
+    """Return the box's own bound: no monomial differs from its middle by more than its coefficient."""
     terms = Scaling.of_box(problem).polynomials(objective)
     constant = terms.term_degrees == 0
     middle = terms.coefficients[constant].segment_sum(terms.rows[constant], 1)

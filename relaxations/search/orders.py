@@ -1,9 +1,9 @@
-"""Which orders a search for a minimum tries: the lowest first, and unasked only those whose blocks are narrow.
+"""The orders that a search for a minimum tries: the lowest first, and unasked only those whose blocks are narrow.
 
-With cliques of variables each may have an order of its own. Where the moment matrix of a clique is flat, its moments
-are those of points, and a higher order there would tell nothing new. So before an order beyond 2 is tried everywhere,
-it is tried in the cliques alone whose moments are not flat: one relaxation more for each order at most, and often the
-last. (Order 1 is tightened by products of constraints, and raised everywhere.)
+With cliques of variables each clique may have an order of its own. Where the moment matrix of a clique is flat, its
+moments are those of points, and a higher order there would improve nothing. So an order beyond 2 is first tried in the
+cliques whose moments are not flat: at most one relaxation more for each order, and often the last. (Order 1 is
+tightened by products of constraints, and raised everywhere.)
 """
 
 from __future__ import annotations
@@ -15,15 +15,14 @@ import numpy as np
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments.lasserre import BY_TERMS, groups, plan
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import lifted_variables
+from relaxations.moments.lasserre import BY_TERMS, groups
+from relaxations.moments.lasserre import plan as blocks
 from relaxations.points.extraction import is_flat
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed, lowest, resolve
+from relaxations.proof.bounding import Outcome, Relaxed
+from relaxations.proof.method import LASSERRE, Order
 from relaxations.reductions.scaling import Scaling
-
-Order = int | tuple[int, ...]
+from relaxations.search.plan import Plan
 
 WIDEST = 70  # an order whose widest block is beyond this is not tried unasked: a bound would cost minutes
 HIGHEST = 6  # nor an order beyond this
@@ -31,85 +30,36 @@ STEPS = 3  # of term sparsity at each order
 NODE_WIDEST = 20
 
 
-def least_order(problem: PolynomialProblem, objective: Polynomials, method: str, highest: int | None) -> int:
-    """Return the least order; refuse a highest one that is below it, and blocks that are too wide at the highest.
-
-    Parameters
-    ----------
-    problem
-        With a finite box.
-    objective
-        One row.
-    method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    highest
-        None where none is asked for: the blocks of the least order count then.
-
-    Raises
-    ------
-    ProblemError
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> (x,) = variables("x")
-    >>> least_order(*problem_of(x**5 - x, [x >= -1, x <= 1]), "sparse", None)
-    3
-    """
-    _, usual, complicating = resolve(problem, method, None)
-    least = max(lowest(problem, method, complicating), -(-objective.degree // 2))
-    if highest is not None and highest < least:
-        raise ProblemError(f"order {highest} is too low for the degrees in this problem: the least order is {least}")
-    if method in LIFTS:
-        lifted_variables(problem, highest or max(usual, least), method)
+def check_orders(plan: Plan, problem: PolynomialProblem, objective: Polynomials) -> None:
+    """Refuse blocks that are too wide at the highest order, or at the least one where none is asked for."""
+    if isinstance(plan.method, LASSERRE):
+        _widths(plan, problem, objective, plan.asked or plan.least, 1)
     else:
-        _widths(problem, objective, method, highest or least, 1)
-    return least
+        plan.method.check(problem, plan.order)
 
 
 def ways(
-    problem: PolynomialProblem,
-    objective: Polynomials,
-    method: str,
-    least: int,
-    highest: int | None,
-    suspects: Callable[[], set[int]],
+    plan: Plan, problem: PolynomialProblem, objective: Polynomials, suspects: Callable[[], set[int]]
 ) -> Iterator[tuple[Order, int]]:
-    """Yield the relaxations to try, one by one.
+    """Yield the relaxations to try, one by one: their order (one for each clique where they differ) and steps.
 
     Parameters
     ----------
-    problem
-        With a finite box.
-    objective
-        One row.
-    method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-    least
-        The first order.
-    highest
-        The last one; None where none is asked for.
     suspects
         Called when the order is about to be raised: the cliques of the last relaxation where that may help.
-
-    Yields
-    ------
-    order : int or tuple of int
-        For each clique its own where they differ.
-    steps : int
-        Of term sparsity.
 
     Examples
     --------
     >>> from relaxations.formats.expressions import problem_of, variables
     >>> x, y, z = v = variables("x y z")
     >>> problem, objective = problem_of(x * y + y * z, [end for w in v for end in (w >= -1, w <= 1)])
-    >>> list(ways(problem, objective, "sparse", 1, 3, lambda: {1}))  # of the cliques (x, y) and (y, z)
+    >>> plan = Plan.of(problem, "sparse", 3, objective)
+    >>> list(ways(plan, problem, objective, lambda: {1}))  # of the cliques (x, y) and (y, z)
     [(1, 1), (2, 1), ((2, 3), 1), (3, 1)]
     """
-    if method in LIFTS:
-        _, usual, _ = resolve(problem, method, None)
-        yield from ((order, 1) for order in range(least, (highest or max(usual, least)) + 1))
+    least, highest, method = plan.least, plan.asked, plan.method.name
+    if not isinstance(plan.method, LASSERRE):
+        yield from ((order, 1) for order in range(least, plan.order + 1))
         return
     scaled, goal = _scaled(problem, objective)
     cliques = range(len(groups(scaled, least, method, goal)))
@@ -117,7 +67,7 @@ def ways(
         before: list[int] = []
         for steps in range(1, STEPS + 1 if method in BY_TERMS else 2):
             try:
-                widths = _widths(problem, objective, method, order, steps)
+                widths = _widths(plan, problem, objective, order, steps)
             except ProblemError:  # beyond the memory
                 return
             # Blocks by terms are narrow but many: what counts is the one block that would cost as much.
@@ -126,6 +76,7 @@ def ways(
                 return
             if widths == before or (width > WIDEST and steps > 1):
                 break
+            # Raise the order in the cliques alone whose moments are not flat, before raising it everywhere.
             if method == "sparse" and order > max(least, 2):
                 raised = suspects()
                 if 0 < len(raised) < len(cliques):
@@ -135,32 +86,7 @@ def ways(
 
 
 def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: Order) -> set[int]:
-    """Return the cliques of a sparse relaxation whose moments are not flat.
-
-    Parameters
-    ----------
-    relaxed
-        Of method ``"sparse"``.
-    outcome
-        Of the objective.
-    order
-        Of the relaxation.
-
-    Returns
-    -------
-    set of int
-        Their places among :func:`relaxations.moments.lasserre.groups`.
-
-    Examples
-    --------
-    >>> from relaxations.proof.bounding import relax
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> problem, objective = problem_of((x - 0.5)**2 - y**2, [-1 <= x, x <= 1, -1 <= y, y <= 1])
-    >>> relaxed = relax(problem, "sparse", 1, objective=objective)
-    >>> not_flat(relaxed, objective, relaxed.bound(objective), 1)  # x is one half, y minus one or one
-    {1}
-    """
+    """Return the cliques of a sparse relaxation whose moments are not flat, by their numbers."""
     if outcome.moments is None:
         return set()
     step = max(1, -(-relaxed.problem.degree // 2))
@@ -176,31 +102,19 @@ def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: 
     }
 
 
-def node_order(problem: PolynomialProblem, objective: Polynomials, method: str, least: int, highest: int | None) -> int:
-    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry.
-
-    Parameters
-    ----------
-    method
-        One of {"lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> x, y = variables("x y")
-    >>> node_order(*problem_of(x * y, [-1 <= x, x <= 1, -1 <= y, y <= 1]), "sparse", 1, None)
-    4
-    """
-    if method in LIFTS:
-        return least
-    largest = max(map(len, groups(problem, least, method, objective)))
-    orders = range(least, (highest or max(least, HIGHEST)) + 1)
-    return max((order for order in orders if comb(largest + order, order) <= NODE_WIDEST), default=least)
+def node_order(plan: Plan, problem: PolynomialProblem, objective: Polynomials) -> int:
+    """Return the order of branch and bound: small blocks allow a higher one, on boxes that have no symmetry."""
+    if not isinstance(plan.method, LASSERRE):
+        return plan.least
+    largest = max(map(len, groups(problem, plan.least, plan.method.name, objective)))
+    orders = range(plan.least, (plan.asked or max(plan.least, HIGHEST)) + 1)
+    return max((order for order in orders if comb(largest + order, order) <= NODE_WIDEST), default=plan.least)
 
 
-def _widths(problem: PolynomialProblem, objective: Polynomials, method: str, order: int, steps: int) -> list[int]:
+def _widths(plan: Plan, problem: PolynomialProblem, objective: Polynomials, order: int, steps: int) -> list[int]:
+    """Return the widths of the semidefinite blocks."""
     scaled, goal = _scaled(problem, objective)
-    return [width for _, split in plan(scaled, order, method, goal, steps) for width in split.widths]
+    return [width for _, split in blocks(scaled, order, plan.method.name, goal, steps) for width in split.widths]
 
 
 def _scaled(problem: PolynomialProblem, objective: Polynomials) -> tuple[PolynomialProblem, Polynomials]:

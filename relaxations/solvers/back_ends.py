@@ -1,10 +1,13 @@
-"""What each solver can do: a table, one line a back end; its library is imported when it is asked for."""
+"""The table of back ends: what each solver can do. Its library is imported when the solver is called."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
+from importlib.metadata import entry_points
 from importlib.util import find_spec
+from typing import Any
 
 ZERO, NONNEGATIVE, SECOND_ORDER, SEMIDEFINITE = "zero", "nonnegative", "second order", "semidefinite"
 ALL_CONES = (ZERO, NONNEGATIVE, SECOND_ORDER, SEMIDEFINITE)
@@ -13,44 +16,49 @@ INTERIOR = "interior point"
 
 @dataclass(frozen=True)
 class BackEnd:
-    """One way to a solver.
+    """One way to call a solver.
 
     Parameters
     ----------
     name
-        What ``solver=`` takes, in any case of letters.
+        The value of ``solver=``, in upper or lower case.
     file
-        The module of :mod:`relaxations.solvers` that runs it.
+        The module of :mod:`relaxations.solvers` that runs it; not needed with ``run``.
     library
-        The package that must be importable.
+        The package that must be importable; empty where none is needed.
     method
-        ``"interior point"``, ``"first order"`` or ``"simplex"``; empty where cvxpy does not say.
+        ``"interior point"``, ``"first order"`` or ``"simplex"``; empty if unknown.
     accuracy
-        What a certified bound loses on small programs with an interior, as a share of the objective's coefficients.
-        NaN where it has not been measured.
+        Typical gap between a certified bound and the optimum on small programs, as a share of the objective's
+        coefficients. NaN if not measured.
     settings
-        Names of its other settings, to be tried in turn where the usual one stops short.
+        Further settings, tried in turn if the usual one is not accurate enough.
     install
-        The line that installs it.
+        The command that installs it.
+    run
+        A function ``run(name, program, objective)`` (and a setting as a fourth argument, where ``settings`` names
+        some) that returns a :class:`relaxations.solvers.Stop`, the solver's word, the moments without the constant, and
+        the dual vector. For a solver from outside this package.
     """
 
     name: str
-    file: str
-    library: str
-    cones: tuple[str, ...]
-    method: str
-    accuracy: float
+    file: str = ""
+    library: str = ""
+    cones: tuple[str, ...] = ALL_CONES
+    method: str = ""
+    accuracy: float = float("nan")
     settings: tuple[str, ...] = ()
     install: str = ""
+    run: Callable[..., tuple[Any, ...]] | None = None
 
     @cached_property
     def installed(self) -> bool:
-        """Tell whether its library can be imported, without doing so."""
-        return find_spec(self.library) is not None
+        """Return whether its library can be imported, without importing it."""
+        return not self.library or find_spec(self.library) is not None
 
     @property
     def reached(self) -> str:
-        """Tell how it is called."""
+        """Return ``"directly"`` or ``"through cvxpy"``."""
         return "through cvxpy" if self.file == "through_cvxpy" else "directly"
 
 
@@ -66,7 +74,7 @@ DIRECT = (
 
 @cache
 def through_cvxpy() -> tuple[BackEnd, ...]:
-    """Return cvxpy's installed conic solvers, without those that are called directly."""
+    """Return the installed conic solvers of cvxpy, without those that are called directly."""
     import cvxpy
     from cvxpy.reductions.solvers.defines import SOLVER_MAP_CONIC
 
@@ -81,12 +89,18 @@ def through_cvxpy() -> tuple[BackEnd, ...]:
     return tuple(found)
 
 
+@cache
+def from_packages() -> tuple[BackEnd, ...]:
+    """Return the back ends of other packages: entry points in the group ``relaxations.solvers``."""
+    return tuple(point.load() for point in entry_points(group="relaxations.solvers"))
+
+
 def back_ends() -> tuple[BackEnd, ...]:
-    """Return the table: those called directly, installed or not, then cvxpy's installed ones.
+    """Return the solvers that are called directly, installed or not, those of other packages, then those of cvxpy.
 
     Examples
     --------
     >>> [b.name for b in back_ends() if b.reached == "directly"]
     ['clarabel', 'sdpa', 'scs', 'highs']
     """
-    return (*DIRECT, *through_cvxpy())
+    return (*DIRECT, *from_packages(), *through_cvxpy())

@@ -1,12 +1,12 @@
-"""A conic program with every moment held within [-1, 1], as the moments of points of the scaled box are.
+"""A conic program with the additional bounds -1 <= y_i <= 1 for every moment.
 
-Nothing changes for a feasible point, and much for a solver: the dual of the wider program is::
+The moments of points in the scaled box satisfy these bounds, so no feasible point is lost. The dual program becomes::
 
-    maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*,
+    maximise  -b'z - sum_i |r_i|,    r = q + A'z,    z in K*.
 
-the certificate's own bound (:mod:`relaxations.proof.certificate`), and it has interior points whatever the relaxation
-looks like. So a solver that diverges on the program itself, for no dual point is feasible or the optimum is not
-attained, maximises what will be certified. The price is two rows for each moment.
+Its objective is the bound of the certificate (:mod:`relaxations.proof.certificate`), and it always has interior points.
+The original dual program may have no feasible point, or its optimum may not be attained. A solver that fails on the
+original program often solves the bounded one. The cost is two rows for each moment.
 
 References
 ----------
@@ -21,29 +21,12 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Index
+from relaxations.algebra.arrays import Index
 from relaxations.moments.conic import ConicProgram
 
 
 def boxed(program: ConicProgram) -> tuple[ConicProgram, Index]:
-    """Return the wider program, and where the rows of the given one stand in it.
-
-    Returns
-    -------
-    wider : ConicProgram
-        With two nonnegative rows more for each moment; its slices are those of the given one.
-    rows : ndarray of int, shape (n_rows,)
-
-    Examples
-    --------
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([2.0]), Cones(0, 1, (), ()), ())  # 2 + y >= 0
-    >>> wider, rows = boxed(program)
-    >>> wider.rhs - wider.matrix @ np.array([0.5])  # and 1 - y >= 0, 1 + y >= 0
-    array([2.5, 0.5, 1.5])
-    >>> rows
-    array([0])
-    """
+    """Return the program with bounds of the moments, and the position of each original row in it."""
     n, before = program.matrix.shape[1], program.cones.zero + program.cones.nonnegative
     matrix, identity = sparse.csr_matrix(program.matrix), sparse.identity(n, format="csr")
     wider = replace(

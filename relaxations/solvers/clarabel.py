@@ -1,4 +1,4 @@
-"""Clarabel, called without a modelling layer: the matrices are already in its form."""
+"""Clarabel, called directly with the matrices of the conic program."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time, remaining
 from relaxations.moments.conic import Cones, ConicProgram
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-11  # asked for so that little is lost to the certificate; mostly Clarabel stops a little short of it
+TOLERANCE = 1e-11  # tight, for an accurate certificate; Clarabel often stops slightly above it
 
 _STOPS = {
     "Solved": Stop.SOLVED,
@@ -31,45 +31,20 @@ _STOPS = {
     "CallbackTerminated": Stop.LIMIT,
 }
 
-# Ten times its own: a worse linear system, refined as usual, that does not break down near a degenerate optimum.
+# Ten times Clarabel's default: the linear systems are less accurate, and do not fail near a degenerate optimum.
 REGULARISATION = 1e-7
 
-# Seconds for each cube of a block's entries: setting up and one iteration factorise a dense matrix over them.
+# Seconds per cube of a block's number of entries: set-up and each iteration factorise a dense matrix over them.
 _EACH = 1e-10
 
 
 def run(_solver: str, program: ConicProgram, objective: Array, setting: str = "") -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    _solver
-        Its own name.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-    setting
-        One of {"", "regularised"}.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        The solver's own word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
+    """Return a solution; see :mod:`relaxations.solvers.interface`. Settings: ``"regularised"``.
 
     Raises
     ------
     TimeIsUp
-        Where the set-up and the first iteration, which nothing can end early, would take longer than is left.
-
-    Examples
-    --------
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> stop, status, moments, dual = run("clarabel", program, np.array([1.0]))
-    >>> stop.name, moments.round(4), dual.round(4)
-    ('SOLVED', array([-1.]), array([1.]))
+        When set-up and first iteration, which cannot be interrupted, would take longer than the remaining time.
     """
     check_time(2 * _iteration(program.cones))
     settings = clarabel.DefaultSettings()
@@ -81,12 +56,13 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     # faer factorises the dense corners of semidefinite problems tens of times faster than qdldl.
     settings.direct_solve_method = "faer" if program.cones.semidefinite else "qdldl"
+    # The cones are in Clarabel's order, and so are the rows of each.
     cones = [clarabel.ZeroConeT(program.cones.zero), clarabel.NonnegativeConeT(program.cones.nonnegative)]
     cones += [clarabel.SecondOrderConeT(size) for size in program.cones.second_order]
     cones += [clarabel.PSDTriangleConeT(width) for width in program.cones.semidefinite]
     n = program.matrix.shape[1]
     watch = _Watch()
-    with held_back(2) as drop:
+    with captured(2) as drop:
         try:
             solver = clarabel.DefaultSolver(
                 sparse.csc_matrix((n, n)), objective, sparse.csc_matrix(program.matrix), program.rhs, cones, settings
@@ -94,8 +70,8 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
             solver.set_termination_callback(watch)
             solution = solver.solve()
         except BaseException as failure:
-            # Clarabel panics where it cannot decompose a block; no class that could be imported stands for that. What
-            # it writes then is for its authors.
+            # Clarabel panics if it cannot decompose a block. The exception has no importable class. Its message on
+            # standard error is meant for developers, and is dropped.
             if type(failure).__name__ != "PanicException":
                 raise
             drop.append("panic")
@@ -107,13 +83,13 @@ def run(_solver: str, program: ConicProgram, objective: Array, setting: str = ""
 
 
 def _iteration(cones: Cones) -> float:
-    """Return a rough estimate of the seconds that one iteration takes."""
+    """Return a rough estimate of the seconds of one iteration."""
     return _EACH / 3 * sum((width * (width + 1) // 2) ** 3 for width in cones.semidefinite)
 
 
 @dataclass
 class _Watch:
-    """Called between iterations: ends the solve where the next one would be late, or Ctrl-C was pressed."""
+    """Callback between iterations: stops the solver if the next iteration would be late, or after Ctrl-C."""
 
     last: float = np.inf
     stop: BaseException | None = None
@@ -123,6 +99,6 @@ class _Watch:
             now = time.monotonic()
             took, self.last = now - self.last, now
             return remaining() < took
-        except BaseException as stop:  # Clarabel would print what is raised here, and go on
+        except BaseException as stop:  # Clarabel prints an exception of a callback and continues
             self.stop = stop
             return True

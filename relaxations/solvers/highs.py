@@ -1,7 +1,7 @@
-"""HiGHS, through scipy: linear programs only. Every moment is held within [-1, 1], so that each has an optimum.
+"""HiGHS, called through scipy, for linear programs only.
 
-That box is the certificate's own (:mod:`relaxations.solvers.boxed`), and costs a linear program no rows. Where it finds
-the program infeasible, a second one minimises the sum of all violations; its dual vector is the Farkas ray.
+Every moment is bounded by [-1, 1], as in :mod:`relaxations.solvers.boxed`, so every program is bounded. If the program
+is infeasible, a second program minimises the sum of all violations. Its dual vector is the Farkas ray.
 
 References
 ----------
@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
@@ -24,39 +24,12 @@ _STOPS = {0: Stop.SOLVED, 1: Stop.LIMIT, 2: Stop.INFEASIBLE, 3: Stop.UNBOUNDED, 
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    _solver
-        Its own name.
-    program
-        Without second-order and semidefinite cones.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        HiGHS's words.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-        NaN where there is none.
-
-    Examples
-    --------
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-2.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + 2 y >= 0
-    >>> stop, status, moments, dual = run("highs", program, np.array([1.0]))
-    >>> stop.name, moments.round(4), dual.round(4)
-    ('SOLVED', array([-0.5]), array([0.5]))
-    """
+    """Return a solution of a linear program; see :mod:`relaxations.solvers.interface`."""
     zero, n = program.cones.zero, program.matrix.shape[1]
     rows = sparse.csr_matrix(program.matrix)
     code, words, moments, dual = _solve(rows, program.rhs, zero, objective, np.full((n, 2), [-1.0, 1.0]))
     if _STOPS[code] is Stop.INFEASIBLE:
-        # y, then what is added to the left and taken from the right: of an equality both ways.
+        # Columns: y, slacks of all rows, and slacks of the other sign for equalities.
         slack = sparse.identity(program.n_rows, format="csr")
         wider = sparse.hstack([rows, -slack, slack[:, :zero]], format="csr")
         cost = np.concatenate([np.zeros(n), np.ones(program.n_rows + zero)])
@@ -66,6 +39,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
 
 def _solve(rows: sparse.csr_matrix, rhs: Array, zero: int, cost: Array, box: Array) -> tuple[int, str, Array, Array]:
+    """Return status, message, primal and dual vector; NaN for vectors that HiGHS does not return."""
     found = linprog(  # type: ignore[call-overload]
         cost,
         A_eq=rows[:zero],
@@ -74,7 +48,7 @@ def _solve(rows: sparse.csr_matrix, rhs: Array, zero: int, cost: Array, box: Arr
         b_ub=rhs[zero:],
         bounds=box,
         method="highs",
-        # Its presolve ends the process on some programs (HiGHS 1.12 to 1.15).
+        # HiGHS's presolve (1.12 to 1.15) crashes the process on some programs.
         options={"presolve": False, "time_limit": remaining()},
     )
     if found.x is None or found.status not in (0, 1):

@@ -1,4 +1,14 @@
-"""What a solver is asked and what it answers."""
+"""The common interface of all solvers.
+
+A back end is a module with the function ``run(solver, program, objective[, setting])``. It returns
+
+- the :class:`Stop` and the solver's own status text;
+- the moments without the constant one, shape (n_moments - 1,);
+- the dual vector, shape (n_rows,).
+
+Vectors that the solver does not return are NaN. The objective has no constant. ``run`` observes
+:func:`relaxations.deadline.remaining`, and imports an optional library when it is called.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +18,7 @@ from importlib import import_module
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import ConicProgram
@@ -19,37 +29,40 @@ from relaxations.solvers.back_ends import (
     SEMIDEFINITE,
     BackEnd,
     back_ends,
+    from_packages,
     through_cvxpy,
 )
 from relaxations.solvers.boxed import boxed
 from relaxations.solvers.stop import Stop
 
+Solver = str | BackEnd  # what ``solver=`` takes
+
 
 @dataclass(frozen=True)
 class Attempt:
-    """A solver and how it is set: ``str(attempt)`` names both.
+    """A solver and its setting: ``str(attempt)`` names both.
 
     Parameters
     ----------
     setting
-        ``"boxed"`` (:mod:`relaxations.solvers.boxed`), one of the back end's own, or empty for its usual one.
+        ``"boxed"`` (:mod:`relaxations.solvers.boxed`), a setting of the back end, or empty for the usual one.
     """
 
-    solver: str
+    solver: Solver
     setting: str = ""
 
     def __str__(self) -> str:
-        return f"{self.solver} {self.setting}".rstrip()
+        return f"{self.solver if isinstance(self.solver, str) else self.solver.name} {self.setting}".rstrip()
 
 
 @dataclass(frozen=True)
 class ConicSolution:
-    """A solver's answer, none of it proven.
+    """The result of a solver; nothing in it is proven.
 
     Parameters
     ----------
     status
-        The solver's own word.
+        The solver's own status text.
     moments
         Shape (n_moments,).
     dual
@@ -64,7 +77,7 @@ class ConicSolution:
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Return the names that ``solver=`` takes on this machine.
+    """Return the names of all installed solvers: the values of ``solver=``.
 
     Examples
     --------
@@ -74,17 +87,14 @@ def available_solvers() -> tuple[str, ...]:
     return tuple(b.name for b in back_ends() if b.installed)
 
 
-def _back_end(solver: str) -> BackEnd:
-    """Return a back end by its name.
-
-    Raises
-    ------
-    ProblemError
-        For an unknown solver, or one that is not installed.
-    """
-    # cvxpy is not asked, which takes half a second, where one of our own is meant.
-    found = next((b for b in DIRECT if b.name == solver.lower()), None)
-    found = found or next((b for b in through_cvxpy() if b.name.lower() == solver.lower()), None)
+def _back_end(solver: Solver) -> BackEnd:
+    """Return a back end by its name, or the object itself; ProblemError if it is unknown or not installed."""
+    if isinstance(solver, BackEnd):
+        found: BackEnd | None = solver
+    else:
+        # cvxpy is asked last: it takes half a second.
+        tables = (lambda: DIRECT, from_packages, through_cvxpy)
+        found = next((b for table in tables for b in table() if b.name.lower() == solver.lower()), None)
     if found is None:
         raise ProblemError(f"unknown solver {solver!r}: choose one of {', '.join(available_solvers())}")
     if not found.installed:
@@ -95,36 +105,31 @@ def _back_end(solver: str) -> BackEnd:
     return found
 
 
-def check_solver(solver: str) -> None:
-    """Refuse a solver that is not known or not installed, before any work.
+def check_solver(solver: Solver) -> None:
+    """Refuse a solver that is unknown or not installed, before any computation.
 
     Raises
     ------
     ProblemError
-        For an unknown solver, or one that is not installed.
+        When the solver is unknown or not installed.
 
     Examples
     --------
-    >>> check_solver("Clarabel")
-    >>> try:
-    ...     check_solver("sudoku")
-    ... except ProblemError as error:
-    ...     print(str(error)[:24])
-    unknown solver 'sudoku':
+    >>> check_solver("clarabel")
     """
     _back_end(solver)
 
 
-def attempts(solver: str) -> tuple[Attempt, ...]:
-    """Return what to try in turn: the solver as it is, its other settings, then the others that are installed.
+def attempts(solver: Solver) -> tuple[Attempt, ...]:
+    """Return the attempts in order: the solver with each of its settings, then the other interior-point solvers.
 
-    Any dual vector gives a true bound, so whoever certifies stops at the first that is close enough, and the best of
-    all those tried counts. First-order methods are no help: they take long and stop farther off.
+    Any dual vector gives a valid bound. So a caller stops when the certified bound is accurate enough, and uses the
+    best bound of all attempts. First-order methods are left out, because they are slower and less accurate.
 
     Raises
     ------
     ProblemError
-        For an unknown solver, or one that is not installed.
+        When the solver is unknown or not installed.
 
     Examples
     --------
@@ -134,32 +139,29 @@ def attempts(solver: str) -> tuple[Attempt, ...]:
     own = _back_end(solver)
     others = [b for b in DIRECT if b is not own and b.installed and b.method == INTERIOR]
     return (
-        *(Attempt(own.name, setting) for setting in ("", *own.settings)),
+        *(Attempt(own if own.run else own.name, setting) for setting in ("", *own.settings)),
         *(Attempt(b.name, "boxed") for b in others),
     )
 
 
-def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "clarabel") -> ConicSolution:
-    """Minimise ``objective`` over a conic program.
+def solve(program: ConicProgram, objective: Array, attempt: Attempt | Solver = "clarabel") -> ConicSolution:
+    """Return a solver's minimum of ``objective`` over a conic program.
+
+    The result is NaN with ``Stop.FAILED`` if a coefficient is not finite. The solver is not called then.
 
     Parameters
     ----------
     objective
         Shape (n_moments,). Coefficients of the moments; entry 0 belongs to the constant.
     attempt
-        A solver's name means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
-
-    Returns
-    -------
-    ConicSolution
-        Not a number, and ``Stop.FAILED``, where a coefficient is not finite: no solver is asked then.
+        A solver's name or back end means its usual setting: :func:`relaxations.solvers.back_ends` lists them.
 
     Raises
     ------
     ProblemError
-        For an unknown solver, one that is not installed, or one of ours that knows linear programs only.
+        When the solver is unknown or not installed, or the program has cones that it cannot treat.
     TimeIsUp
-        Where the time limit leaves none. A solver that begins has what is left as its own limit.
+        When no time is left. A solver that starts gets the remaining time as its limit.
 
     Examples
     --------
@@ -171,7 +173,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     >>> found.stop.name, found.moments.round(3)
     ('SOLVED', array([1.  , 0.5 , 0.25]))
     """
-    how = Attempt(attempt) if isinstance(attempt, str) else attempt
+    how = attempt if isinstance(attempt, Attempt) else Attempt(attempt)
     own = _back_end(how.solver)
     matrices = program.cones.second_order or program.cones.semidefinite
     if matrices and own.cones and not {SECOND_ORDER, SEMIDEFINITE} & set(own.cones):
@@ -184,7 +186,7 @@ def solve(program: ConicProgram, objective: Array, attempt: Attempt | str = "cla
     if not all(np.isfinite(data).all() for data in (objective, program.rhs, program.matrix.data)):
         unknown = np.full(len(objective), np.nan)
         return ConicSolution(Stop.FAILED, "NotFinite", unknown, np.full(program.n_rows, np.nan), 0.0)
-    run = import_module(f"relaxations.solvers.{own.file}").run
+    run = own.run or import_module(f"relaxations.solvers.{own.file}").run
     if how.setting == "boxed":
         wider, rows = boxed(program)
         stop, status, x, z = run(own.name, wider, objective[1:])

@@ -1,16 +1,16 @@
-"""SCS, called straight: a first-order method, for programs too large to factorise and bounds of few digits."""
+"""SCS, called directly: a first-order method for large programs, less accurate than interior-point methods."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-7  # absolute and relative; its default of 1e-4 costs a bound another digit or two
+TOLERANCE = 1e-7  # absolute and relative; with the default of 1e-4 a bound loses one or two more digits
 ITERATIONS = 20_000
 
 _STOPS = {
@@ -24,37 +24,8 @@ _STOPS = {
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    _solver
-        Its own name.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        The solver's own word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-
-    Raises
-    ------
-    ImportError
-        Where the package is not installed.
-
-    Examples
-    --------
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> stop, status, moments, dual = run("scs", program, np.array([1.0]))
-    >>> stop.name, moments.round(4), dual.round(4)
-    ('SOLVED', array([-1.]), array([1.]))
-    """
-    import scs  # here, for the package is optional
+    """Return a solution; see :mod:`relaxations.solvers.interface`."""
+    import scs  # imported here, because the package is optional
 
     order = _rows(program)
     cones = program.cones
@@ -76,7 +47,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
 
 def _rows(program: ConicProgram) -> Index:
-    """Return where SCS's rows stand among ours: it stacks the columns of the lower triangle, we of the upper one."""
+    """Return our row number of each row of SCS, which stacks the lower triangle instead of the upper one."""
     cones = program.cones
     position = cones.zero + cones.nonnegative + sum(cones.second_order)
     parts = [np.arange(position)]

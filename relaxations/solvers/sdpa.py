@@ -1,7 +1,8 @@
-"""SDPA through the package ``sdpa-python``, called below its modelling layer; optional, for it is under the GPL.
+"""SDPA, called through ``sdpa-python`` below its modelling layer; optional, because its licence is the GPL.
 
-In SeDuMi's form ``minimise b'z : A'z = -q``, z the dual vector: multipliers of equalities as differences of nonnegative
-ones, second-order cones of size 3 as blocks of width 2, semidefinite blocks in full.
+The program has SeDuMi's form, ``minimise b'z : A'z = -q``, where z is the dual vector. Multipliers of equalities are
+differences of two nonnegative variables. Second-order cones of size 3 are blocks of width 2. Semidefinite blocks are
+full matrices.
 
 References
 ----------
@@ -14,12 +15,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.moments.conic import Cones, ConicProgram
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 from relaxations.solvers.stop import Stop
 
-TOLERANCE = 1e-7  # of gap and feasibility, its own; asked for more it is stuck more often, and farther off
+TOLERANCE = 1e-7  # of gap and feasibility: the default; a smaller one makes SDPA stop early more often
 
 _STOPS = {
     "pdOPT": Stop.SOLVED,
@@ -32,41 +33,13 @@ _STOPS = {
     "pFEAS_dINF": Stop.INFEASIBLE,
     "dUNBD": Stop.UNBOUNDED,
     "pINF_dFEAS": Stop.UNBOUNDED,
-    "pdINF": Stop.INFEASIBLE,  # of one of the two; the certificate tells
+    "pdINF": Stop.INFEASIBLE,  # primal or dual; the certificate decides
 }
 
 
 def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    _solver
-        Its own name.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        The solver's own word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-
-    Raises
-    ------
-    ImportError
-        Where the package is not installed.
-
-    Examples
-    --------
-    >>> from relaxations.solvers import available_solvers
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> "sdpa" not in available_solvers() or run("sdpa", program, np.array([1.0]))[2].round(4).tolist() == [-1.0]
-    True
-    """
-    # Here, for the package is optional.
+    """Return a solution; see :mod:`relaxations.solvers.interface`."""
+    # Imported here, because the package is optional.
     from sdpap.param import param
     from sdpap.sdpacall import sdpacall
     from sdpap.symcone import SymCone
@@ -78,7 +51,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
     columns = sparse.csc_matrix(sparse.hstack([columns[:, :free], -columns[:, :free], columns[:, free:]]))
     cost = np.concatenate([cost[:free], -cost[:free], cost[free:]])
     options = {"print": "no", "numThreads": 1, "epsilonStar": TOLERANCE, "epsilonDash": TOLERANCE}
-    with held_back(1) as drop:  # its option notwithstanding, the library prints
+    with captured(1) as drop:  # the library prints in spite of its option
         drop.append("its log")
         z, y, _, info = sdpacall.solve_sdpa(
             columns,
@@ -94,7 +67,7 @@ def run(_solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, st
 
 
 def _in_full(cones: Cones) -> tuple[sparse.csr_matrix, tuple[int, ...]]:
-    """Return the matrix from our rows to SDPA's, and the widths of its blocks; its transpose takes a dual back."""
+    """Return the matrix from our rows to those of SDPA, and the block widths; its transpose maps a dual back."""
     from_lorentz = sparse.csr_matrix([[0.5, 0.5, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.5, -0.5, 0.0]])
     parts = [sparse.identity(cones.zero + cones.nonnegative), *[from_lorentz] * len(cones.second_order)]
     for width in cones.semidefinite:

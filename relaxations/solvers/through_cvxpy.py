@@ -1,4 +1,4 @@
-"""Any conic solver that cvxpy knows, by name."""
+"""Any conic solver of cvxpy, by name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import remaining
 from relaxations.moments.conic import ConicProgram
 from relaxations.solvers.stop import Stop
@@ -23,7 +23,7 @@ _STOPS = {
     "user_limit": Stop.LIMIT,
 }
 
-# What each solver calls its own time limit; one that is not listed runs to its end.
+# Option of each solver for its time limit; a solver that is not listed has none.
 _LIMITS = {
     "CLARABEL": "time_limit",
     "HIGHS": "time_limit",
@@ -36,35 +36,10 @@ _LIMITS = {
 
 
 def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str, Array, Array]:
-    """Solve with one of cvxpy's solvers; see :func:`relaxations.solvers.solve`.
-
-    Parameters
-    ----------
-    solver
-        As cvxpy spells it.
-    objective
-        Shape (n_moments - 1,). Without the constant.
-
-    Returns
-    -------
-    stop : Stop
-    status : str
-        cvxpy's word.
-    moments : ndarray, shape (n_moments - 1,)
-    dual : ndarray, shape (n_rows,)
-        NaN where there are none; so with the moments.
-
-    Examples
-    --------
-    >>> from scipy import sparse
-    >>> from relaxations.moments.conic import Cones
-    >>> program = ConicProgram(sparse.csc_matrix([[-1.0]]), np.array([1.0]), Cones(0, 1, (), ()), ())  # 1 + y >= 0
-    >>> stop, status, moments, dual = run("CLARABEL", program, np.array([1.0]))
-    >>> stop.name, moments.round(4), dual.round(4)
-    ('SOLVED', array([-1.]), array([1.]))
-    """
+    """Return a solution by one of cvxpy's solvers; see :mod:`relaxations.solvers.interface`."""
     y = cp.Variable(program.matrix.shape[1])
     slack = program.rhs - program.matrix @ y
+    # One cvxpy constraint for each cone, in the order of the rows.
     constraints: list[Any] = []
     position = 0
     for count, build in ((program.cones.zero, cp.Zero), (program.cones.nonnegative, cp.NonNeg)):
@@ -81,7 +56,7 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
     problem = cp.Problem(cp.Minimize(objective @ y), constraints)
     try:
         with warnings.catch_warnings():
-            # An inaccurate solution is told by the status, and the certificate judges it.
+            # The status reports an inaccurate solution, and the certificate bounds its error.
             warnings.filterwarnings("ignore", message="Solution may be inaccurate", category=UserWarning)
             problem.solve(solver=solver, **_limit(solver))
     except cp.SolverError as error:
@@ -92,6 +67,7 @@ def run(solver: str, program: ConicProgram, objective: Array) -> tuple[Stop, str
 
 
 def _limit(solver: str) -> dict[str, float]:
+    """Return the solver's own option for the remaining time."""
     left, name = remaining(), _LIMITS.get(solver.upper())
     return {} if name is None or np.isinf(left) else {name: left}
 
@@ -108,14 +84,14 @@ def _matrix(triangle: Any, width: int) -> Any:
 
 
 def _dual(constraints: list[Any], program: ConicProgram) -> Array:
-    """Stack the duals in the order of the rows; NaN where the solver gave none."""
+    """Return the duals in the order of the rows; NaN if the solver returned none."""
     parts = []
     for constraint in constraints:
         value = constraint.dual_value
         if value is None:
             return np.full(program.n_rows, np.nan)
         if isinstance(constraint, cp.Zero):
-            # cvxpy's Lagrangian adds the equality's dual; here A y + s = b takes it away.
+            # cvxpy's sign of an equality's dual is opposite to that of A y + s = b.
             parts.append(-np.asarray(value).ravel())
         elif isinstance(constraint, cp.PSD):
             matrix = np.asarray(value)

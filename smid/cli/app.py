@@ -8,20 +8,39 @@ import click
 
 from smid.cli.console import Face
 
+# Each line is the first sentence of the command's docstring, so that the help page needs no import of the command.
 COMMANDS = {
-    "demo": ("smid.cli.demo:demo", "Identify a clutch actuator on simulated records, and diagnose where it fails."),
-    "diagnose": ("smid.cli.diagnose:diagnose", "Name what a model lacks on a record, and the gain of adding it."),
-    "doctor": ("smid.cli.doctor:doctor", "Check this installation: versions, solvers, optional packages."),
-    "error-bound": ("smid.cli.error_bound:error_bound", "Least noise bound with which a model explains a record."),
-    "identify": ("smid.cli.identify:identify", "Certified intervals of a model's parameters."),
-    "study": ("smid.cli.study:study", "Certified intervals for every combination of orders, methods, noise bounds."),
+    "demo": (
+        "smid.cli.demo:demo",
+        "Identify a clutch actuator on simulated records, and find why the model fails on steps.",
+    ),
+    "diagnose": (
+        "smid.cli.diagnose:diagnose",
+        "Find what a model lacks on a record, and by how much the error falls if it is added.",
+    ),
+    "doctor": (
+        "smid.cli.doctor:doctor",
+        "Check this installation: versions, solvers, threads, optional packages, and a small problem.",
+    ),
+    "error-bound": (
+        "smid.cli.error_bound:error_bound",
+        "Compute the least noise bound with which a model explains a record.",
+    ),
+    "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
+    "study": (
+        "smid.cli.study:study",
+        "Compute certified intervals for every combination of orders, methods and noise bounds.",
+    ),
     "validate": ("smid.cli.validate:validate", "Simulate an identified model on other records."),
-    "verify": ("smid.cli.verify:verify", "Check a certificate, and that it is about this model and these data."),
+    "verify": (
+        "smid.cli.verify:verify",
+        "Check that a certificate holds, and that it is about this model and these data.",
+    ),
 }
 
 
 def _installed() -> dict[str, tuple[str, str]]:
-    """Return the commands of other packages, and of the theses: entry points in the group ``smid.commands``."""
+    """Return the commands of other packages and of the theses: entry points in the group ``smid.commands``."""
     return {point.name: (point.value, "") for point in entry_points(group="smid.commands")}
 
 
@@ -34,7 +53,7 @@ def _installed() -> dict[str, tuple[str, str]]:
 @click.version_option(package_name="smid")
 @click.pass_context
 def main(context: click.Context) -> None:
-    """Set-membership identification: certified intervals of parameters, and the cause of a model's errors.
+    """Compute certified parameter intervals of models from data, and find the cause of a model's errors.
 
     Exit codes: 0 done, 1 proven that no parameters explain the data, 2 bad input, 130 interrupted.
     """

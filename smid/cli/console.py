@@ -1,4 +1,4 @@
-"""How the command line speaks: exit codes, one line per mistake, progress on a terminal only."""
+"""Exit codes, one line for each mistake, and progress on a terminal."""
 
 from __future__ import annotations
 
@@ -15,20 +15,16 @@ import click
 from relaxations.errors import UserError
 
 EMPTY, BAD_INPUT, INTERRUPTED = 1, 2, 130
-"""Exit codes beside 0. What a shell gives a program stopped by Ctrl-C is 130."""
+"""Exit codes other than 0; 130 is the shell's code for a program stopped by Ctrl-C."""
 
 
 LOGGER = logging.getLogger("smid")
 
 
 class Commands(click.Group):
-    """A group whose commands are imported when they run, so that its help page is shown at once.
+    """A group that imports a command only when it runs, so that the help page appears at once.
 
-    Parameters
-    ----------
-    targets
-        Name of a command -> ("module:function", its line on the help page). A command without a line is imported for
-        it.
+    ``targets`` maps a name to "module:function" and its line on the help page; an empty line is read from the command.
     """
 
     def __init__(self, *args: Any, targets: Mapping[str, tuple[str, str]], **settings: Any) -> None:
@@ -48,7 +44,7 @@ class Commands(click.Group):
         return command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the names and their lines."""
+        """Write the names and their lines on the help page."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, self._line(context, name)) for name in self.list_commands(context)])
 
@@ -58,7 +54,7 @@ class Commands(click.Group):
 
 
 class Face(Commands):
-    """A group of commands that turns a user's mistake into one line ``error: cause; cure`` and code 2."""
+    """A group of commands that shows a user's mistake as one line ``error: cause; cure``, with exit code 2."""
 
     def main(self, *args: Any, **settings: Any) -> NoReturn:
         """Run a command line and exit; see click's own documentation for the arguments."""
@@ -73,11 +69,11 @@ class Face(Commands):
         except click.ClickException as error:
             code = _fail(error.format_message())
         except OSError as error:
-            # An error of the system knows its cause and file; ours carry a sentence.
+            # An error of the operating system names its cause and file; our own errors hold a whole sentence.
             named = f"{error.filename}: {error.strerror}; check the path and its permissions"
             code = _fail(named if error.filename is not None else str(error))
         except MemoryError:
-            code = _fail("out of memory; take fewer samples (--stop) or a lower --order")
+            code = _fail("out of memory; use fewer samples (--stop) or a lower --order")
         except UserError as error:
             code = _fail(str(error))
         sys.exit(code if isinstance(code, int) else 0)
@@ -89,21 +85,16 @@ def _fail(message: str, code: int = BAD_INPUT) -> int:
 
 
 class Progress:
-    """One line on the terminal that is written over again and again; silent where stderr is no terminal.
+    """One line on the terminal that each call overwrites; silent if standard error is not a terminal.
 
-    Every line also goes to the logger ``smid``; where that is heard (``--verbose``) the terminal is left to it.
-
-    Examples
-    --------
-    >>> with Progress() as progress:
-    ...     progress("first round")
+    Each line also goes to the logger ``smid``. With ``--verbose`` the log replaces the progress line.
     """
 
     def __init__(self) -> None:
         self._shown = sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO)
 
     def __call__(self, line: str) -> None:
-        """Show a line in place of the one before."""
+        """Show a line in place of the previous one."""
         LOGGER.info(line)
         if self._shown:
             width = shutil.get_terminal_size().columns - 1

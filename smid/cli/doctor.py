@@ -1,4 +1,4 @@
-"""``smid doctor``: whether this installation works, what it is made of, and what could be added."""
+"""``smid doctor``: whether this installation works, its versions, and the optional packages."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from relaxations.search.hierarchy import Proof, Reason
 from relaxations.solvers.interface import available_solvers
 from smid.cli.console import BAD_INPUT
 from smid.cli.documents import DOCTOR
-from smid.cli.options import json_option
-from smid.cli.outputs import Outputs
+from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.identification.identify import identify
 from smid.models import OutputError
@@ -35,17 +34,17 @@ EXTRAS = {
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
     "notebooks": (("jupytext", "nbconvert", "ipykernel"), "make notebooks"),
-    "bench": (("pyscipopt", "padasip", "filterpy", "sklearn"), "the rivals of make bench"),
+    "bench": (("pyscipopt", "padasip", "filterpy", "sklearn"), "other tools that make bench compares with"),
     "docs": (("sphinx", "myst_nb", "numpydoc", "furo"), "make docs"),
 }
-"""The extras that pip knows, the modules they bring, and what for."""
+"""Extra of pip -> (the modules it installs, what they are for)."""
 
 TRUE_POLE = -0.5
 
 
 @dataclass(frozen=True)
 class Trouble:
-    """Something needed that does not work."""
+    """A required part that does not work."""
 
     cause: str
     cure: str
@@ -53,16 +52,9 @@ class Trouble:
 
 @dataclass(frozen=True)
 class SmallProblem:
-    """How the small problem went.
+    """The result of the small problem: the interval of its pole, None if there is none.
 
-    Parameters
-    ----------
-    lower, upper
-        The certified interval of the pole; None where there is none.
-    reason
-        Why the computation stopped.
-    certified
-        Whether both ends are proven and meet verified points, and the truth lies between them.
+    ``certified``: both bounds are proven and attained by verified parameters, and the true pole lies between them.
     """
 
     lower: float | None
@@ -73,24 +65,16 @@ class SmallProblem:
 
 
 @click.command()
-@json_option
+@writes("json")
 @click.pass_context
-def doctor(context: click.Context, json_: str | None) -> None:
-    """Tell whether this installation works: versions, solvers, threads, extras, and a small certified problem."""
-    outputs = Outputs(json_, None)
+def doctor(context: click.Context, outputs: Outputs) -> None:
+    """Check this installation: versions, solvers, threads, optional packages, and a small problem."""
     found = installation()
     small = solve_small_problem()
     troubles = [*outdated(), *failed(small)]
-    outputs.say(told(found, small))
-    outputs.write(
-        {
-            "schema": DOCTOR,
-            **found,
-            "small_problem": asdict(small),
-            "troubles": [asdict(trouble) for trouble in troubles],
-            "versions": versions(),
-        }
-    )
+    outputs.say(report_text(found, small))
+    document = {"small_problem": asdict(small), "troubles": [asdict(trouble) for trouble in troubles]}
+    outputs.write({"schema": DOCTOR, **found, **document, "versions": versions()})
     for trouble in troubles:
         click.echo(f"error: {trouble.cause}; {trouble.cure}", err=True)
     if troubles:
@@ -115,7 +99,7 @@ def installation() -> dict[str, Any]:
 
 
 def outdated() -> Iterator[Trouble]:
-    """Find what smid requires and this environment has not, or has in an older version."""
+    """Find the packages that smid requires and that are missing or too old."""
     for requirement in requires("smid") or ():
         if "extra ==" in requirement:
             continue
@@ -152,25 +136,27 @@ def solve_small_problem() -> SmallProblem:
 
 
 def failed(small: SmallProblem) -> Iterator[Trouble]:
-    """Say so where the small problem was not solved."""
+    """Return the trouble of a small problem that was not certified."""
     if not small.certified:
         cause = f"the small problem was not certified: a1 in [{small.lower}, {small.upper}], {small.reason}"
         yield Trouble(cause, "pip install --force-reinstall clarabel numpy scipy, and run smid doctor again")
 
 
-def told(found: dict[str, Any], small: SmallProblem) -> str:
-    """Return the report for the eye."""
+def report_text(found: dict[str, Any], small: SmallProblem) -> str:
+    """Return the report that is printed."""
     lines = [f"{name:<14}{number}" for name, number in (versions() | found["packages"]).items()]
     threads = ", ".join(f"{name}={count}" for name, count in found["threads"].items() if count is not None)
     lines += [
         f"{'solvers':<14}{', '.join(found['solvers'])}",
         f"{'processors':<14}{found['processors']}",
-        f"{'BLAS':<14}{found['blas']}, {threads or 'threads not limited: ' + THREADS[0] + '=1 often is faster'}",
+        f"{'BLAS':<14}{found['blas']}, {threads or 'threads not limited; ' + THREADS[0] + '=1 is often faster'}",
     ]
     for name, extra in found["extras"].items():
-        missing = f'without {", ".join(extra["missing"])}: pip install "smid[{name}]"' if extra["missing"] else "there"
+        missing = (
+            f'missing {", ".join(extra["missing"])}: pip install "smid[{name}]"' if extra["missing"] else "installed"
+        )
         lines.append(f"{'[' + name + ']':<14}{missing} ({extra['gives']})")
-    lines.append(f"{'browser':<14}{found['browser'] or 'no Chromium: reports are printed to PDF by your own browser'}")
+    lines.append(f"{'browser':<14}{found['browser'] or 'no Chromium: print reports to PDF from your own browser'}")
     if small.certified:
         ends = f"a1 in [{small.lower:.6f}, {small.upper:.6f}], certified in {small.seconds:.2f} s"
         lines.append(f"{'small problem':<14}{ends}")

@@ -10,13 +10,11 @@ from smid.models import ModelError
 from smid.reports import write_text
 from smid.reports.documents import IDENTIFY, Document, as_text
 
-__all__ = ["DOCTOR", "read_estimate", "write_document"]
-
 DOCTOR = "smid.doctor/1"
 
 
 def write_document(target: str, document: Document) -> None:
-    """Write a document to a file, or to standard output where the target is ``-``."""
+    """Write a document to a file, or to standard output if the target is ``-``."""
     if target == "-":
         click.echo(as_text(document), nl=False)
     else:
@@ -26,26 +24,25 @@ def write_document(target: str, document: Document) -> None:
 def read_estimate(text: str, path: str) -> Document:
     """Return the estimate in a document of ``smid identify``, or in one of ``Estimate.to_dict``.
 
-    Parameters
-    ----------
-    path
-        For messages.
-
     Raises
     ------
     ModelError
-        Where the text is no such document, or holds no model with values.
+        If the text is not such a document, or holds no model with values. The message names ``path``.
     """
     try:
         content = json.loads(text)
     except json.JSONDecodeError as error:
-        raise ModelError(f"{path} is no JSON: {error}; give what smid identify --json wrote") from None
+        raise ModelError(f"{path} is not valid JSON: {error}; give a file that smid identify --json wrote") from None
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema == IDENTIFY and "empty" in content:
         raise ModelError(f"{path} says that no parameters explain the data: there is no model to validate")
     estimate = content.get("estimate") if schema == IDENTIFY else content
     if not isinstance(estimate, dict) or estimate.get("schema") != "smid.estimate/1":
-        raise ModelError(f"{path} holds no smid.estimate/1 (schema {schema!r}): give what smid identify --json wrote")
+        raise ModelError(
+            f"{path} holds no smid.estimate/1 (schema {schema!r}): give a file that smid identify --json wrote"
+        )
     if not estimate["model"]["values"]:
-        raise ModelError(f"{path} holds a model without values: nothing could be bounded, so nothing can be validated")
+        raise ModelError(
+            f"{path} holds a model without values, because no parameter could be bounded: there is nothing to validate"
+        )
     return estimate

@@ -1,8 +1,9 @@
-"""``smid identify``: intervals, central model, validation, from a CSV and a model file."""
+"""``smid identify``: parameter intervals, central model and validation, from a CSV file and a model file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import click
 import numpy as np
@@ -10,26 +11,25 @@ import numpy as np
 from relaxations.deadline import time_limit
 from relaxations.search.hierarchy import Reason
 from smid.cli.console import EMPTY, INTERRUPTED, Progress
-from smid.cli.loading import load_data, load_problem
+from smid.cli.loading import load_data, load_problem, load_record
 from smid.cli.options import (
+    POSITIVE,
     NoiseBound,
-    certificate_option,
-    data_options,
-    json_option,
+    Problem,
+    Record,
+    Solve,
+    option,
     read_noise_bound,
-    report_option,
     seconds_option,
-    solver_options,
+    takes,
 )
-from smid.cli.outputs import Outputs
+from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_error_bound, log_estimate, verbose_option
 from smid.data import Dataset
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
-from smid.fitting.validate import Validation
-from smid.fitting.validate import validate as validate_model
-from smid.identification.error_bound import ErrorBound
-from smid.identification.error_bound import error_bound as least_bound
+from smid.fitting.validate import Validation, validate
+from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.identification.identify import identify as identify_model
@@ -38,172 +38,173 @@ from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
 
+# Just above the least noise bound the intervals are narrow for any data: the feasible set shrinks to a point there.
 DEFAULT = NoiseBound(1.2, True)
-"""Just above the least bound the intervals are narrow because the set is, not because the data say so."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """When the computation of intervals stops."""
+
+    tolerance: float = option(
+        type=POSITIVE,
+        default=1e-4,
+        show_default=True,
+        help="Stop when each gap is below this share of its interval's width.",
+    )
+    rounds: int = option(type=click.IntRange(min=1), default=10, show_default=True, help="Largest number of rounds.")
+    nodes: int = option(
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="Branch where a gap is left, with at most this number of relaxations for each bound.",
+    )
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that an identification needs."""
+
+    model: Model
+    data: Dataset
+    input_bounds: dict[str, float]
+    asked: NoiseBound
+    solve: Solve
+    accuracy: Accuracy
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """Return the options for the end of the report."""
+        value = f"{self.asked.value:g}"
+        return {
+            "noise bound": f"{value} x least noise bound" if self.asked.relative else value,
+            "method": self.solve.method,
+            "order": "usual" if self.solve.order is None else str(self.solve.order),
+            "solver": self.solve.solver,
+            "tolerance": f"{self.accuracy.tolerance:g}",
+            "largest number of rounds": str(self.accuracy.rounds),
+            "largest number of branching nodes": str(self.accuracy.nodes),
+        }
+
+    def least_bound(self, progress: Progress) -> ErrorBound:
+        """Return the enclosure of the least noise bound."""
+        found = error_bound(self.model, self.data, self.input_bounds, **vars(self.solve), progress=progress)
+        log_error_bound(found)
+        return found
+
+    def intervals(self, noise_bound: float, certificate: str | None, progress: Progress) -> Estimate:
+        """Return the certified intervals for a noise bound of the output."""
+        bounds = {**self.input_bounds, self.model.output_channels[0]: noise_bound}
+        how = {**vars(self.solve), **vars(self.accuracy)}
+        return identify_model(self.model, self.data, bounds, **how, progress=progress, certificate=certificate)
 
 
 @click.command()
-@data_options
+@takes(record=Record, problem=Problem)
 @click.option(
     "--noise-bound",
     callback=read_noise_bound,
     metavar="D|1.2x",
-    help="Noise bound of the output in its unit, or a factor times the least bound. [default: 1.2x]",
+    help="Noise bound of the output in its unit, or a factor times the least noise bound. [default: 1.2x]",
 )
-@solver_options
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0, min_open=True),
-    default=1e-4,
-    show_default=True,
-    help="Stop at gaps below this share of the width.",
-)
-@click.option("--rounds", type=click.IntRange(min=1), default=10, show_default=True, help="At most so many.")
-@click.option(
-    "--nodes",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Where a gap is left, branch with at most so many relaxations for each end.",
-)
+@takes(solve=Solve, accuracy=Accuracy)
 @seconds_option
-@click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record; may be repeated.")
-@json_option
-@report_option
-@certificate_option
+@click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record to simulate; repeatable.")
+@writes("json", "report", "certificate")
 @verbose_option
 @click.pass_context
 def identify(
     context: click.Context,
-    data: str,
-    input_: str,
-    output: str,
-    sampling_time: float | None,
-    time: str | None,
-    start: int | None,
-    stop: int | None,
-    model: str,
-    input_noise_bound: float | None,
+    record: Record,
+    problem: Problem,
     noise_bound: NoiseBound | None,
-    order: int | None,
-    method: str,
-    solver: str,
-    tolerance: float,
-    rounds: int,
-    nodes: int,
+    solve: Solve,
+    accuracy: Accuracy,
     seconds: float,
     others: tuple[str, ...],
-    json_: str | None,
-    report: str | None,
-    certificate: str | None,
+    outputs: Outputs,
 ) -> None:
-    """Certified parameter intervals of a model on the record DATA (a CSV file)."""
-    outputs = Outputs(json_, report, certificate)
-    dataset = load_data(data, input_, output, sampling_time, time, start, stop)
-    bound_model, fixed = load_problem(model, dataset, solver, input_noise_bound)
-    records = [load_data(path, input_, output, dataset.sampling_time, time) for path in others]
-    for record in records:
-        check_data(bind(bound_model, record), record)
-    asked = noise_bound or DEFAULT
-    settings = {
-        "noise bound asked for": f"{asked.value:g} x least bound" if asked.relative else f"{asked.value:g}",
-        "method asked for": method,
-        "order asked for": "usual" if order is None else str(order),
-        "solver": solver,
-        "tolerance": f"{tolerance:g}",
-        "rounds at most": str(rounds),
-        "branching nodes at most": str(nodes),
-    }
-    channel = bound_model.output_channels[0]
-    unit = dataset.channel(channel).unit
-    enclosure: ErrorBound | None = None
-    value = asked.value
+    """Compute certified parameter intervals of a model from a record.
+
+    DATA is the record (a CSV file).
+    """
+    data = load_record(record)
+    model, input_bounds = load_problem(problem, data, solve.solver)
+    task = Task(model, data, input_bounds, noise_bound or DEFAULT, solve, accuracy)
+    records = _load_others(others, record, task)
+    least, value = None, task.asked.value
     with time_limit(seconds), Progress() as progress:
-        if asked.relative:
-            enclosure = least_bound(
-                bound_model, dataset, fixed, method=method, order=order, solver=solver, progress=progress
-            )
-            log_error_bound(enclosure)
-            value = asked.value * enclosure.upper
-        if enclosure is None or (enclosure.reason is not Reason.INTERRUPTED and np.isfinite(value)):
-            try:
-                estimate = identify_model(
-                    bound_model,
-                    dataset,
-                    {**fixed, channel: value},
-                    method=method,
-                    order=order,
-                    solver=solver,
-                    tolerance=tolerance,
-                    rounds=rounds,
-                    nodes=nodes,
-                    progress=progress,
-                    certificate=certificate,
-                )
-            except EmptyFeasibleSetError as proof:
-                _tell_empty(outputs, proof, enclosure, bound_model, dataset, settings)
-                context.exit(EMPTY)
-    if enclosure is not None:
-        outputs.say(enclosure)
-        if enclosure.reason is Reason.INTERRUPTED or not np.isfinite(value):
-            click.echo("ended early: the enclosure above is proven, the intervals are not computed", err=True)
+        # A relative noise bound needs the least noise bound first.
+        if task.asked.relative:
+            least = task.least_bound(progress)
+            value *= least.upper
+        if least is not None and (least.reason is Reason.INTERRUPTED or not np.isfinite(value)):
+            outputs.say(least)
+            click.echo("ended early: the least noise bound above is proven; there are no intervals yet", err=True)
             context.exit(INTERRUPTED)
-        chosen = "as asked" if noise_bound else "no --noise-bound was given"
-        product = f"{asked.value:g} x {enclosure.upper:.6g} = {value:.6g} {unit}".rstrip()
-        outputs.say(f"noise bound used: {product} ({chosen})")
+        try:
+            estimate = task.intervals(value, outputs.certificate, progress)
+        except EmptyFeasibleSetError as proof:
+            _publish_empty(outputs, proof, least, task)
+            context.exit(EMPTY)
+    if least is not None:
+        outputs.say(least)
+        outputs.say(_bound_used(task, least, value, "from --noise-bound" if noise_bound else "the default"))
     log_estimate(estimate)
-    runs = validations(estimate, records)
-    publish(outputs, estimate, enclosure, runs, settings)
-    outputs.say_certificate()
-    if interrupted(estimate):
-        click.echo("interrupted: what is printed is proven", err=True)
+    _publish(outputs, estimate, least, _validations(estimate, records), task.settings)
+    if estimate.reason is Reason.INTERRUPTED:
+        click.echo("interrupted: all printed bounds are proven", err=True)
         context.exit(INTERRUPTED)
 
 
-def validations(estimate: Estimate, records: Sequence[Dataset]) -> list[Validation]:
-    """Simulate the central model over other records; one that diverges is told and does not stop the rest."""
+def _load_others(paths: Sequence[str], record: Record, task: Task) -> list[Dataset]:
+    """Return the records for validation at the sampling time of the data; refuse one that does not fit the model."""
+    columns = replace(record.columns, sampling_time=task.data.sampling_time)
+    records = [load_data(path, columns) for path in paths]
+    for other in records:
+        check_data(bind(task.model, other), other)
+    return records
+
+
+def _bound_used(task: Task, least: ErrorBound, value: float, origin: str) -> str:
+    """Return the sentence on the noise bound that was used, and where it comes from."""
+    unit = task.data.channel(task.model.output_channels[0]).unit
+    product = f"{task.asked.value:g} x {least.upper:.6g} = {value:.6g} {unit}".rstrip()
+    return f"noise bound used: {product} ({origin})"
+
+
+def _validations(estimate: Estimate, records: Sequence[Dataset]) -> list[Validation]:
+    """Simulate the central model over other records; warn of each record on which it diverges."""
     runs = []
     for record in () if estimate.unbounded else records:
         try:
-            runs.append(validate_model(estimate.model, record, estimate.noise_bound))
+            runs.append(validate(estimate.model, record, estimate.noise_bound))
         except ModelError as error:
             click.echo(f"warning: no validation on {record.source}: {error}", err=True)
     return runs
 
 
-def publish(
-    outputs: Outputs,
-    estimate: Estimate,
-    enclosure: ErrorBound | None,
-    runs: Sequence[Validation],
-    settings: dict[str, str],
+def _publish(
+    outputs: Outputs, estimate: Estimate, least: ErrorBound | None, runs: Sequence[Validation], settings: dict[str, str]
 ) -> None:
-    """Print the estimate and write the files that were asked for."""
+    """Print the estimate and write the files that the user asked for."""
     outputs.say(estimate)
     for run in runs:
         outputs.say(f"\nvalidation on {run.data.source}\n{run}")
-    outputs.write(identify_document(estimate, enclosure, runs))
-    outputs.write_report(lambda path: write_report(estimate, path, enclosure, runs, settings=settings))
+    outputs.write(identify_document(estimate, least, runs))
+    outputs.write_report(lambda path: write_report(estimate, path, least, runs, settings=settings))
+    outputs.say_certificate()
 
 
-def interrupted(estimate: Estimate) -> bool:
-    """Tell whether Ctrl-C cut the computation short."""
-    return estimate.reason is Reason.INTERRUPTED
-
-
-def _tell_empty(
-    outputs: Outputs,
-    proof: EmptyFeasibleSetError,
-    enclosure: ErrorBound | None,
-    model: Model,
-    data: Dataset,
-    settings: dict[str, str],
-) -> None:
+def _publish_empty(outputs: Outputs, proof: EmptyFeasibleSetError, least: ErrorBound | None, task: Task) -> None:
+    """Print the proof that no parameters explain the data, and write the files that the user asked for."""
     outputs.say(proof)
     outputs.say_certificate()
-    document = empty_document(proof, enclosure)
+    document = empty_document(proof, least)
     outputs.write(document)
-    title = "No parameters explain the data"
+    title, settings = "No parameters explain the data", task.settings
     outputs.write_report(
-        lambda path: data_report(path, title, str(proof), model, data, enclosure, settings=settings, document=document)
+        lambda path: data_report(
+            path, title, str(proof), task.model, task.data, least, settings=settings, document=document
+        )
     )

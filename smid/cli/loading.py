@@ -1,4 +1,4 @@
-"""Read what the user names on the command line, and refuse what does not fit together, before any solve."""
+"""Read the files that the user names, and check that they fit together before any solve."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from relaxations.solvers.interface import check_solver
+from smid.cli.options import Columns, Problem, Record
 from smid.data import DataError, Dataset
 from smid.data.read_csv import read_csv, read_text
 from smid.feasible.feasible_set import check_data
@@ -17,44 +18,32 @@ from smid.fitting.binding import bind
 from smid.models import Model, load_model
 
 
+def load_record(record: Record, channels: Sequence[str] | None = None) -> Dataset:
+    """Return the samples that the user asked for."""
+    return load_data(record.path, record.columns, channels, record.start, record.stop)
+
+
 def load_data(
     path: str,
-    input: str,
-    output: str,
-    sampling_time: float | None = None,
-    time: str | None = None,
+    columns: Columns,
+    channels: Sequence[str] | None = None,
     start: int | None = None,
     stop: int | None = None,
-    channels: Sequence[str] | None = None,
 ) -> Dataset:
-    """Read a CSV file; its source keeps the first comment of the file and the samples that were taken.
+    """Return samples of a CSV file; their source names the samples and holds the first comment of the file.
 
-    Parameters
-    ----------
-    input, output
-        Columns, by the name in the file or by the plain name that equations give them.
-    time
-        Column of time stamps.
-    start, stop
-        Samples, as in a Python slice.
-    channels
-        Further columns to keep; every column of numbers when not given.
-
-    Raises
-    ------
-    DataError
-        As :meth:`smid.Dataset.from_csv`, or where no samples are left.
+    A column is given by its name in the file, or by the plain name that an equation can hold. None for ``channels``
+    keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
-    columns = read_csv(Path(path)).cells
-    by_plain_name = {_plain(column): column for column in columns}
+    names = read_csv(Path(path)).cells
+    by_plain_name = {_plain(name): name for name in names}
     input, output, *others = (
-        name if name in columns else by_plain_name.get(name, name) for name in (input, output, *(channels or ()))
+        name if name in names else by_plain_name.get(name, name)
+        for name in (columns.input, columns.output, *(channels or ()))
     )
-    data = Dataset.from_csv(
-        path, input, output, sampling_time, time, others=None if channels is None else list(dict.fromkeys(others))
-    )
+    kept = None if channels is None else list(dict.fromkeys(others))
+    data = Dataset.from_csv(path, input, output, columns.sampling_time, columns.time, others=kept)
     data = data.rename({name: _plain(name) for name in data.names})
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
     source = data.source
     if start is not None or stop is not None:
         count = data.n_samples
@@ -62,38 +51,31 @@ def load_data(
             raise DataError(f"--start and --stop leave none of the {count} samples; give start < stop")
         data = data.crop(start, stop)
         source += f", samples {start or 0}:{count if stop is None else stop}"
-    # The comment may say what the numbers alone do not: that a record is simulated, say.
+    # The comment may hold what the numbers cannot say, such as that the record is simulated.
+    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
     return replace(data, source=f"{source} ({comment[1].strip().rstrip('.')})" if comment else source)
 
 
 def _plain(name: str) -> str:
-    """Return a name that can stand in an equation: a column without header is called ``0``."""
+    """Return a name that an equation can hold; a column without header is named ``c0``, for example."""
     plain = re.sub(r"\W", "_", name)
     return plain if plain.isidentifier() else f"c{plain}"
 
 
-def load_problem(
-    model_path: str, data: Dataset, solver: str, input_noise_bound: float | None
-) -> tuple[Model, dict[str, float]]:
-    """Read the model, and check it against the data, the solver's name and the input's noise bound.
-
-    Returns
-    -------
-    model : Model
-        With the data's channel names.
-    fixed : mapping channel -> float
-        Noise bounds of the inputs.
+def load_problem(problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
+    """Return the model with the data's channel names, and the noise bounds of its inputs by channel.
 
     Raises
     ------
     ModelError, DataError, ProblemError, click.UsageError
+        If the model, the data, the solver's name or the input's noise bound do not fit together.
     """
-    model = bind(load_model(model_path), data)
+    model = bind(load_model(problem.model), data)
     check_data(model, data)
     check_solver(solver)
     noisy = [m.channel for m in model.measurements if m.noise is not None and m.channel in model.input_channels]
-    if noisy and input_noise_bound is None:
+    if noisy and problem.input_noise_bound is None:
         raise click.UsageError(f"the input {noisy[0]} of this model is noisy: give --input-noise-bound")
-    if not noisy and input_noise_bound is not None:
+    if not noisy and problem.input_noise_bound is not None:
         raise click.UsageError("the input of this model is exact: leave out --input-noise-bound, or change the model")
-    return model, {} if input_noise_bound is None else dict.fromkeys(noisy, input_noise_bound)
+    return model, {} if problem.input_noise_bound is None else dict.fromkeys(noisy, problem.input_noise_bound)

@@ -1,10 +1,16 @@
-"""Options that several commands share."""
+"""Options that several commands share.
+
+A group of options is a frozen dataclass: each field carries its option, or another group under
+``"group"``. :func:`takes` adds the
+options of some groups to a command, and calls the command with one object for each group.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields
+from functools import wraps
 from typing import Any
 
 import click
@@ -13,24 +19,66 @@ from smid.identification.identify import METHODS
 
 Command = Callable[..., Any]
 FILE = click.Path(dir_okay=False)
+POSITIVE = click.FloatRange(min=0, min_open=True)
+SOLVER = {"default": "clarabel", "show_default": True, "help": "Conic solver: clarabel, or any solver of cvxpy."}
+
+
+def option(*flags: str, **settings: Any) -> Any:
+    """Return a dataclass field for an option; without flags, the field's name is the flag."""
+    return field(metadata={"decorator": click.option, "flags": flags, "settings": settings})
+
+
+def argument(**settings: Any) -> Any:
+    """Return a dataclass field for an argument of a command."""
+    return field(metadata={"decorator": click.argument, "flags": (), "settings": settings})
+
+
+def takes(**groups: type) -> Callable[[Command], Command]:
+    """Return a decorator that adds the options of groups, and gives the command one object for each group."""
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def call(*args: Any, **values: Any) -> Any:
+            made = {name: _made(of, values) for name, of in groups.items()}
+            return command(*args, **values, **made)
+
+        decorated: Command = call
+        for add in reversed([add for of in groups.values() for add in _decorators(of)]):
+            decorated = add(decorated)
+        return decorated
+
+    return decorate
+
+
+def _decorators(of: type) -> Iterator[Callable[[Command], Command]]:
+    """Return click's decorators for the fields of a group, in the order of the help page."""
+    for one in fields(of):
+        meta = one.metadata
+        if "group" in meta:
+            yield from _decorators(meta["group"])
+        elif meta["decorator"] is click.argument:
+            yield click.argument(one.name, **meta["settings"])
+        else:
+            flags = meta["flags"] or (f"--{one.name.replace('_', '-')}",)
+            yield click.option(*flags, one.name, **meta["settings"])
+
+
+def _made(of: type, values: dict[str, Any]) -> Any:
+    """Take the values of a group out of those that click read, and return the group."""
+    nested = {one.name: one.metadata.get("group") for one in fields(of)}
+    return of(**{name: _made(inner, values) if inner else values.pop(name) for name, inner in nested.items()})
 
 
 @dataclass(frozen=True)
 class NoiseBound:
-    """A noise bound as it is typed: a number in the output's unit, or a multiple of the least bound.
-
-    Parameters
-    ----------
-    relative
-        Whether ``value`` multiplies the upper end of :func:`smid.error_bound`.
-    """
+    """A noise bound as the user types it: a number in the output's unit, or a multiple of the least noise bound."""
 
     value: float
     relative: bool
 
 
 def read_noise_bound(context: click.Context, parameter: click.Parameter, text: str | None) -> NoiseBound | None:
-    """Read ``0.3`` or ``1.2x``; a usage error for anything else."""
+    """Return the noise bound in a text such as ``0.3`` or ``1.2x``; raise a usage error for anything else."""
     if text is None:
         return None
     relative = text.strip().lower().endswith("x")
@@ -40,9 +88,9 @@ def read_noise_bound(context: click.Context, parameter: click.Parameter, text: s
         value = math.nan
     trouble = ""
     if not math.isfinite(value):
-        trouble = "is no bound: give a number such as 0.3, or a factor such as 1.2x"
+        trouble = "is not a noise bound: give a number such as 0.3, or a factor such as 1.2x"
     elif relative and value < 1:
-        trouble = "is below the least bound, where no parameters fit: give 1x or more"
+        trouble = "is below the least noise bound, where no parameters fit the data: give 1x or more"
     elif value <= 0:
         trouble = "is not positive: give a positive number in the output's unit"
     if trouble:
@@ -50,64 +98,67 @@ def read_noise_bound(context: click.Context, parameter: click.Parameter, text: s
     return NoiseBound(value, relative)
 
 
-def apply_all(*options: Command) -> Command:
-    """Return one decorator out of several, in the order of the help page."""
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a CSV file that a command reads."""
 
-    def decorate(command: Command) -> Command:
-        for option in reversed(options):
-            command = option(command)
-        return command
+    input: str = option(required=True, metavar="U", help="Column of the input.")
+    output: str = option(required=True, metavar="Y", help="Column of the output.")
+    sampling_time: float | None = option(
+        type=float, metavar="S", help="Sampling time in seconds. [default: from the time stamps]"
+    )
+    time: str | None = option(metavar="COL", help="Column of time stamps. [default: the column named time]")
 
-    return decorate
+
+@dataclass(frozen=True)
+class Record:
+    """A record in a CSV file, and the samples to take from it."""
+
+    columns: Columns = field(metadata={"group": Columns})
+    path: str = argument(type=FILE, metavar="DATA")
+    start: int | None = option(type=int, metavar="K", help="First sample to use, counted from 0.")
+    stop: int | None = option(type=int, metavar="K", help="First sample after the last one to use.")
 
 
-column_options = apply_all(
-    click.option("--input", "input_", required=True, metavar="U", help="Column of the input."),
-    click.option("--output", required=True, metavar="Y", help="Column of the output."),
-    click.option("--sampling-time", type=float, metavar="S", help="Seconds; else from the time stamps."),
-    click.option("--time", metavar="COL", help="Column of time stamps; else the one called time."),
-)
-model_option = click.option("--model", required=True, type=FILE, metavar="TOML", help="Model class and its fields.")
-input_noise_option = click.option(
-    "--input-noise-bound",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="D",
-    help="Noise bound of the input, for models with input noise.",
-)
-solver_option = click.option("--solver", default="clarabel", show_default=True, help="clarabel, or any of cvxpy's.")
+@dataclass(frozen=True)
+class Problem:
+    """A model file, and the noise bound of the input."""
 
-record_options = apply_all(
-    click.argument("data", type=FILE),
-    column_options,
-    click.option("--start", type=int, metavar="K", help="First sample to use, counted from 0."),
-    click.option("--stop", type=int, metavar="K", help="First sample not to use any more."),
-    model_option,
-)
+    model: str = option(required=True, type=FILE, metavar="TOML", help="File with the model class and its settings.")
+    input_noise_bound: float | None = option(
+        type=POSITIVE, metavar="D", help="Noise bound of the input, for models with input noise."
+    )
 
-data_options = apply_all(record_options, input_noise_option)
 
-solver_options = apply_all(
-    click.option("--order", type=click.IntRange(min=1), help="Relaxation order; else the usual one."),
-    click.option("--method", type=click.Choice(METHODS), default="auto", show_default=True),
-    solver_option,
-)
+@dataclass(frozen=True)
+class Solve:
+    """How bounds are computed."""
+
+    order: int | None = option(
+        type=click.IntRange(min=1), help="Relaxation order. [default: the usual order of the method]"
+    )
+    method: str = option(
+        type=click.Choice(METHODS), default="auto", show_default=True, help="Relaxation of the polynomial problem."
+    )
+    solver: str = option(**SOLVER)
+
 
 seconds_option = click.option(
     "--seconds",
-    type=click.FloatRange(min=0, min_open=True),
+    type=POSITIVE,
     default=math.inf,
     metavar="T",
-    help="Time allowed, in seconds; then what is proven by then is printed. [default: no limit]",
+    help="Time limit in seconds. At the limit, smid prints what is proven so far. [default: no limit]",
 )
 json_option = click.option(
     "--json", "json_", metavar="F", help="Write the result as JSON (docs/json.md); - is standard output."
 )
 report_option = click.option(
-    "--report", type=FILE, metavar="F", help="Write the result as a page: .html, .pdf (by Chromium), .md or .json."
+    "--report", type=FILE, metavar="F", help="Write a report: .html, .pdf (printed by Chromium), .md or .json."
 )
 certificate_option = click.option(
     "--certificate",
     type=FILE,
     metavar="F",
-    help="Write the proof of the ends, for python -m relaxations.check F.",
+    help="Write the proof of the bounds; python -m relaxations.check F checks it.",
 )

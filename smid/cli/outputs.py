@@ -1,4 +1,4 @@
-"""Where a command writes to, checked before any solve."""
+"""The files that a command writes, checked before any solve."""
 
 from __future__ import annotations
 
@@ -6,32 +6,23 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import click
 
 from smid.cli.documents import write_document
+from smid.cli.options import Command, certificate_option, json_option, report_option
 from smid.reports import PdfWarning, check_report, check_writable
 from smid.reports.documents import Document
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files a command was asked for.
+    """The files that the user asked for; ``-`` for JSON is standard output, which then holds nothing else.
 
-    Parameters
-    ----------
-    json, report
-        Paths; ``-`` for JSON on standard output, which then carries nothing else.
-    certificate
-        Path of a proof.
-
-    Raises
-    ------
-    OSError
-        If one of them cannot be written.
-    click.BadParameter
-        If the suffix of the report names no format.
+    OSError if a file cannot be written, click.BadParameter if the suffix of the report is not a report format.
     """
 
     json: str | None
@@ -41,8 +32,7 @@ class Outputs:
     def __post_init__(self) -> None:
         if self.certificate is not None:
             check_writable(self.certificate)
-        if self.json not in (None, "-"):
-            assert self.json is not None
+        if self.json is not None and self.json != "-":
             check_writable(self.json)
         if self.report is not None:
             try:
@@ -51,33 +41,52 @@ class Outputs:
                 raise click.BadParameter(str(error), param_hint="--report") from None
 
     def say(self, text: object) -> None:
-        """Print a result for the eye, unless standard output belongs to JSON."""
+        """Print a result, unless standard output holds the JSON document."""
         if self.json != "-":
             click.echo(str(text))
 
     def write(self, document: Document) -> None:
-        """Write the JSON document, where one was asked for."""
+        """Write the JSON document, if the user asked for it."""
         if self.json is not None:
             write_document(self.json, document)
 
     def say_certificate(self) -> None:
-        """Tell where the proof is, and how it is checked."""
+        """Print the path of the certificate, and the command that checks it."""
         if self.certificate is not None and Path(self.certificate).exists():
             self.say(f"certificate: {self.certificate} (python -m relaxations.check {self.certificate})")
 
     def write_report(self, write: Callable[[str], Path]) -> None:
-        """Have the report written, where one was asked for, and tell where it is."""
+        """Call ``write`` with the path of the report, if the user asked for one, and print where the report is."""
         if self.report is not None:
-            with pdf_warnings_told():
+            with pdf_warnings_printed():
                 page = write(self.report)
             self.say(f"report: {page}")
 
 
 @contextmanager
-def pdf_warnings_told() -> Iterator[None]:
-    """Tell in one line on standard error that no PDF could be printed, and why."""
+def pdf_warnings_printed() -> Iterator[None]:
+    """Print each :class:`PdfWarning` as one line on standard error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PdfWarning)
         yield
     for warning in caught:
         click.echo(f"warning: {warning.message}", err=True)
+
+
+_OPTIONS = {"json": json_option, "report": report_option, "certificate": certificate_option}
+
+
+def writes(*names: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds options ("json", "report", "certificate"), and gives the command one ``outputs``."""
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def call(*args: Any, **values: Any) -> Any:
+            outputs = Outputs(*(values.pop(name, None) for name in ("json_", "report", "certificate")))
+            return command(*args, **values, outputs=outputs)
+
+        for name in reversed(names):
+            call = _OPTIONS[name](call)
+        return call
+
+    return decorate

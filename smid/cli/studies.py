@@ -1,4 +1,4 @@
-"""What the commands that repeat a thesis's studies share: how they are published."""
+"""The outputs of a command that runs a study."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from smid.reports.documents import study_document
 
 
 class Study(Protocol):
-    """What every study gives."""
+    """A result with plain data."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -25,7 +25,7 @@ def publish(
     page: Callable[[str, dict[str, str]], Path],
     settings: dict[str, str] | None = None,
 ) -> None:
-    """Print the study of a command, ``clutch records``, say, and write the files that were asked for."""
+    """Print the study of a command such as "clutch records", and write the files that the user asked for."""
     outputs.say(study)
     outputs.write(study_document(command.replace(" ", "-"), study.to_dict()))
     outputs.write_report(lambda path: page(path, {**(settings or {}), "command": f"smid {command}"}))

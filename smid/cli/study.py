@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,21 +14,11 @@ import click
 from relaxations.search.hierarchy import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
-from smid.cli.options import (
-    FILE,
-    NoiseBound,
-    column_options,
-    input_noise_option,
-    json_option,
-    model_option,
-    read_noise_bound,
-    report_option,
-    solver_option,
-)
-from smid.cli.outputs import Outputs
+from smid.cli.options import FILE, SOLVER, Columns, NoiseBound, Problem, argument, option, read_noise_bound, takes
+from smid.cli.outputs import Outputs, writes
 from smid.cli.studies import publish
 from smid.data import DataError, Dataset
-from smid.identification.error_bound import error_bound as least_bound
+from smid.identification.error_bound import error_bound
 from smid.identification.estimate import round_up
 from smid.identification.identify import METHODS
 from smid.models import Model
@@ -42,7 +33,7 @@ Item = TypeVar("Item")
 def separated(
     read: Callable[[click.Context, click.Parameter, str], Item],
 ) -> Callable[[click.Context, click.Parameter, str | None], tuple[Item, ...] | None]:
-    """Return a reader of values with commas between."""
+    """Return a click callback that reads values separated by commas."""
 
     def split(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[Item, ...] | None:
         return None if text is None else tuple(read(context, parameter, part.strip()) for part in text.split(","))
@@ -52,13 +43,13 @@ def separated(
 
 def _read_count(context: click.Context, parameter: click.Parameter, text: str) -> int:
     if not text.isdigit() or int(text) < 1:
-        raise click.BadParameter(f"{text!r} is no positive whole number: give numbers as in 1,2", context, parameter)
+        raise click.BadParameter(f"{text!r} is not a positive integer: give numbers as in 1,2", context, parameter)
     return int(text)
 
 
 def _read_method(context: click.Context, parameter: click.Parameter, text: str) -> str:
     if text not in METHODS:
-        raise click.BadParameter(f"{text!r} is no method: choose among {', '.join(METHODS)}", context, parameter)
+        raise click.BadParameter(f"{text!r} is not a method: choose among {', '.join(METHODS)}", context, parameter)
     return text
 
 
@@ -68,136 +59,137 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
     return bound
 
 
+@dataclass(frozen=True)
+class Records:
+    """The records of a study."""
+
+    columns: Columns = field(metadata={"group": Columns})
+    paths: tuple[str, ...] = argument(nargs=-1, required=True, type=FILE, metavar="DATA...")
+
+    def load(self) -> dict[str, Dataset]:
+        """Return the records by the stem of their file."""
+        records: dict[str, Dataset] = {}
+        for path in self.paths:
+            name = Path(path).stem
+            if name in records:
+                raise DataError(f"two records have the name {name!r}: rename one of the files")
+            records[name] = load_data(path, self.columns)
+        return records
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The values that a study combines."""
+
+    orders: tuple[int, ...] = option(
+        default="1,2", show_default=True, callback=separated(_read_count), metavar="K,...", help="Relaxation orders."
+    )
+    methods: tuple[str, ...] = option(
+        default="auto",
+        show_default=True,
+        callback=separated(_read_method),
+        metavar="M,...",
+        help=f"Methods: {', '.join(METHODS)}.",
+    )
+    noise_bounds: tuple[NoiseBound, ...] = option(
+        default="1.2x",
+        show_default=True,
+        callback=separated(_read_bound),
+        metavar="D|1.2x,...",
+        help="Noise bounds of the output in its unit, or factors times the largest least noise bound of the records.",
+    )
+    samples: tuple[int, ...] | None = option(
+        callback=separated(_read_count), metavar="N,...", help="Numbers of first samples to use. [default: all]"
+    )
+    solver: str = option(**SOLVER)
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """Return the options for the end of the report."""
+        bounds = (f"{b.value:g}{' x least noise bound' if b.relative else ''}" for b in self.noise_bounds)
+        return {
+            "orders": ", ".join(map(str, self.orders)),
+            "methods": ", ".join(self.methods),
+            "noise bounds": ", ".join(bounds),
+            "samples": "all" if self.samples is None else ", ".join(map(str, self.samples)),
+            "solver": self.solver,
+        }
+
+
+@dataclass(frozen=True)
+class Run:
+    """Where the cells are computed, and where their outcomes are kept."""
+
+    workers: int | None = option(
+        type=click.IntRange(min=1), metavar="N", help="Number of processes on this machine. [default: 1]"
+    )
+    dask: str | None = option(metavar="ADDRESS", help="Run on the Dask cluster of the scheduler at this address.")
+    folder: str | None = option(type=FOLDER, metavar="DIR", help="Save each outcome in this new folder.")
+    resume: str | None = option(type=FOLDER, metavar="DIR", help="Continue the study that is saved in this folder.")
+
+    def __post_init__(self) -> None:
+        if self.workers is not None and self.dask is not None:
+            raise click.UsageError("--workers runs on this machine, --dask on a cluster: give one of them")
+        if self.folder is not None and self.resume is not None:
+            raise click.UsageError("--folder begins a study, --resume continues one: give one of them")
+
+    @property
+    def cluster(self) -> AbstractContextManager[Executor | None]:
+        """Return the executor of the Dask cluster, as a context; None where there is no cluster."""
+        return nullcontext() if self.dask is None else dask_executor(self.dask)
+
+    @property
+    def advice(self) -> str:
+        """Return how an interrupted study is continued."""
+        kept = self.folder or self.resume
+        return f"continue with --resume {kept}" if kept else "with --folder DIR a study can be resumed"
+
+
 @click.command()
-@click.argument("data", type=FILE, nargs=-1, required=True)
-@column_options
-@model_option
-@click.option(
-    "--orders",
-    default="1,2",
-    show_default=True,
-    callback=separated(_read_count),
-    metavar="K,...",
-    help="Of relaxation.",
-)
-@click.option(
-    "--methods",
-    default="auto",
-    show_default=True,
-    callback=separated(_read_method),
-    metavar="M,...",
-    help=f"{', '.join(METHODS)}.",
-)
-@click.option(
-    "--noise-bounds",
-    default="1.2x",
-    show_default=True,
-    callback=separated(_read_bound),
-    metavar="D|1.2x,...",
-    help="Of the output in its unit, or factors times the least bound that suits all records.",
-)
-@input_noise_option
-@click.option(
-    "--samples", callback=separated(_read_count), metavar="N,...", help="First samples to use; by default all."
-)
-@solver_option
-@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine. [default: 1]")
-@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
-@click.option("--folder", type=FOLDER, metavar="DIR", help="Keep each outcome there as it comes.")
-@click.option("--resume", type=FOLDER, metavar="DIR", help="Go on with the study that is kept there.")
-@json_option
-@report_option
+@takes(files=Records, problem=Problem, grid=Grid, run=Run)
+@writes("json", "report")
 @click.pass_context
-def study(
-    context: click.Context,
-    data: tuple[str, ...],
-    input_: str,
-    output: str,
-    sampling_time: float | None,
-    time: str | None,
-    model: str,
-    orders: tuple[int, ...],
-    methods: tuple[str, ...],
-    noise_bounds: tuple[NoiseBound, ...],
-    input_noise_bound: float | None,
-    samples: tuple[int, ...] | None,
-    solver: str,
-    workers: int | None,
-    dask: str | None,
-    folder: str | None,
-    resume: str | None,
-    json_: str | None,
-    report: str | None,
-) -> None:
-    """Certified intervals on the records DATA, for every combination of what is given with commas."""
-    if workers is not None and dask is not None:
-        raise click.UsageError("--workers are of this machine, --dask names another: give one of them")
-    if folder is not None and resume is not None:
-        raise click.UsageError("--folder begins a study, --resume goes on with one: give one of them")
-    outputs = Outputs(json_, report)
-    records = _records(data, lambda path: load_data(path, input_, output, sampling_time, time))
-    together(records)  # the page shows them as one: better refused now than after the work
-    problems = {name: load_problem(model, record, solver, input_noise_bound) for name, record in records.items()}
-    bound_model, fixed = next(iter(problems.values()))
-    cluster: AbstractContextManager[Executor | None] = nullcontext() if dask is None else dask_executor(dask)
-    with cluster as executor, Progress() as progress:
-        bounds = _absolute(noise_bounds, problems, records, solver, progress)
+def study(context: click.Context, files: Records, problem: Problem, grid: Grid, run: Run, outputs: Outputs) -> None:
+    """Compute certified intervals for every combination of orders, methods and noise bounds.
+
+    DATA are the records (CSV files). Options with commas take several values.
+    """
+    records = files.load()
+    together(records)  # the report shows the records as one data set: refuse records that differ before the work
+    problems = {name: load_problem(problem, record, grid.solver) for name, record in records.items()}
+    model, fixed = next(iter(problems.values()))
+    with run.cluster as executor, Progress() as progress:
+        bounds = _absolute(grid, problems, records, progress)
         found = order_study(
-            bound_model,
+            model,
             records,
-            [{**fixed, bound_model.output_channels[0]: bound} for bound in bounds],
-            orders=orders,
-            methods=methods,
-            sample_sizes=samples,
-            solver=solver,
-            workers=workers or 1,
+            [{**fixed, model.output_channels[0]: bound} for bound in bounds],
+            orders=grid.orders,
+            methods=grid.methods,
+            sample_sizes=grid.samples,
+            solver=grid.solver,
+            workers=run.workers or 1,
             executor=executor,
-            folder=folder or resume,
-            resume=resume is not None,
+            folder=run.folder or run.resume,
+            resume=run.resume is not None,
             progress=progress,
         )
-    settings = {
-        "orders": ", ".join(map(str, orders)),
-        "methods": ", ".join(methods),
-        "noise bounds asked for": ", ".join(
-            f"{b.value:g}{' x least bound' if b.relative else ''}" for b in noise_bounds
-        ),
-        "samples": "all" if samples is None else ", ".join(map(str, samples)),
-        "solver": solver,
-    }
-    publish(outputs, "study", found, lambda path, asked: write_report(found, path, settings=asked), settings)
+    publish(outputs, "study", found, lambda path, asked: write_report(found, path, settings=asked), grid.settings)
     if found.interrupted:
-        kept = folder or resume
-        cure = f"go on with --resume {kept} in place of --folder" if kept else "with --folder DIR it could be resumed"
-        click.echo(f"interrupted: what is printed is proven; {cure}", err=True)
+        click.echo(f"interrupted: all printed bounds are proven; {run.advice}", err=True)
         context.exit(INTERRUPTED)
 
 
-def _records(paths: Sequence[str], load: Callable[[str], Dataset]) -> dict[str, Dataset]:
-    """Read the files; each record is called by the stem of its file."""
-    records: dict[str, Dataset] = {}
-    for path in paths:
-        name = Path(path).stem
-        if name in records:
-            raise DataError(f"two records are called {name!r}: rename one of the files")
-        records[name] = load(path)
-    return records
-
-
 def _absolute(
-    asked: Sequence[NoiseBound],
-    problems: dict[str, tuple[Model, dict[str, float]]],
-    records: dict[str, Dataset],
-    solver: str,
-    progress: Progress,
+    grid: Grid, problems: dict[str, tuple[Model, dict[str, float]]], records: dict[str, Dataset], progress: Progress
 ) -> list[float]:
-    """Return the bounds in the output's unit; a factor multiplies the largest of the records' least bounds."""
+    """Return the bounds in the output's unit; a factor multiplies the largest of the records' least noise bounds."""
     least = 0.0
-    if any(bound.relative for bound in asked):
+    if any(bound.relative for bound in grid.noise_bounds):
         for name, (model, fixed) in problems.items():
-            enclosure = least_bound(model, records[name], fixed, solver=solver, progress=progress)
+            enclosure = error_bound(model, records[name], fixed, solver=grid.solver, progress=progress)
             if enclosure.reason is Reason.INTERRUPTED:
                 raise click.Abort
             least = max(least, enclosure.upper)
-    # Four digits: a study that is resumed must come to the same number, and it is easier to read.
-    return [float(round_up(bound.value * least, 4)) if bound.relative else bound.value for bound in asked]
+    # Four digits, so that a resumed study finds the same number.
+    return [float(round_up(b.value * least, 4)) if b.relative else b.value for b in grid.noise_bounds]

@@ -1,4 +1,4 @@
-"""``--verbose``: what is solved and why it stopped, through the standard library's ``logging``, on standard error."""
+"""``--verbose``: log to standard error what is solved and why it stopped."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def _listen(context: click.Context, _parameter: click.Parameter, asked: bool) ->
     LOGGER.addHandler(handler)
     LOGGER.setLevel(logging.INFO)
 
-    def deafen() -> None:
+    def remove() -> None:
         LOGGER.removeHandler(handler)
         LOGGER.setLevel(before)
 
-    context.call_on_close(deafen)
+    context.call_on_close(remove)
 
 
 verbose_option = click.option(
@@ -35,49 +35,37 @@ verbose_option = click.option(
     is_eager=True,
     expose_value=False,
     callback=_listen,
-    help="Log what is solved, and why it stopped.",
+    help="Log to standard error what is solved and why it stopped.",
 )
 
 
 def log_estimate(estimate: Estimate) -> None:
-    """Log how the intervals came about."""
+    """Log how the intervals were computed."""
     how = estimate.enclosure
     if how is not None:
-        LOGGER.info(
-            "intervals: %s of order %d, complicating: %s; %d moments, largest block %d; %d solves in %d rounds, %.2f s",
-            how.method,
-            how.order,
-            ", ".join(how.complicating) or "none",
-            how.n_moments,
-            how.largest_block,
-            how.solves,
-            how.rounds,
-            how.seconds,
-        )
+        lifted = ", ".join(how.complicating) or "none"
+        size = f"{how.n_moments} moments, largest block {how.largest_block}"
+        work = f"{how.solves} solves in {how.rounds} rounds, {how.seconds:.2f} s"
+        LOGGER.info(f"intervals: {how.method} of order {how.order}, complicating: {lifted}; {size}; {work}")
         for interval in how.intervals:
             words = " and ".join(word or "not solved" for word in interval.status)
             ends = f"[{interval.lower:.9g}, {interval.upper:.9g}]"
-            LOGGER.info("%s in %s, gap %.2g; the solver said %s", interval.name, ends, interval.gap, words)
-    LOGGER.info("intervals: they stopped: %s", estimate.reason.value)
+            LOGGER.info(f"{interval.name} in {ends}, gap {interval.gap:.2g}; the solver said {words}")
+    LOGGER.info(f"intervals: they stopped: {estimate.reason.value}")
 
 
 def log_error_bound(bound: ErrorBound) -> None:
-    """Log how the enclosure of the least noise bound came about."""
-    LOGGER.info(
-        "least bound of %s in [%.9g, %.9g] after %.2f s; it stopped: %s",
-        bound.channel,
-        bound.lower,
-        bound.upper,
-        bound.seconds,
-        bound.reason.value,
-    )
+    """Log how the least noise bound was enclosed."""
+    ends = f"[{bound.lower:.9g}, {bound.upper:.9g}]"
+    stopped = f"after {bound.seconds:.2f} s; it stopped: {bound.reason.value}"
+    LOGGER.info(f"least noise bound of {bound.channel} in {ends} {stopped}")
 
 
 def log_diagnosis(diagnosis: Diagnosis) -> None:
-    """Log what was tried and left out."""
+    """Log the effects that were not tested, and those that were withdrawn."""
     for name, why in diagnosis.skipped.items():
-        LOGGER.info("%s was not tried: %s", name, why)
+        LOGGER.info("%s was not tested: %s", name, why)
     if diagnosis.dropped:
-        LOGGER.info("dropped again: %s", ", ".join(diagnosis.dropped))
+        LOGGER.info("withdrawn: %s", ", ".join(diagnosis.dropped))
     why = "interrupted" if diagnosis.interrupted else f"verdict {diagnosis.verdict.value}"
     LOGGER.info("diagnosis: %d causes in %.2f s; it stopped: %s", len(diagnosis.causes), diagnosis.seconds, why)

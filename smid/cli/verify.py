@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import click
 
 from smid.cli.console import EMPTY
 from smid.cli.loading import load_data
-from smid.cli.options import FILE, json_option
-from smid.cli.outputs import Outputs
+from smid.cli.options import FILE, Columns, argument, option, takes
+from smid.cli.outputs import Outputs, writes
+from smid.data import Dataset
 from smid.display.versions import versions
 from smid.models import load_model
 from smid.verification import NotProvenError
@@ -17,44 +20,50 @@ from smid.verification.verify import read_origin
 VERIFY = "smid.verify/1"
 
 
+@dataclass(frozen=True)
+class Claim:
+    """A proof, and what the user knows of its model and data; the proof states the rest."""
+
+    proof: str = argument(type=FILE)
+    data: str = argument(type=FILE)
+    model: str | None = option(
+        type=FILE, metavar="TOML", help="File with the model class and its settings. [default: the model of the proof]"
+    )
+    noise_bound: float | None = option(
+        type=float, metavar="D", help="Noise bound in the output's unit. [default: that of the proof]"
+    )
+    input: str | None = option(metavar="U", help="Column of the input. [default: as in the proof]")
+    output: str | None = option(metavar="Y", help="Column of the output. [default: as in the proof]")
+    sampling_time: float | None = option(
+        type=float, metavar="S", help="Sampling time in seconds. [default: as in the proof, or from --time]"
+    )
+    time: str | None = option(metavar="COL", help="Column of time stamps. [default: the column named time]")
+    start: int | None = option(type=int, metavar="K", help="First sample to use, counted from 0.")
+    stop: int | None = option(type=int, metavar="K", help="First sample after the last one to use.")
+
+    def load(self) -> Dataset:
+        """Return the samples; what the user did not name is read as the proof states it."""
+        stated = read_origin(self.proof)["data"]
+        interval = self.sampling_time or (None if self.time else float.fromhex(stated["sampling_time"]))
+        columns = Columns(self.input or stated["inputs"][0], self.output or stated["outputs"][0], interval, self.time)
+        return load_data(self.data, columns, start=self.start, stop=self.stop)
+
+
 @click.command()
-@click.argument("proof", type=FILE)
-@click.argument("data", type=FILE)
-@click.option("--model", type=FILE, metavar="TOML", help="Model class and its fields; else as the proof states it.")
-@click.option("--noise-bound", type=float, metavar="D", help="In the output's unit; else as the proof states it.")
-@click.option("--input", "input_", metavar="U", help="Column of the input; else as the proof states it.")
-@click.option("--output", metavar="Y", help="Column of the output; else as the proof states it.")
-@click.option("--sampling-time", type=float, metavar="S", help="Seconds; else from time stamps, or as in the proof.")
-@click.option("--time", metavar="COL", help="Column of time stamps; else the one called time.")
-@click.option("--start", type=int, metavar="K", help="First sample to use, counted from 0.")
-@click.option("--stop", type=int, metavar="K", help="First sample not to use any more.")
-@json_option
+@takes(claim=Claim)
+@writes("json")
 @click.pass_context
-def verify(
-    context: click.Context,
-    proof: str,
-    data: str,
-    model: str | None,
-    noise_bound: float | None,
-    input_: str | None,
-    output: str | None,
-    sampling_time: float | None,
-    time: str | None,
-    start: int | None,
-    stop: int | None,
-    json_: str | None,
-) -> None:
-    """Check PROOF (written by smid identify --certificate) against the record DATA and a model.
+def verify(context: click.Context, claim: Claim, outputs: Outputs) -> None:
+    """Check that a certificate holds, and that it is about this model and these data.
+
+    PROOF is a file that smid identify --certificate wrote; DATA is the record (a CSV file).
 
     Exit codes: 0 the proof holds, 1 it does not hold, 2 it is about another model or other data.
     """
-    outputs = Outputs(json_, None)
-    stated = read_origin(proof)["data"]
-    columns = (input_ or stated["inputs"][0], output or stated["outputs"][0])
-    interval = sampling_time or (None if time else float.fromhex(stated["sampling_time"]))
-    record = load_data(data, *columns, interval, time, start, stop)
+    data = claim.load()
     try:
-        found = verify_proof(proof, record, None if model is None else load_model(model), noise_bound)
+        model = None if claim.model is None else load_model(claim.model)
+        found = verify_proof(claim.proof, data, model, claim.noise_bound)
     except NotProvenError as error:
         click.echo(f"refused: {' '.join(str(error).split())}", err=True)
         context.exit(EMPTY)

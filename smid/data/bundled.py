@@ -12,68 +12,6 @@ from smid.data.channel import name_hint
 from smid.data.dataset import Dataset
 from smid.data.errors import DataError
 
-
-def record_path(name: str) -> Path:
-    """Return the path of a bundled record.
-
-    Parameters
-    ----------
-    name
-        File name, such as ``"clutch_20C_ramp_a.csv"``.
-
-    Raises
-    ------
-    DataError
-        When there is no such record.
-
-    Examples
-    --------
-    >>> record_path("clutch_20C_ramp_a.csv").name
-    'clutch_20C_ramp_a.csv'
-    """
-    package = Path(str(files("smid")))
-    # A wheel carries the records inside the package; a checkout has them beside it.
-    for folder in (package / "_records", package.parent / "data"):
-        if (folder / name).is_file():
-            return folder / name
-    raise DataError(f"no bundled record {name!r}: choose another name, or install smid again")
-
-
-def load_clutch(name: str) -> Dataset:
-    """Load a bundled clutch record: current in, pressure out, labelled as simulated.
-
-    Parameters
-    ----------
-    name
-        Such as ``"clutch_20C_ramp_a"``.
-
-    Examples
-    --------
-    >>> load_clutch("clutch_20C_ramp_a").source
-    'clutch_20C_ramp_a.csv (simulated)'
-    """
-    data = Dataset.from_csv(record_path(f"{name}.csv"), input="current", output="pressure")
-    return replace(data, source=f"{name}.csv (simulated)")
-
-
-def true_parameters(name: str) -> dict[str, float]:
-    """Return the parameters that made a bundled clutch record, from the comment at its top.
-
-    Parameters
-    ----------
-    name
-        Such as ``"clutch_20C_ramp_a"``.
-
-    Examples
-    --------
-    >>> true_parameters("clutch_20C_ramp_a")["alpha"]
-    -0.65142
-    """
-    text = record_path(f"{name}.csv").read_text(encoding="utf-8")
-    line = next(line for line in text.splitlines() if line.startswith("# True parameters:"))
-    return {key: float(value) for key, value in re.findall(r"(\w+) = (-?[\d.]+)", line)}
-
-
 CLUTCH_RECORDS = (
     "20C_ramp_a",
     "20C_ramp_b",
@@ -87,47 +25,94 @@ CLUTCH_RECORDS = (
     "m20C_step_a",
     "m20C_step_c",
 )
-"""The data sets that the thesis names; ``20C_step_b``, ``60C_step_c`` and ``m20C_step_c`` are those with hysteresis."""
+"""Records of the whole actuator, named as in the clutch thesis; hysteresis: 20C_step_b, 60C_step_c, m20C_step_c."""
+
+SHORT_RECORDS = (
+    "hammerstein_20C_ramp_a",
+    "hammerstein_20C_ramp_b",
+    "hammerstein_60C_ramp_a",
+    "hammerstein_60C_ramp_b",
+    "hammerstein_m20C_ramp_a",
+    "varying_pole_20C_steps",
+)
+"""Short records of current and pressure: of the Hammerstein model, and of a plant with another pole."""
 
 
-def load_clutch_records(names: str | Sequence[str] | None = None) -> Dataset:
-    """Load bundled records of current, pressure and position, labelled as simulated.
-
-    Parameters
-    ----------
-    names
-        Among `CLUTCH_RECORDS`; all of them by default.
-
-    Returns
-    -------
-    Dataset
-        One experiment per record, at 2 ms.  Channels ``current`` (input, mA), ``pressure`` (output, bar), ``position``
-        (output, mm) and ``temperature`` (degC, without a role).  For a model from current to pressure alone, take
-        ``dataclasses.replace(data, outputs=("pressure",))``.
+def record_path(name: str) -> Path:
+    """Return the path of a bundled record.
 
     Raises
     ------
     DataError
-        If a name is unknown or occurs twice, or none is given.
+        If there is no such record.
 
     Examples
     --------
-    >>> data = load_clutch_records("m20C_step_a")
-    >>> data.names, data.sampling_time, data.n_samples
-    (('current', 'pressure', 'position', 'temperature'), 0.002, 5001)
+    >>> record_path("hammerstein_20C_ramp_a").name
+    'hammerstein_20C_ramp_a.csv'
+    """
+    package = Path(str(files("smid")))
+    # A wheel carries the records inside the package; a checkout has them beside it.
+    for folder in (package / "_records", package.parent / "data"):
+        path = folder / "clutch" / f"{name}.csv"
+        if path.is_file():
+            return path
+    raise DataError(f"no bundled record {name!r}: choose another name, or install smid again")
+
+
+def load_clutch(names: str | Sequence[str] = CLUTCH_RECORDS) -> Dataset:
+    """Load bundled clutch records, labelled as simulated: one experiment per record, every 2 ms.
+
+    Channels are ``current`` (input, mA), ``pressure`` (output, bar), ``temperature`` (degC, without a role) and, of the
+    whole actuator, ``position`` (output, mm). For a model from current to pressure alone, take
+    ``dataclasses.replace(data, outputs=("pressure",))``.
+
+    Parameters
+    ----------
+    names
+        Among `CLUTCH_RECORDS`, or among `SHORT_RECORDS`.
+
+    Raises
+    ------
+    DataError
+        If a name is unknown or occurs twice, none is given, or both kinds of records are mixed.
+
+    Examples
+    --------
+    >>> load_clutch("m20C_step_a").names
+    ('current', 'pressure', 'position', 'temperature')
+    >>> load_clutch("hammerstein_20C_ramp_a").source
+    'hammerstein_20C_ramp_a.csv (simulated)'
 
     References
     ----------
     Clutch thesis, figures 3.3, 3.4 and 3.13 to 3.20.
     """
-    wanted = CLUTCH_RECORDS if names is None else (names,) if isinstance(names, str) else tuple(names)
+    wanted = (names,) if isinstance(names, str) else tuple(names)
     for name in wanted:
-        if name not in CLUTCH_RECORDS:
-            raise DataError(f"no clutch record {name!r}; {name_hint(str(name), CLUTCH_RECORDS)}")
+        if name not in CLUTCH_RECORDS + SHORT_RECORDS:
+            raise DataError(f"no clutch record {name!r}; {name_hint(str(name), CLUTCH_RECORDS + SHORT_RECORDS)}")
+    short = {name in SHORT_RECORDS for name in wanted}
+    if len(short) > 1:
+        raise DataError(f"{', '.join(wanted)}: short records have no position; load them on their own")
+    # Only the actuator's time stamps are irregular, and need a sampling time.
     data = Dataset.from_csv(
-        [record_path(f"clutch/{name}.csv") for name in wanted],
+        [record_path(name) for name in wanted],
         input="current",
-        output=("pressure", "position"),
-        sampling_time=0.002,
+        output="pressure" if True in short else ("pressure", "position"),
+        sampling_time=None if True in short else 0.002,
     )
     return replace(data, source=f"{data.source} (simulated)")
+
+
+def true_parameters(name: str) -> dict[str, float]:
+    """Return the parameters that made a record of the Hammerstein model, from the comment at the top of its file.
+
+    Examples
+    --------
+    >>> true_parameters("hammerstein_20C_ramp_a")["alpha"]
+    -0.65142
+    """
+    text = record_path(name).read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("# True parameters:"))
+    return {key: float(value) for key, value in re.findall(r"(\w+) = (-?[\d.]+)", line)}

@@ -7,14 +7,12 @@ from difflib import get_close_matches
 
 @dataclass(frozen=True)
 class Channel:
-    """A measured signal: its name and its unit.
+    """A measured signal: its name, unique in its data set, and its unit.
 
     Parameters
     ----------
-    name
-        Name of the signal, unique in its data set.
     unit
-        Unit as printed on axes and in tables; empty where it is unknown or the signal has none.
+        As printed on axes and in tables; empty if unknown, or if the signal has none.
 
     Examples
     --------
@@ -30,26 +28,12 @@ class Channel:
 
 
 def name_hint(wanted: str, present: Iterable[str]) -> str:
-    """Say which existing names are nearest to a name that is not there.
-
-    Parameters
-    ----------
-    wanted
-        The name that was asked for.
-    present
-        The names there are.
-
-    Returns
-    -------
-    str
-        The end of an error message: the nearest names, or all of them where none is near.
+    """Return the end of an error message: the present names nearest to the wanted one, or all present names.
 
     Examples
     --------
     >>> name_hint("presure", ["time", "current", "pressure"])
     "did you mean 'pressure'?"
-    >>> name_hint("flow", ["time", "current", "pressure"])
-    "choose among 'time', 'current', 'pressure'"
     """
     names = list(present)
     by_folded_name = {name.casefold(): name for name in names}

@@ -1,4 +1,4 @@
-"""Columns as they stand in a file, before they become numbers."""
+"""Columns of a file, before they become numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -11,34 +11,20 @@ from smid.data.channel import name_hint
 from smid.data.errors import DataError
 
 Names = str | int | Sequence[str | int]
-"""One or several column names; a column without a header is named by its number, counted from 0."""
+"""One or several column names; a column without a header is named by its number from 0."""
 
 _NAME_AND_UNIT = re.compile(r"^(?P<name>.*?\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
 _PRINTED_NUMBER = re.compile(r"^[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?$")
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Split a header such as `pressure [bar]` or `pressure (bar)` into name and unit.
-
-    Examples
-    --------
-    >>> split_unit("pressure [bar]")
-    ('pressure', 'bar')
-    >>> split_unit("pressure")
-    ('pressure', '')
-    """
+    """Return name and unit of a header such as `pressure [bar]` or `pressure (bar)`."""
     match = _NAME_AND_UNIT.match(header.strip())
     return (match["name"], match["unit"].strip()) if match else (header.strip(), "")
 
 
 def as_names(names: Names) -> tuple[str, ...]:
-    """Return one name or several as a tuple of strings.
-
-    Examples
-    --------
-    >>> as_names("u"), as_names([0, 1])
-    (('u',), ('0', '1'))
-    """
+    """Return one name or several as a tuple of strings."""
     if isinstance(names, (str, int)):
         return (str(names),)
     return tuple(str(name) for name in names)
@@ -46,25 +32,10 @@ def as_names(names: Names) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns read from one file: text from a CSV file, arrays from the other formats.
+    """Columns of one file: text from a CSV file, arrays from the other formats.
 
-    Parameters
-    ----------
-    name
-        Name of the experiment the file holds.
-    origin
-        Name of the file, for messages.
-    cells
-        The columns by name; arrays may differ in length.
-    units
-        Units that the headers tell.
-    lines
-        Line of the file that holds each row; empty where the file has no lines.
-
-    Examples
-    --------
-    >>> Table("run", "run.csv", {"u": ("1", "2.5")}).numbers("u")
-    array([1. , 2.5])
+    ``origin`` is the file name for messages; ``lines`` are the line numbers of the rows, empty if the file has no
+    lines.
     """
 
     name: str
@@ -74,26 +45,19 @@ class Table:
     lines: tuple[int, ...] = ()
 
     def find(self, wanted: str) -> str:
-        """Name of the column that was asked for, with or without its unit.
-
-        Raises
-        ------
-        DataError
-            When there is none; the message tells the nearest names.
-        """
+        """Return the name of a column that is given with or without its unit; DataError if there is none."""
         for name in (wanted, split_unit(wanted)[0]):
             if name in self.cells:
                 return name
         raise DataError(f"{self.origin}: no column {wanted!r}; {name_hint(wanted, self.cells)}")
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """Numbers of a column, shape (N,).
+        """Return the numbers of a column, shape (N,).
 
         Raises
         ------
         DataError
-            When a cell is no real number; the message tells its row (counted from 1 after the header) and
-            line.
+            If a cell is not a real number. The message names its row (counted from 1 after the header) and line.
         """
         cells = self.cells[name]
         if isinstance(cells, np.ndarray):
@@ -115,8 +79,8 @@ class Table:
     def resolution(self, name: str) -> float:
         """Return the unit of the last printed digit of a text column; 0 for arrays, which carry all digits.
 
-        Trailing zeros may have been dropped and large numbers may carry fewer decimals, so the finest decimal
-        and the largest number of digits in the whole column tell the format.
+        The file may omit trailing zeros, and large numbers may have fewer decimals. So the finest decimal and the
+        largest number of digits in the whole column decide.
         """
         cells = self.cells[name]
         if isinstance(cells, np.ndarray):
@@ -136,13 +100,7 @@ class Table:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell reads as a number.
-
-    Examples
-    --------
-    >>> is_number("1e-3"), is_number("1,5"), is_number("")
-    (True, False, False)
-    """
+    """Tell whether a cell reads as a number."""
     try:
         float(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The data set: experiments over shared channels, uniformly sampled, with the roles of the channels."""
+"""The data set: uniformly sampled experiments over shared channels, with the roles of the channels."""
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from smid.data import edit
@@ -17,18 +16,18 @@ from smid.data.errors import DataError
 from smid.data.experiment import Experiment
 from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
-from smid.data.plot import plot
 from smid.data.resample import Resampling
 from smid.data.validate import validate
 from smid.display.result import Part, Result, optional
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 Paths = str | Path | Sequence[str | Path]
 
 MOST_DRAWN = 10_000
-"""Samples up to which a notebook shows the record by itself: more take too long."""
+"""Largest number of samples for which a notebook shows the figure: more take too long."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +39,17 @@ class Dataset(Result):
     experiments
         The runs; each holds every channel.
     channels
-        Names and units; a channel without a role (a temperature, say) is allowed.
+        A channel without a role (a temperature, for example) is allowed.
     inputs, outputs
         Names of the channels in these roles.
     sampling_time
         In seconds.
     n_init
-        Warm-up samples at the start of every experiment, kept out of all metrics.
+        Warm-up samples at the start of every experiment, left out of all metrics.
     resampling
-        One per experiment where time stamps were read, otherwise empty.
+        One entry per experiment if time stamps were read, otherwise empty.
     source
-        Where the numbers come from, for reports.
+        Origin of the data, for reports.
     normalisation
         The offsets and scales that were applied.
     checksum
@@ -59,7 +58,7 @@ class Dataset(Result):
     Raises
     ------
     DataError
-        When the parts are not consistent or a sample is not finite.
+        If the entries are not consistent or a sample is not finite.
 
     Examples
     --------
@@ -86,8 +85,7 @@ class Dataset(Result):
         validate(self)
         object.__setattr__(self, "checksum", _checksum(self))
 
-    # Readers are imported where they are used: they construct data sets, so the import at the top would be a
-    # circle.
+    # Readers construct data sets, so an import at the top would be circular.
 
     @classmethod
     def from_arrays(
@@ -100,25 +98,20 @@ class Dataset(Result):
         name: str = "experiment",
         **others: ArrayLike,
     ) -> Self:
-        """Make a data set of one experiment from arrays in memory.
+        """Make a data set of one experiment, which starts at time 0, from arrays.
 
         Parameters
         ----------
         input, output
-            Shape (N,). A bare array is named "input" or "output"; a mapping gives the names.
+            Shape (N,). An array is named "input" or "output"; a mapping gives the names.
         sampling_time
             In seconds.
         units
-            Units by channel.
+            By channel.
         name
-            Name of the experiment.
+            Of the experiment.
         **others
             Shape (N,). Further channels by name.
-
-        Returns
-        -------
-        Dataset
-            With one experiment that starts at time 0.
 
         Examples
         --------
@@ -138,7 +131,9 @@ class Dataset(Result):
                 values[channel] = array
         for channel in units or {}:
             if channel not in values:
-                raise DataError(f"a unit is given for {channel!r}, which is no channel; {name_hint(channel, values)}")
+                raise DataError(
+                    f"a unit is given for {channel!r}, which is not a channel; {name_hint(channel, values)}"
+                )
         return cls(
             experiments=(Experiment(name, values),),
             channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),
@@ -158,38 +153,32 @@ class Dataset(Result):
         delimiter: str | None = None,
         others: Names | None = None,
     ) -> "Dataset":
-        r"""Read text files of columns, one experiment per file, named by the stem of the file.
+        r"""Read text files of columns: one experiment per file, named by the stem of the file.
 
         Parameters
         ----------
         path
-            The files. Separator and header are found out; units come from headers such as `pressure [bar]`.
+            Separator and header are detected; units come from headers such as `pressure [bar]`.
         input, output
             Columns of the inputs and outputs; without a header the columns are "0", "1", ...
         sampling_time
-            In seconds. With time stamps the samples are interpolated to it; without them it is taken as it
-            is.
+            In seconds. A file with time stamps is interpolated to it.
         time
-            Column of time stamps; a column called `time` is taken when not given. Seconds, unless the header
-            or `units` say ms, us, min or h. Stamps that are not uniform lead to linear resampling at
-            `sampling_time`, or else at the median interval, and to a `Resampling` record.
+            Column of time stamps; by default a column named `time`. The stamps are in seconds, unless the header or
+            `units` say ms, us, min or h. Stamps that are not uniform are resampled linearly, at `sampling_time` or at
+            their median interval; `resampling` records it.
         units
-            Units by column; they replace those of the header.
+            By column; they replace the units of the header.
         delimiter
             The separator: ",", ";", "\t" or " " (any blanks).
         others
-            Further columns to keep; every column of numbers when not given.
-
-        Returns
-        -------
-        Dataset
-            `source` names the files and the columns that were left out because they hold no numbers.
+            Further columns to keep; by default every column of numbers. `source` names the columns that were left out.
 
         Raises
         ------
         DataError
-            For a missing file or column, a cell that is no number (with its row), unsorted or repeated time
-            stamps, or when neither time stamps nor a sampling time are known.
+            For a missing file or column, a cell that is not a number, unsorted or repeated time stamps, or if neither
+            time stamps nor a sampling time are known.
 
         Examples
         --------
@@ -238,8 +227,7 @@ class Dataset(Result):
     ) -> "Dataset":
         """Read MATLAB files up to version 7, one experiment per file; the parameters are those of `from_csv`.
 
-        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths and structures are left
-        out.
+        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths and structures are left out.
         """
         from smid.data.load import dataset_of_tables
         from smid.data.read_arrays import read_mat
@@ -258,7 +246,7 @@ class Dataset(Result):
         others: Names | None = None,
         name: str = "experiment",
     ) -> "Dataset":
-        """Take the columns of a pandas frame; the parameters are those of `from_csv`.
+        """Read the columns of a pandas frame; the parameters are those of `from_csv`.
 
         A named index counts as a column; dates become seconds since the first.
         """
@@ -269,20 +257,17 @@ class Dataset(Result):
 
     @staticmethod
     def from_nonlinear_benchmarks(records: Any, sampling_time: float | None = None) -> "Dataset":
-        """Take records that a loader of the package `nonlinear_benchmarks` gave.
+        """Read records that a loader of the package `nonlinear_benchmarks` returned.
+
+        The channels are "u" and "y", or "u1", "u2", ... if there are several. `n_init` is the longest window that the
+        benchmark allows for finding the state.
 
         Parameters
         ----------
         records
-            Several become experiments. Loaders give training and test records: take them one at a time.
+            Several records become experiments. Loaders return training and test records: read them one at a time.
         sampling_time
-            In seconds, where the records do not know theirs.
-
-        Returns
-        -------
-        Dataset
-            Channels "u" and "y", or "u1", "u2", ... where there are several; `n_init` is the longest window that the
-            benchmark allows for finding the state.
+            In seconds, if the records do not state it.
 
         Raises
         ------
@@ -303,29 +288,24 @@ class Dataset(Result):
 
         return read_nonlinear_benchmarks(records, sampling_time)
 
-    @staticmethod
-    def merge(datasets: "Sequence[Dataset]") -> "Dataset":
-        """Put the experiments of several data sets together; channels, roles and sampling time must agree."""
-        return edit.merge(datasets)
-
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all channels."""
+        """Return the names of all channels."""
         return tuple(channel.name for channel in self.channels)
 
     @property
     def input(self) -> str:
-        """Name of the single input; DataError when there are several."""
+        """Return the name of the single input; DataError if there are several."""
         return _only("input", self.inputs)
 
     @property
     def output(self) -> str:
-        """Name of the single output; DataError when there are several."""
+        """Return the name of the single output; DataError if there are several."""
         return _only("output", self.outputs)
 
     @property
     def n_samples(self) -> int:
-        """Number of samples of all experiments together."""
+        """Return the number of samples of all experiments together."""
         return sum(run.n_samples for run in self.experiments)
 
     def time(self, experiment: int = 0) -> NDArray[np.float64]:
@@ -334,14 +314,14 @@ class Dataset(Result):
         return run.start_time + self.sampling_time * np.arange(run.n_samples, dtype=np.float64)
 
     def channel(self, name: str) -> Channel:
-        """Name and unit of a channel; DataError with the nearest names when there is none."""
+        """Return name and unit of a channel; DataError if there is none of this name."""
         for channel in self.channels:
             if channel.name == name:
                 return channel
         raise DataError(f"no channel {name!r}; {name_hint(name, self.names)}")
 
     def role(self, name: str) -> str:
-        """Role of a channel: "input", "output" or "" for neither."""
+        """Return the role of a channel: "input", "output" or "" for neither."""
         self.channel(name)
         return "input" if name in self.inputs else "output" if name in self.outputs else ""
 
@@ -355,18 +335,16 @@ class Dataset(Result):
         self.channel(name)
         return np.concatenate([run.values[name] for run in self.experiments])
 
-    def crop(self, start: int | None = None, stop: int | None = None) -> "Dataset":
-        """Keep the samples `start:stop` of every experiment, counted as in a Python slice."""
-        return edit.crop(self, start, stop)
-
-    def crop_time(self, start: float | None = None, stop: float | None = None) -> "Dataset":
-        """Keep the samples with start <= time < stop of every experiment, in seconds."""
-        return edit.crop_time(self, start, stop)
+    merge = staticmethod(edit.merge)
+    crop = edit.crop
+    crop_time = edit.crop_time
+    select = edit.select
+    denormalise = edit.denormalise
 
     def split(self, fraction: float) -> "tuple[Dataset, Dataset]":
         """Split every experiment in time: the first `fraction` for identification, the rest for validation.
 
-        Both parts keep `n_init`: each starts from an unknown state.
+        Both data sets keep `n_init`, because each starts from an unknown state.
 
         Examples
         --------
@@ -378,31 +356,25 @@ class Dataset(Result):
         return edit.split(self, fraction)
 
     def decimate(self, factor: int, antialias: bool = True, held: str | Sequence[str] = ()) -> "Dataset":
-        """Lower the sampling rate by a whole factor.
+        """Lower the sampling rate by an integer factor.
 
         Parameters
         ----------
         factor
             Every `factor`-th sample is kept.
         antialias
-            Filter every channel first with a zero-phase FIR low-pass (no phase shift between input and
-            output). The noise bounds of the raw samples hold no more then: the filter h turns ``|noise| <= D``
-            into ``D sum|h|``, and the ends of the record are extrapolated. False keeps the raw samples, and with
-            them their noise bounds.
+            Filter every channel first with a zero-phase FIR low-pass. The noise bounds of the raw samples do not hold
+            after the filter: the filter h turns ``|noise| <= D`` into ``D sum|h|``, and it extrapolates the ends of the
+            record. False keeps the raw samples and their noise bounds.
         held
-            Channels that act until the next sample, as what a digital controller puts out and models hold does:
-            each kept sample is the mean of all that it stands for, the next ``factor - 1`` with it. Picked or
-            filtered, they would act half a long sample late. A noise bound holds for the mean.
-
-        Returns
-        -------
-        Dataset
-            With the longer sampling time, `n_init` shortened accordingly, and a note in `source`.
+            Channels that act until the next sample, as the output of a digital controller does. Each kept sample is the
+            mean of itself and the next ``factor - 1`` samples. Without the mean, the channel would act half a long
+            sample late. A noise bound holds for the mean.
 
         Raises
         ------
         DataError
-            If the factor is no whole number from 1 on, or a held channel is not there.
+            If the factor is not an integer from 1 on, or a held channel is missing.
 
         Examples
         --------
@@ -415,19 +387,13 @@ class Dataset(Result):
         return edit.decimate(self, factor, antialias, held)
 
     def normalise(self, method: NormalisationMethod | Normalisation = "unit") -> "Dataset":
-        """Bring the channels to comparable ranges and record how.
+        """Scale the channels to comparable ranges without units; `normalisation` records offsets and scales.
 
         Parameters
         ----------
         method
-            One of {"unit", "standard"}.
-            "unit" maps each range onto [-1, 1], "standard" gives mean 0 and standard deviation 1; the record
-            of another data set applies the same maps, as validation data need it.
-
-        Returns
-        -------
-        Dataset
-            Its channels have no units; `normalisation` holds the record.
+            "unit" maps each range onto [-1, 1], "standard" gives mean 0 and standard deviation 1. The record of another
+            data set applies the same maps, as validation data need it.
 
         Examples
         --------
@@ -436,10 +402,6 @@ class Dataset(Result):
         array([-1.,  1.])
         """
         return edit.normalise(self, method)
-
-    def denormalise(self) -> "Dataset":
-        """Undo `normalise`, up to rounding."""
-        return edit.denormalise(self)
 
     def with_experiments(self, experiments: Sequence[Experiment]) -> "Dataset":
         """Return the same channels and roles with other experiments; resampling records are dropped."""
@@ -455,17 +417,12 @@ class Dataset(Result):
         Parameters
         ----------
         names
-            New name for each old one; channels not named keep theirs.
-
-        Returns
-        -------
-        Dataset
-            The same numbers.
+            New name for each old one; other channels keep theirs.
 
         Raises
         ------
         DataError
-            For a channel that is not there.
+            If a channel is missing.
 
         Examples
         --------
@@ -475,16 +432,14 @@ class Dataset(Result):
         """
         return edit.rename(self, names)
 
-    def select(self, names: str | Sequence[str]) -> "Dataset":
-        """Keep the experiments of these names, in this order."""
-        return edit.select(self, names)
-
-    def plot(self) -> Figure:
+    def plot(self) -> "Figure":
         """Draw every channel over time with its unit, outputs on top."""
+        from smid.data.plot import plot
+
         return plot(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers, strings, lists and dictionaries; `from_dict` makes the data set again."""
+        """Return plain numbers, strings, lists and dictionaries; `from_dict` reads them."""
         return {
             "experiments": [
                 {
@@ -507,7 +462,7 @@ class Dataset(Result):
 
     @classmethod
     def from_dict(cls, record: Mapping[str, Any]) -> Self:
-        """Make the data set that `to_dict` described; DataError when the checksum does not fit."""
+        """Return the data set of a dictionary from `to_dict`; DataError if the checksum does not fit."""
         given = record["normalisation"]
         dataset = cls(
             experiments=tuple(Experiment(**run) for run in record["experiments"]),
@@ -527,12 +482,8 @@ class Dataset(Result):
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a frame of one column per channel, with the index `time` in seconds.
 
-        Several experiments have an index of two levels, `experiment` and `time`.
-
-        Raises
-        ------
-        ImportError
-            Where pandas is not installed.
+        Several experiments have an index of two levels, `experiment` and `time`. ImportError if pandas is not
+        installed.
         """
         pd = optional("pandas", "to_pandas")
         frames: list[pandas.DataFrame] = [
@@ -546,7 +497,7 @@ class Dataset(Result):
         yield channel_table(self)
         yield from notes(self)
 
-    def _picture(self) -> Figure | None:
+    def _picture(self) -> "Figure | None":
         if self.n_samples > MOST_DRAWN:
             return None
         from smid.display.style import WIDTH, style
@@ -557,7 +508,7 @@ class Dataset(Result):
         return figure
 
     def __repr__(self) -> str:
-        return f"<{channel_table(self).caption}>"  # short, for it stands inside other results
+        return f"<{channel_table(self).caption}>"  # short, because other results print it
 
 
 def _only(role: str, names: tuple[str, ...]) -> str:
@@ -571,7 +522,7 @@ def _paths(path: Paths) -> list[Path]:
 
 
 def _checksum(dataset: Dataset) -> str:
-    # Lengths go in before contents, so that no two different data sets feed the same bytes.
+    # Lengths come before contents, so that different data sets give different bytes.
     digest = hashlib.sha256(np.float64(dataset.sampling_time).astype("<f8").tobytes())
     for run in dataset.experiments:
         for name in sorted(dataset.names):

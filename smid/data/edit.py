@@ -1,4 +1,4 @@
-"""Parts and transformations of a data set; `Dataset` offers each as a method."""
+"""Selections and transformations of a data set; `Dataset` offers each as a method."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -19,14 +19,7 @@ if TYPE_CHECKING:
 
 
 def slice_samples(experiment: Experiment, samples: range, sampling_time: float) -> Experiment:
-    """Keep a range of samples of an experiment; its start time follows.
-
-    Examples
-    --------
-    >>> run = slice_samples(Experiment("run", {"u": [0.0, 1.0, 2.0, 3.0]}), range(1, 3), 0.5)
-    >>> run.values["u"], run.start_time
-    (array([1., 2.]), 0.5)
-    """
+    """Return a range of samples of an experiment, with its start time."""
     values = {
         name: array[samples.start : max(samples.start, samples.stop)] for name, array in experiment.values.items()
     }
@@ -37,7 +30,9 @@ def rename(dataset: "Dataset", names: Mapping[str, str]) -> "Dataset":
     """See `Dataset.rename`."""
     for name in names:
         if name not in dataset.names:
-            raise DataError(f"channel {name!r} is to be renamed but is not there; {name_hint(name, dataset.names)}")
+            raise DataError(
+                f"channel {name!r} cannot be renamed: there is no such channel; {name_hint(name, dataset.names)}"
+            )
     full = {name: names.get(name, name) for name in dataset.names}
     scaled = dataset.normalisation
     return replace(
@@ -63,8 +58,8 @@ def rename(dataset: "Dataset", names: Mapping[str, str]) -> "Dataset":
     )
 
 
-def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
-    """See `Dataset.crop`."""
+def crop(dataset: "Dataset", start: int | None = None, stop: int | None = None) -> "Dataset":
+    """Return the samples `start:stop` of every experiment, counted as in a Python slice."""
     for bound in (start, stop):
         if bound is not None and not isinstance(bound, (int, np.integer)):
             raise DataError(f"crop counts samples but got {bound!r}; use crop_time for seconds")
@@ -76,8 +71,8 @@ def crop(dataset: "Dataset", start: int | None, stop: int | None) -> "Dataset":
     )
 
 
-def crop_time(dataset: "Dataset", start: float | None, stop: float | None) -> "Dataset":
-    """See `Dataset.crop_time`."""
+def crop_time(dataset: "Dataset", start: float | None = None, stop: float | None = None) -> "Dataset":
+    """Return the samples with start <= time < stop of every experiment, in seconds."""
 
     def first_at_or_after(run: Experiment, time: float) -> int:
         # The slack keeps a sample whose instant k Ts misses the asked time by rounding alone.
@@ -111,7 +106,7 @@ def split(dataset: "Dataset", fraction: float) -> "tuple[Dataset, Dataset]":
 def decimate(dataset: "Dataset", factor: int, antialias: bool, held: str | Sequence[str]) -> "Dataset":
     """See `Dataset.decimate`."""
     if not isinstance(factor, (int, np.integer)) or factor < 1:
-        raise DataError(f"the decimation factor is {factor!r}; give a whole number from 1 on")
+        raise DataError(f"the decimation factor is {factor!r}; give an integer from 1 on")
     held = (held,) if isinstance(held, str) else held
     for name in held:
         dataset.channel(name)
@@ -141,8 +136,8 @@ def _mean(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
 
 
 def _filtered(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    # scipy continues the signal with zeros, which drags the ends of a signal with an offset towards zero. Odd
-    # reflection about the end samples continues its level and its slope instead.
+    # scipy pads with zeros, which pulls the ends of a signal with an offset towards zero. Odd reflection about the end
+    # samples keeps level and slope.
     if array.size == 1:
         return array
     half_length = 10 * factor
@@ -184,7 +179,7 @@ def normalise(dataset: "Dataset", method: "NormalisationMethod | Normalisation")
 
 
 def denormalise(dataset: "Dataset") -> "Dataset":
-    """See `Dataset.denormalise`."""
+    """Undo `normalise`, up to rounding."""
     record = dataset.normalisation
     if record is None:
         raise DataError("the data are not normalised; there is nothing to undo, leave denormalise() out")
@@ -197,7 +192,7 @@ def denormalise(dataset: "Dataset") -> "Dataset":
 
 
 def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
-    """See `Dataset.select`."""
+    """Return the experiments of these names, in this order."""
     wanted = (names,) if isinstance(names, str) else tuple(names)
     positions = {run.name: k for k, run in enumerate(dataset.experiments)}
     for name in wanted:
@@ -211,7 +206,7 @@ def select(dataset: "Dataset", names: str | Sequence[str]) -> "Dataset":
 
 
 def merge(datasets: "Sequence[Dataset]") -> "Dataset":
-    """See `Dataset.merge`."""
+    """Return the experiments of several data sets in one; channels, roles and sampling time must agree."""
     if not datasets:
         raise DataError("no data sets were given to merge; give at least one")
     first = datasets[0]

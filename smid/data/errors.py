@@ -4,7 +4,7 @@ from relaxations.errors import UserError
 
 
 class DataError(UserError):
-    """The data, or the way they were asked for, cannot be used; the message names cause and cure.
+    """The data, or the request for them, cannot be used; the message names cause and cure.
 
     Examples
     --------

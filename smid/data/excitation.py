@@ -7,17 +7,17 @@ Ljung, System Identification, 1987) when
 2. its autocovariance exists,  :math:`C_{uu}(k) = \lim \frac1N \sum_r (u_r - \bar u)(u_{r+k} - \bar u)`,
 3. the n x n matrix with elements :math:`C_{uu}(i - j)` is positive definite.
 
-A record is finite, so each limit needs a criterion that such a record can fail:
+A record is finite, so each limit needs a test that a record can fail:
 
-1. the means of its two halves differ by no more than one standard deviation (a ramp and a single step fail);
-2. the variances of its two halves differ by no more than a factor of four (a growing amplitude fails);
-3. the biased estimate of :math:`C_{uu}` is useless here: its Toeplitz matrix is positive definite for *every*
-   record that is not zero, because it sees the record framed by zeros; the unbiased one may be indefinite.
-   The covariance method has neither fault: the Hankel matrix whose rows are the windows :math:`(u_t, \ldots,
-   u_{t+n-1})` inside the record, with the mean of each column removed, has full column rank exactly when its
-   Gram matrix (an estimate of :math:`C_{uu}(i - j)` up to its edges) is positive definite. A sum of k sines
-   then has rank 2k whatever the length of the record, and a constant has rank 0. Full rank means sigma_min >
-   tolerance * sigma_max; the Gram matrix itself is never formed, as that would square the condition number.
+1. the means of its two halves differ by at most one standard deviation (a ramp and a single step fail);
+2. the variances of its two halves differ by at most a factor of four (a growing amplitude fails);
+3. the Hankel matrix of the windows :math:`(u_t, \ldots, u_{t+n-1})`, with the mean of each column removed, has full
+   column rank: sigma_min > tolerance * sigma_max.
+
+The biased estimate of :math:`C_{uu}` cannot serve for the third test: its Toeplitz matrix is positive definite for
+*every* nonzero record. The unbiased estimate may be indefinite. The covariance method has neither fault: k sines have
+rank 2k for any length of the record, and a constant has rank 0. The Gram matrix of the windows is never formed, because
+that would square the condition number.
 """
 
 from collections.abc import Iterator
@@ -42,7 +42,7 @@ class Excitation(Result):
     Parameters
     ----------
     mean
-        Mean of the input, in its unit.
+        In the input's unit.
     drift
         Largest difference between the means of the two halves of a record, in standard deviations.
     variance_ratio
@@ -52,9 +52,9 @@ class Excitation(Result):
     order
         Largest n up to `max_order` for which the covariance matrix is positive definite.
     max_order
-        Largest order that was tried; a record of N samples tells no more than N // 2.
+        Largest order that was tested; N samples allow at most N // 2.
     tolerance
-        The relative tolerance of the singular values.
+        Relative tolerance of the singular values.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Excitation(Result):
 
     @property
     def conditions(self) -> tuple[bool, bool, bool]:
-        """Whether the mean and the autocovariance exist, and the matrix is positive definite at order 1."""
+        """Tell whether the mean and the autocovariance exist, and the matrix is positive definite at order 1."""
         return self.drift <= LARGEST_DRIFT, self.variance_ratio <= LARGEST_VARIANCE_RATIO, self.order > 0
 
     def _content(self) -> Iterator[Part]:
@@ -80,7 +80,7 @@ class Excitation(Result):
         found = (
             ("1. mean exists", f"mean {self.mean:.4g}, drift {self.drift:.2g} std"),
             ("2. autocovariance exists", f"variance ratio of halves {self.variance_ratio:.3g}"),
-            ("3. positive definite", f"up to order {self.order} of {self.max_order} tried"),
+            ("3. positive definite", f"up to order {self.order} of {self.max_order} tested"),
         )
         rows = tuple(
             (condition, "yes" if holds else "no", why)
@@ -92,14 +92,13 @@ class Excitation(Result):
 
 def _is_constant(records: list[NDArray[np.float64]]) -> bool:
     joined = np.concatenate(records)
-    # Rounding of the mean leaves a constant with a spread of some ulps.
+    # The rounding of a mean gives a constant a range of some ulps.
     return bool(np.ptp(joined) <= 1e-12 * np.max(np.abs(joined)))
 
 
 def _order(records: list[NDArray[np.float64]], max_order: int, tolerance: float) -> int:
     windows = np.concatenate([np.lib.stride_tricks.sliding_window_view(u, max_order) for u in records])
-    # One QR serves all orders: the first n columns of R have the singular values of the first n columns of
-    # windows.
+    # One QR serves all orders: the first n columns of R and of the windows have the same singular values.
     r = np.asarray(np.linalg.qr(windows - windows.mean(axis=0), mode="r"), dtype=np.float64)
     for n in range(1, max_order + 1):
         sigma = np.linalg.svd(r[:, :n], compute_uv=False)
@@ -109,11 +108,11 @@ def _order(records: list[NDArray[np.float64]], max_order: int, tolerance: float)
 
 
 def _halves(u: NDArray[np.float64]) -> tuple[float, float]:
-    """Drift of the mean in standard deviations, and ratio of the variances, between two halves."""
+    """Return the drift of the mean in standard deviations, and the ratio of the variances, between two halves."""
     first, second = u[: u.size // 2], u[u.size // 2 :]
     drift = abs(float(second.mean() - first.mean())) / float(u.std())
     low, high = sorted((float(first.var()), float(second.var())))
-    # A single step has two halves without variance; the drift tells of it, the ratio has nothing to say.
+    # The two halves of a single step have no variance: the drift shows the step, and the ratio is left at 1.
     ratio = 1.0 if high <= 1e-24 * float(np.max(u**2)) else high / low if low > 0 else np.inf
     return drift, ratio
 
@@ -124,23 +123,17 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
     Parameters
     ----------
     *inputs
-        Shape (N,). The input in one experiment, or in several, which excite together.
+        Shape (N,). The input in one experiment or in several, which are taken together.
     max_order
-        Largest order to try.
+        Largest order to test.
     tolerance
-        Singular values below this share of the largest count as zero. The default suits computed signals;
-        raise it to the relative noise or resolution of a measured input, whose noise otherwise passes for
-        excitation.
-
-    Returns
-    -------
-    Excitation
-        Mean, autocovariance, order and the verdict on the three conditions.
+        Singular values below this share of the largest count as zero. The default suits computed signals. For a
+        measured input give its relative noise or resolution; otherwise its noise counts as excitation.
 
     Raises
     ------
     DataError
-        When an input is no finite vector or no experiment has two samples.
+        If an input is not a finite vector or no experiment has two samples.
 
     Examples
     --------
@@ -152,20 +145,22 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
     """
     records = [np.asarray(u, dtype=np.float64) for u in inputs]
     if any(u.ndim != 1 or not np.all(np.isfinite(u)) for u in records):
-        raise DataError("an input is no vector of finite numbers; give one vector per experiment")
+        raise DataError("an input is not a vector of finite numbers; give one vector per experiment")
     records = [u for u in records if u.size >= 2]
     if not records:
         raise DataError("no experiment has two samples of the input; give a longer record")
     if max_order < 1:
-        raise DataError(f"max_order = {max_order} tries nothing; give at least 1")
+        raise DataError(f"max_order = {max_order} leaves no order to test; give at least 1")
+    # A record allows orders up to half its length.
     longest = max(u.size for u in records)
     tried = min(max_order, longest // 2)
     long_enough = [u for u in records if u.size >= tried]
-
+    # A constant input excites nothing.
     joined = np.concatenate(records)
     mean = float(joined.mean())
     if _is_constant(records):
         return Excitation(mean, 0.0, 1.0, np.zeros(tried), 0, tried, tolerance)
+    # Autocovariance, and the stationarity of mean and variance over the halves.
     covariance = np.array(
         [sum(float((u[k:] - mean) @ (u[: u.size - k] - mean)) for u in long_enough) / joined.size for k in range(tried)]
     )
@@ -184,21 +179,19 @@ def excitation(*inputs: ArrayLike, max_order: int = 50, tolerance: float = 1e-8)
 def require_excitation(dataset: Dataset, order: int, tolerance: float = 1e-8) -> None:
     """Refuse a data set whose inputs do not excite a model of the given order.
 
-    Each input is judged on its own; that several inputs move independently of each other is not checked.
+    Each input is tested on its own; whether several inputs vary independently is not tested.
 
     Parameters
     ----------
-    dataset
-        The measured data.
     order
-        The order needed: for a linear model the number of its coefficients.
+        For a linear model, the number of its coefficients.
     tolerance
         See `excitation`.
 
     Raises
     ------
     DataError
-        With the order found, the order needed and the cure.
+        If an input does not excite this order.
 
     Examples
     --------

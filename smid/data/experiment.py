@@ -24,7 +24,7 @@ class Experiment:
     Parameters
     ----------
     name
-        Name of the run, unique in its data set.
+        Unique in its data set.
     values
         Shape (N,). Samples of each channel, in the channel's unit; copied.
     start_time
@@ -33,15 +33,13 @@ class Experiment:
     Raises
     ------
     DataError
-        When a channel is not a vector of real numbers, is empty, or differs in length from the others.
+        If a channel is not a vector of real numbers, is empty, or differs in length from the others.
 
     Examples
     --------
     >>> run = Experiment("step", {"u": [0, 1, 1], "y": [0, 0, 0.5]})
-    >>> run.n_samples
-    3
-    >>> run.values["y"]
-    array([0. , 0. , 0.5])
+    >>> run.n_samples, run.values["y"]
+    (3, array([0. , 0. , 0.5]))
     """
 
     name: str
@@ -77,7 +75,7 @@ class Experiment:
 
     @property
     def n_samples(self) -> int:
-        """Number of samples N of every channel."""
+        """Return the number of samples N of every channel."""
         return int(next(iter(self.values.values())).size)
 
     def __eq__(self, other: object) -> bool:

@@ -1,4 +1,4 @@
-"""What a data set shows of itself: its channels in a table, and where they come from."""
+"""The printed form of a data set: a table of its channels, and its source."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -8,11 +8,9 @@ from smid.display.table import Table
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
-__all__ = ["channel_table", "notes"]
-
 
 def channel_table(dataset: "Dataset") -> Table:
-    """Return unit, role, range and mean over all experiments of each channel."""
+    """Return unit, role, range and mean of each channel over all experiments."""
     rows = []
     for channel in dataset.channels:
         samples = dataset.stacked(channel.name)
@@ -31,12 +29,7 @@ def channel_table(dataset: "Dataset") -> Table:
 
 
 def notes(dataset: "Dataset") -> Iterator[str]:
-    """Give what was done to the samples, and their source, a line each.
-
-    Yields
-    ------
-    str
-    """
+    """Return the source of the samples and each processing step, a line each."""
     if dataset.source:
         yield f"source: {dataset.source}"
     for run, record in zip(dataset.experiments, dataset.resampling, strict=False):

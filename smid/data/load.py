@@ -1,6 +1,7 @@
 """From columns to a data set: roles, units, time stamps."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,20 +14,13 @@ from smid.data.experiment import Experiment
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
-    "": 1.0,
-    "s": 1.0,
-    "sec": 1.0,
-    "seconds": 1.0,
-    "ms": 1e-3,
-    "us": 1e-6,
-    "µs": 1e-6,
-    "min": 60.0,
-    "h": 3600.0,
+    **dict.fromkeys(("", "s", "sec", "seconds"), 1.0),
+    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
 }
 
 
 def _time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
-    """Name of the column of time stamps: the one asked for, or else one that is called `time`."""
+    """Return the column of time stamps: the requested one, or one named `time`."""
     if time is not None:
         return table.find(time)
     named = [name for name in table.cells if name.casefold() == "time"]
@@ -39,7 +33,7 @@ def _time_column(table: Table, time: str | None, sampling_time: float | None) ->
 
 
 def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str], list[str]]:
-    """Return the columns beside the roles that are numbers over the same rows everywhere, and the rest."""
+    """Return the further columns that hold numbers over the same rows in all tables, and the other columns."""
     kept: list[str] = []
     left_out: list[str] = []
     n_rows = [len(table.cells[next(name for name in taken if name in table.cells)]) for table in tables]
@@ -49,7 +43,7 @@ def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str],
                 name in table.cells and table.numbers(name).size == rows
                 for table, rows in zip(tables, n_rows, strict=True)
             )
-        # Not an error: nobody asked for this column; the data set's source tells that it was left out.
+        # Not an error: nobody asked for this column. The data set's source names it as left out.
         except DataError:
             usable = False
         (kept if usable else left_out).append(name)
@@ -88,94 +82,82 @@ def dataset_of_tables(
     units: Mapping[str, str] | None = None,
     others: Names | None = None,
 ) -> Dataset:
-    """Turn tables of columns, one per experiment, into a data set.
-
-    Parameters
-    ----------
-    tables
-        One per experiment.
-    input, output
-        Columns of the inputs and of the outputs.
-    sampling_time
-        In seconds; from the time stamps when not given.
-    time
-        Column of time stamps; a column called `time` is taken when not given.
-    units
-        Units by column; they replace those of the headers.
-    others
-        Further columns to keep; when not given, every column of numbers that the tables share.
-
-    Returns
-    -------
-    Dataset
-        Its source names the files and the columns that were left out.
+    """Return the data set of tables of columns, one table per experiment; see `Dataset.from_csv`.
 
     Raises
     ------
     DataError
-        For a missing column, a cell that is no number, bad time stamps, or no sampling time.
-
-    Examples
-    --------
-    >>> table = Table("run", "run.csv", {"u": ("0", "1"), "y": ("0", "2")})
-    >>> dataset_of_tables([table], "u", "y", sampling_time=0.1).n_samples
-    2
+        For a missing column, a cell that is not a number, bad time stamps, or no sampling time.
     """
     if not tables:
         raise DataError("no files were given; give at least one path")
     inputs = tuple(tables[0].find(name) for name in as_names(input))
     outputs = tuple(tables[0].find(name) for name in as_names(output))
     time_columns = [_time_column(table, time, sampling_time) for table in tables]
-    taken = {*inputs, *outputs, *filter(None, time_columns)}
+    # Without a choice of further columns, keep every column of numbers.
     if others is None:
-        kept, left_out = _other_columns(tables, taken)
+        kept, left_out = _other_columns(tables, {*inputs, *outputs, *filter(None, time_columns)})
     else:
         kept, left_out = [tables[0].find(name) for name in as_names(others)], []
     names = tuple(dict.fromkeys((*inputs, *outputs, *kept)))
-
     known_units = {**tables[0].units, **{split_unit(name)[0]: unit for name, unit in (units or {}).items()}}
     for name in known_units:
         tables[0].find(name)
     values = [{name: table.numbers(table.find(name)) for name in names} for table in tables]
-
-    starts = [0.0] * len(tables)
-    records: tuple[Resampling, ...] = ()
-    if all(column is not None for column in time_columns):
-        stamped = [
-            _stamps(table, column, known_units.get(column, ""))
-            for table, column in zip(tables, time_columns, strict=True)
-            if column is not None
-        ]
-        for table, channels, (stamps, _) in zip(tables, values, stamped, strict=True):
-            for name, array in channels.items():
-                _check_before_interpolation(table, name, array, stamps)
-        interval = _common_interval(stamped, tables) if sampling_time is None else _positive(sampling_time)
-        resampled = [
-            resample(stamps, channels, interval, resolution)
-            for channels, (stamps, resolution) in zip(values, stamped, strict=True)
-        ]
-        values = [channels for channels, _ in resampled]
-        records = tuple(record for _, record in resampled)
-        starts = [float(stamps[0]) for stamps, _ in stamped]
-    elif sampling_time is not None and not any(time_columns):
-        interval = _positive(sampling_time)
-    else:
-        raise DataError("some files have a column of time stamps and some have none; name it with time=...")
-
+    grid = _uniform(tables, values, time_columns, known_units, sampling_time)
     source = ", ".join(table.origin for table in tables)
-    if left_out:
-        source += f" (left out: {', '.join(left_out)})"
     return Dataset(
         experiments=tuple(
             Experiment(table.name, channels, start)
-            for table, channels, start in zip(tables, values, starts, strict=True)
+            for table, channels, start in zip(tables, grid.values, grid.starts, strict=True)
         ),
         channels=tuple(Channel(name, known_units.get(name, "")) for name in names),
         inputs=inputs,
         outputs=outputs,
-        sampling_time=interval,
-        resampling=records,
-        source=source,
+        sampling_time=grid.interval,
+        resampling=grid.records,
+        source=f"{source} (left out: {', '.join(left_out)})" if left_out else source,
+    )
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Samples on a uniform time grid: one entry of values and starts for each experiment."""
+
+    values: list[dict[str, NDArray[np.float64]]]
+    starts: list[float]
+    interval: float
+    records: tuple[Resampling, ...]
+
+
+def _uniform(
+    tables: Sequence[Table],
+    values: list[dict[str, NDArray[np.float64]]],
+    time_columns: Sequence[str | None],
+    units: Mapping[str, str],
+    sampling_time: float | None,
+) -> _Grid:
+    """Return the samples on a uniform grid: resampled where there are time stamps, else as they are."""
+    if sampling_time is not None and not any(time_columns):
+        return _Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
+    named = [column for column in time_columns if column is not None]
+    if len(named) < len(tables):
+        raise DataError("some files have a column of time stamps and some have none; name it with time=...")
+    stamped = [_stamps(table, column, units.get(column, "")) for table, column in zip(tables, named, strict=True)]
+    # A bad sample is refused before interpolation, which would spread it over its neighbours.
+    for table, channels, (stamps, _) in zip(tables, values, stamped, strict=True):
+        for name, array in channels.items():
+            _check_before_interpolation(table, name, array, stamps)
+    interval = _common_interval(stamped, tables) if sampling_time is None else _positive(sampling_time)
+    resampled = [
+        resample(stamps, channels, interval, resolution)
+        for channels, (stamps, resolution) in zip(values, stamped, strict=True)
+    ]
+    return _Grid(
+        [channels for channels, _ in resampled],
+        [float(stamps[0]) for stamps, _ in stamped],
+        interval,
+        tuple(record for _, record in resampled),
     )
 
 
@@ -188,8 +170,6 @@ def _positive(sampling_time: float) -> float:
 def _check_before_interpolation(
     table: Table, name: str, array: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> None:
-    # Interpolation would smear one bad sample over its neighbours and the message would name the wrong
-    # instant.
     if array.size != stamps.size:
         raise DataError(
             f"{table.origin}: column {name!r} has {array.size} samples but there are {stamps.size} stamps; "

@@ -19,7 +19,6 @@ class Normalisation:
     Parameters
     ----------
     method
-        One of {"unit", "standard"}.
         "unit" maps the measured range onto [-1, 1]; "standard" gives mean 0 and standard deviation 1.
     offset, scale
         Per channel, in its original unit; every scale is positive.
@@ -42,45 +41,20 @@ class Normalisation:
         return f"normalised ({self.method}): {maps}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings; `Normalisation(**record.to_dict())` is the record again."""
-        return {
-            "method": self.method,
-            "offset": dict(self.offset),
-            "scale": dict(self.scale),
-            "units": dict(self.units),
-        }
+        """Return plain numbers and strings; `Normalisation(**record.to_dict())` is the same record."""
+        maps = {"offset": dict(self.offset), "scale": dict(self.scale), "units": dict(self.units)}
+        return {"method": self.method, **maps}
 
 
 def measure_normalisation(
     values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str], method: NormalisationMethod
 ) -> Normalisation:
-    """Offsets and scales of measured channels.
-
-    Parameters
-    ----------
-    values
-        Shape (N,). All samples of each channel.
-    units
-        Their units.
-    method
-        One of {"unit", "standard"}. See `Normalisation`.
-
-    Returns
-    -------
-    Normalisation
-        A constant channel gets scale 1, so that it becomes 0 instead of a division by zero.
+    """Return offsets and scales of measured channels; a constant channel gets scale 1.
 
     Raises
     ------
     DataError
-        When the method is unknown.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> record = measure_normalisation({"u": np.array([0.0, 4.0])}, {"u": "V"}, "unit")
-    >>> record.offset["u"], record.scale["u"]
-    (2.0, 2.0)
+        If the method is unknown.
     """
     if method not in ("unit", "standard"):
         raise DataError(f"unknown normalisation {method!r}; choose 'unit' or 'standard'")

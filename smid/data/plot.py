@@ -11,17 +11,9 @@ LARGEST_LEGEND = 8
 
 
 def plot(dataset: "Dataset") -> Figure:
-    """Draw outputs, inputs and the other channels, from top to bottom; experiments lie over each other.
+    """Draw outputs, inputs and the other channels from top to bottom, with all experiments in the same axes.
 
-    Parameters
-    ----------
-    dataset
-        The data set.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Not tied to a window; save it with `figure.savefig`. The warm-up samples are shaded.
+    The warm-up samples are shaded. The figure has no window; save it with `figure.savefig`.
     """
     others = [name for name in dataset.names if dataset.role(name) == ""]
     names = [*dataset.outputs, *dataset.inputs, *others]
@@ -32,7 +24,7 @@ def plot(dataset: "Dataset") -> Figure:
         is_output = name in dataset.outputs
         for k, run in enumerate(dataset.experiments):
             time = dataset.time(k)
-            # Inputs are held between samples, so a staircase is what the process saw.
+            # Inputs are held between samples, so they are drawn as a staircase.
             axis.plot(
                 time,
                 run.values[name],
@@ -47,7 +39,7 @@ def plot(dataset: "Dataset") -> Figure:
         axis.grid(True, linewidth=0.4, alpha=0.5)
         axis.margins(x=0)
     if not one_run and len(dataset.experiments) <= LARGEST_LEGEND:
-        # Above the axes, where it hides no samples.
+        # Above the axes, where the legend hides no samples.
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize="small")
     axes[-1].set_xlabel("time [s]")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def _columns(arrays: Mapping[str, Any]) -> dict[str, NDArray[np.generic]]:
-    """Vectors by name; a matrix `u` of two columns gives `u0` and `u1`, anything else is not a column."""
+    """Return vectors by name; a matrix `u` of two columns gives `u0` and `u1`, other arrays are left out."""
     cells: dict[str, NDArray[np.generic]] = {}
     for name, value in arrays.items():
         array = np.asarray(value)
@@ -34,30 +34,9 @@ def _require_file(path: Path) -> None:
 
 
 def read_npz(path: Path) -> Table:
-    """Read the vectors of a NumPy archive.
+    """Return the vectors of a NumPy archive; the columns of a matrix `u` are named `u0`, `u1`, ...
 
-    Parameters
-    ----------
-    path
-        A file written by `numpy.savez` or `numpy.savez_compressed`.
-
-    Returns
-    -------
-    Table
-        Its vectors; the columns of a matrix `u` are named `u0`, `u1`, ...
-
-    Raises
-    ------
-    DataError
-        When the file is missing or no archive of plain numbers.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> file = Path(tempfile.mkdtemp()) / "run.npz"
-    >>> np.savez(file, u=np.array([1.0, 2.0]))
-    >>> read_npz(file).numbers("u")
-    array([1., 2.])
+    DataError if the file is missing, or is not an archive of plain numbers.
     """
     _require_file(path)
     try:
@@ -65,36 +44,14 @@ def read_npz(path: Path) -> Table:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
     except (ValueError, OSError, AttributeError, TypeError, EOFError):
-        raise DataError(f"{path.name} is no archive of plain arrays; write it with numpy.savez") from None
+        raise DataError(f"{path.name} is not an archive of plain arrays; write it with numpy.savez") from None
     return Table(path.stem, path.name, _columns(arrays))
 
 
 def read_mat(path: Path) -> Table:
-    """Read the vectors of a MATLAB file up to version 7.
+    """Return the vectors of a MATLAB file up to version 7; structures are left out.
 
-    Parameters
-    ----------
-    path
-        A MAT file.
-
-    Returns
-    -------
-    Table
-        Its vectors; the columns of a matrix `u` are named `u0`, `u1`, ...; structures are left out.
-
-    Raises
-    ------
-    DataError
-        When the file is missing, damaged, or of version 7.3 (which is HDF5).
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from scipy.io import savemat
-    >>> file = Path(tempfile.mkdtemp()) / "run.mat"
-    >>> savemat(file, {"u": np.array([1.0, 2.0])})
-    >>> read_mat(file).numbers("u")
-    array([1., 2.])
+    DataError if the file is missing, damaged, or of version 7.3 (which is HDF5).
     """
     _require_file(path)
     try:
@@ -103,7 +60,7 @@ def read_mat(path: Path) -> Table:
         raise DataError(
             f"{path.name} is a MATLAB file of version 7.3; save it in MATLAB with save(..., '-v7')"
         ) from None
-    # scipy answers damaged files with many kinds of exception; all mean the same to the user.
+    # scipy raises many kinds of exceptions for damaged files.
     except Exception as error:
         raise DataError(f"{path.name} cannot be read as a MATLAB file ({error}); save it again") from None
     arrays = {
@@ -115,24 +72,9 @@ def read_mat(path: Path) -> Table:
 
 
 def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
-    """Columns of a pandas frame; a named index counts as a column, dates become seconds since the first.
+    """Return the columns of a pandas frame; a named index counts as a column, dates become seconds since the first.
 
-    Parameters
-    ----------
-    frame
-        The data, one row per instant.
-    name
-        Name of the experiment.
-
-    Returns
-    -------
-    Table
-        The columns as arrays, with the units of headers such as `pressure [bar]`.
-
-    Raises
-    ------
-    DataError
-        When two columns have the same name or the index has several levels.
+    DataError if two columns have the same name or the index has several levels.
     """
     if frame.index.nlevels > 1:
         raise DataError("the frame has an index of several levels; give one frame per experiment and merge")
@@ -143,7 +85,7 @@ def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
         column, unit = split_unit(str(title))
         if column in cells:
             raise DataError(f"two columns of the frame are named {column!r}; rename one")
-        # Missing values must arrive as NaN, which the data set then names, whatever the dtype of the frame.
+        # Missing values become NaN for any dtype of the frame; the data set then names them.
         values = whole.iloc[:, position].to_numpy()
         if values.dtype.kind == "M":
             values = (values - values[:1]) / np.timedelta64(1, "s")

@@ -1,4 +1,4 @@
-"""Text files of columns: separator, header and units are found out."""
+"""Text files of columns: separator, header and units are detected."""
 
 import csv
 import re
@@ -12,13 +12,7 @@ _BLANKS = re.compile(r"\s+(?![\[(])")
 
 
 def read_text(path: Path) -> str:
-    """Text of a file, UTF-8 or else Latin-1 (the micro and degree signs of older instruments).
-
-    Raises
-    ------
-    DataError
-        When there is no such file.
-    """
+    """Return the text of a file in UTF-8 or else Latin-1 (older instruments write micro and degree signs in it)."""
     if not path.is_file():
         raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
     raw = path.read_bytes()
@@ -29,14 +23,9 @@ def read_text(path: Path) -> str:
 
 
 def sniff_delimiter(line: str) -> str:
-    r"""Find the separator of a line of a text file: semicolon, comma, tab, or else blanks.
+    """Return the separator of a line of text: semicolon, comma, tab, or else blanks.
 
     The semicolon comes first because files that use it may write decimal commas.
-
-    Examples
-    --------
-    >>> sniff_delimiter("0,1;2,5"), sniff_delimiter("1,2"), sniff_delimiter("  1.0   2.0 ")
-    (';', ',', ' ')
     """
     for delimiter in (";", ",", "\t"):
         if delimiter in line.strip():
@@ -66,27 +55,19 @@ def _rows(text: str, delimiter: str | None, origin: str) -> tuple[str, list[tupl
 def read_csv(path: Path, delimiter: str | None = None) -> Table:
     r"""Read a text file of columns.
 
-    Lines at the top that start with `#` are skipped. A first row with a cell that is no number is the header;
-    columns without one are named "0", "1", ... A column without header and cells (a separator at the end of
-    the lines) is dropped. Where the separator is not a comma, a decimal comma is read as a point.
+    Lines at the top that start with `#` are skipped. A first row with a cell that is not a number is the header;
+    columns without a header are named "0", "1", ... A column without header and cells (a separator at the end of the
+    lines) is dropped. If the separator is not a comma, a decimal comma is read as a point.
 
     Parameters
     ----------
-    path
-        The file.
     delimiter
-        The separator: ",", ";", "\t" or " " (any blanks); found out when not given.
-
-    Returns
-    -------
-    Table
-        The columns as text, named and with the units of the header.
+        The separator: ",", ";", "\t" or " " (any blanks); detected if not given.
 
     Raises
     ------
     DataError
-        When the file is missing or empty, a header name occurs twice, or a row has more cells than the
-        header.
+        If the file is missing or empty, a header name occurs twice, or a row has more cells than the header.
 
     Examples
     --------
@@ -99,14 +80,7 @@ def read_csv(path: Path, delimiter: str | None = None) -> Table:
     """
     origin = path.name
     separator, rows = _rows(read_text(path), delimiter, origin)
-    if separator != ",":
-        rows = [
-            (
-                number,
-                row if index == 0 and not _all_numbers(row) else [cell.replace(",", ".") for cell in row],
-            )
-            for index, (number, row) in enumerate(rows)
-        ]
+    # A first row with a cell that is not a number is the header.
     has_header = not _all_numbers(rows[0][1])
     header = rows[0][1] if has_header else [str(k) for k in range(len(rows[0][1]))]
     body = rows[1:] if has_header else rows
@@ -119,7 +93,11 @@ def read_csv(path: Path, delimiter: str | None = None) -> Table:
                 f"{origin}: line {number} has {len(row)} cells but the first row has {width}; "
                 "check the delimiter and the header"
             )
+    # Short rows are filled up with empty cells; a decimal comma becomes a point.
     padded = [(row + [""] * width)[:width] for _, row in body]
+    if separator != ",":
+        padded = [[cell.replace(",", ".") for cell in row] for row in padded]
+    # Name the columns; a separator at the end of the lines gives an empty column without title.
     cells: dict[str, tuple[str, ...]] = {}
     units: dict[str, str] = {}
     for title, column in zip(header, zip(*padded, strict=True), strict=True):

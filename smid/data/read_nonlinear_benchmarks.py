@@ -1,7 +1,7 @@
 """Records of the package `nonlinear_benchmarks` (nonlinearbenchmark.org), which is not imported.
 
-Its loaders give objects with `u`, `y`, `sampling_time`, `name` and `state_initialization_window_length`, or tuples of
-them.  That window, the samples a model may use to find its state, becomes the warm-up `n_init`.
+Its loaders return objects with `u`, `y`, `sampling_time`, `name` and `state_initialization_window_length`, or tuples of
+them. That window, the samples that a model may use to find its state, becomes the warm-up `n_init`.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ _ATTRIBUTES = ("u", "y", "sampling_time")
 
 
 def read_nonlinear_benchmarks(records: Any, sampling_time: float | None = None) -> "Dataset":
-    """Make a data set of one record, or of several as its experiments; see `Dataset.from_nonlinear_benchmarks`."""
+    """Return the data set of one record, or of several as its experiments; see `Dataset.from_nonlinear_benchmarks`."""
     from smid.data.dataset import Dataset  # it imports this file's function
 
     runs = _flat(records)
@@ -46,13 +46,13 @@ def read_nonlinear_benchmarks(records: Any, sampling_time: float | None = None) 
 
 
 def _flat(records: Any) -> list[Any]:
-    # A record can be unpacked into u and y, so what it has decides, not what it can do.
+    # A record can be unpacked like a tuple, so its attributes decide, not its methods.
     if all(hasattr(records, attribute) for attribute in _ATTRIBUTES):
         return [records]
     if isinstance(records, list | tuple) and records:
         return [run for record in records for run in _flat(record)]
     raise DataError(
-        f"{type(records).__name__} is no record of nonlinear_benchmarks: give an Input_output_data, with the "
+        f"{type(records).__name__} is not a record of nonlinear_benchmarks: give an Input_output_data, with the "
         f"attributes {', '.join(_ATTRIBUTES)}, or a tuple of them"
     )
 
@@ -63,7 +63,7 @@ def _channels(run: Any) -> dict[str, NDArray[np.float64]]:
         try:
             array = np.asarray(getattr(run, stem), dtype=np.float64)
         except (TypeError, ValueError):
-            raise DataError(f"{stem} of the record is no array of numbers: convert it to floats first") from None
+            raise DataError(f"{stem} of the record is not an array of numbers: convert it to floats first") from None
         if array.ndim not in (1, 2) or not array.size:
             raise DataError(f"{stem} of the record has shape {array.shape}: give (N,) or (N, channels), not empty")
         columns = array.reshape(len(array), -1).T

@@ -1,26 +1,18 @@
-"""What is known about the measured sets that `load_record` reads: files, columns, units, sampling times."""
+"""The measured sets that `load_record` reads: files, columns, units, sampling times."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from smid.data.channel import Channel
+from smid.data.columns import split_unit
 
 
 @dataclass(frozen=True)
 class RecordPart:
     """One experiment within a file.
 
-    Parameters
-    ----------
-    name
-        Name of the experiment.
-    columns
-        Columns of the file, in the order of the channels of the set; "0", "1", ... where the file has no
-        header.
-    start, stop
-        Range of rows that belongs to the experiment; all rows when not given.
-    start_time
-        Time of the first sample, in seconds.
+    ``columns`` are in the order of the channels ("0", "1", ... if the file has no header); ``start`` and ``stop`` are
+    rows.
     """
 
     name: str
@@ -32,17 +24,7 @@ class RecordPart:
 
 @dataclass(frozen=True)
 class RecordFile:
-    """A file of a set, the md5 of its bytes, and the experiments in it.
-
-    Parameters
-    ----------
-    path
-        Name of the file within the folder of the set.
-    md5
-        MD5 of the file, in hexadecimal.
-    parts
-        The experiments; empty for the JSON file of many runs, which lists them itself.
-    """
+    """A file of a set with its MD5; ``parts`` is empty for a JSON file, which lists its runs itself."""
 
     path: str
     md5: str
@@ -51,23 +33,7 @@ class RecordFile:
 
 @dataclass(frozen=True)
 class RecordSpec:
-    """A measured set.
-
-    Parameters
-    ----------
-    title
-        What was measured, by whom.
-    channels
-        Inputs first, then outputs, then the others.
-    n_inputs, n_outputs
-        How many of the channels are inputs and outputs.
-    sampling_time
-        In seconds.
-    files
-        The files of the set.
-    n_init
-        Warm-up samples that the benchmark leaves out of its metrics.
-    """
+    """A measured set; its channels are the inputs, then the outputs, then the others."""
 
     title: str
     channels: tuple[Channel, ...]
@@ -78,8 +44,22 @@ class RecordSpec:
     n_init: int = 0
 
 
-def _single(path: str, md5: str, *columns: str) -> tuple[RecordFile, ...]:
-    return (RecordFile(path, md5, (RecordPart("experiment", columns),)),)
+def _set(
+    title: str,
+    channels: str,
+    sampling_time: float,
+    files: tuple[RecordFile, ...],
+    n_inputs: int = 1,
+    n_outputs: int = 1,
+    n_init: int = 0,
+) -> RecordSpec:
+    """Return a set whose channels are written as ``"name [unit], name [unit]"``."""
+    named = tuple(Channel(*split_unit(channel)) for channel in channels.split(", "))
+    return RecordSpec(title, named, n_inputs, n_outputs, sampling_time, files, n_init)
+
+
+def _single(path: str, md5: str, *columns: str, start_time: float = 0.0) -> tuple[RecordFile, ...]:
+    return (RecordFile(path, md5, (RecordPart("experiment", columns, start_time=start_time),)),)
 
 
 _DAMPER_MD5 = (
@@ -96,57 +76,40 @@ _DAMPER_MD5 = (
 )
 
 RECORDS: Mapping[str, RecordSpec] = {
-    "daisy_hairdryer": RecordSpec(
+    "daisy_hairdryer": _set(
         "laboratory hair dryer PT326 (DaISy 96-006)",
-        (Channel("heater_voltage", "V"), Channel("air_temperature", "V")),
-        1,
-        1,
+        "heater_voltage [V], air_temperature [V]",
         0.08,
         _single("dryer.dat", "966b8b32f248054988fdb82401c5fa09", "0", "1"),
     ),
-    "box_jenkins_gas_furnace": RecordSpec(
+    "box_jenkins_gas_furnace": _set(
         "gas furnace (Box and Jenkins, series J); the gas rate is centred",
-        (Channel("gas_rate", "cu ft/min"), Channel("co2", "%")),
-        1,
-        1,
+        "gas_rate [cu ft/min], co2 [%]",
         9.0,
         _single("gas_furnace.csv", "4950b8ad0b048c453257747ea6e04078", "InputGasRate", "CO2"),
     ),
-    "daisy_heating_system": RecordSpec(
+    "daisy_heating_system": _set(
         "halogen lamp and thermocouple under a steel plate (DaISy 99-001)",
-        (Channel("lamp_voltage", "V"), Channel("temperature", "degC")),
-        1,
-        1,
+        "lamp_voltage [V], temperature [degC]",
         2.0,
         _single("heating_system.dat", "4196267881e75c47b7ae441955d0babe", "1", "2"),
     ),
-    "daisy_cstr": RecordSpec(
+    "daisy_cstr": _set(
         "stirred tank reactor, simulated (DaISy 98-002)",
-        (Channel("coolant_flow", "l/min"), Channel("concentration", "mol/l"), Channel("temperature", "K")),
-        1,
-        2,
+        "coolant_flow [l/min], concentration [mol/l], temperature [K]",
         6.0,
-        (
-            RecordFile(
-                "cstr.dat",
-                "0546a0acb6cc40e89d48f23a2c8c1635",
-                (RecordPart("experiment", ("1", "2", "3"), start_time=6.0),),
-            ),
-        ),
+        _single("cstr.dat", "0546a0acb6cc40e89d48f23a2c8c1635", "1", "2", "3", start_time=6.0),
+        n_outputs=2,
     ),
-    "daisy_robot_arm": RecordSpec(
+    "daisy_robot_arm": _set(
         "flexible robot arm (DaISy 96-009); units and sampling time are not published: 1 s is one sample",
-        (Channel("reaction_torque"), Channel("acceleration")),
-        1,
-        1,
+        "reaction_torque, acceleration",
         1.0,
         _single("robot_arm.dat", "1bc4ef9ccea0e24c1a4a6f6e2ba05bb5", "0", "1"),
     ),
-    "ced_prbs": RecordSpec(
+    "ced_prbs": _set(
         "coupled electric drives CE8, PRBS of three amplitudes (Wigren and Schoukens 2017)",
-        (Channel("drive_voltage", "V"), Channel("pulley_speed", "ticks/s")),
-        1,
-        1,
+        "drive_voltage [V], pulley_speed [ticks/s]",
         0.02,
         (
             RecordFile(
@@ -156,55 +119,43 @@ RECORDS: Mapping[str, RecordSpec] = {
             ),
         ),
     ),
-    "emps": RecordSpec(
+    "emps": _set(
         "electro-mechanical positioning system in closed loop (Janot, Gautier and Brunot 2019)",
-        (Channel("controller_voltage", "V"), Channel("position", "m"), Channel("reference_position", "m")),
-        1,
-        1,
+        "controller_voltage [V], position [m], reference_position [m]",
         1e-3,
         _single("emps_train.csv", "6b3980a2003c21d0849220d5978cd8e0", "vir", "qm", "qg"),
     ),
-    "cascaded_tanks": RecordSpec(
+    "cascaded_tanks": _set(
         "cascaded tanks with overflow (Schoukens and Noel 2017)",
-        (Channel("pump_voltage", "V"), Channel("level", "V")),
-        1,
-        1,
+        "pump_voltage [V], level [V]",
         4.0,
         (
             RecordFile(
                 "dataBenchmark.csv",
                 "5b595fcf42e0398d893ca971a2b45e7f",
-                (
-                    RecordPart("estimation", ("uEst", "yEst")),
-                    RecordPart("validation", ("uVal", "yVal")),
-                ),
+                (RecordPart("estimation", ("uEst", "yEst")), RecordPart("validation", ("uVal", "yVal"))),
             ),
         ),
     ),
-    "hydraulic_actuator": RecordSpec(
+    "hydraulic_actuator": _set(
         "hydraulic crane actuator (Gunnarsson and Krus); normalised, sampling time as usual in papers",
-        (Channel("valve"), Channel("pressure"), Channel("position")),
-        1,
-        1,
+        "valve, pressure, position",
         0.05,
         _single("actuator.csv", "901545dff9da5d8c7d5329c1300c194b", "u", "p", "x"),
     ),
-    "mr_damper_labcontrol": RecordSpec(
+    "mr_damper_labcontrol": _set(
         "shaking table with magnetorheological damper, ten shaker speeds (UTFPR Labcontrol)",
-        (Channel("displacement", "mm"), Channel("velocity", "mm/s"), Channel("force", "N")),
-        2,
-        1,
+        "displacement [mm], velocity [mm/s], force [N]",
         0.01,
         tuple(
             RecordFile(f"ensaio_A.{k}.csv", md5, (RecordPart(f"A.{k}", ("disp_mm", "vel", "force_N")),))
             for k, md5 in enumerate(_DAMPER_MD5, start=1)
         ),
+        n_inputs=2,
     ),
-    "quarter_drone": RecordSpec(
+    "quarter_drone": _set(
         "quarter drone, one propeller on a pivoted arm, in closed loop (helonayala/sysid)",
-        (Channel("thrust", "%"), Channel("angle", "deg"), Channel("reference_angle", "deg")),
-        1,
-        1,
+        "thrust [%], angle [deg], reference_angle [deg]",
         0.01,
         tuple(
             RecordFile(f"{name}_closed_loop.csv", md5, (RecordPart(name, ("Controle_u", "Saida_y", "Referencia")),))
@@ -214,19 +165,15 @@ RECORDS: Mapping[str, RecordSpec] = {
             )
         ),
     ),
-    "servo_rate_limit": RecordSpec(
+    "servo_rate_limit": _set(
         "hobby servo, one hundred runs (mauicv/servo-sysid); drop runs end where the command ends",
-        (Channel("commanded_angle", "rad"), Channel("angle", "rad")),
-        1,
-        1,
+        "commanded_angle [rad], angle [rad]",
         0.02,
         (RecordFile("dataset.json", "43544353f5c3c67f3765983be87b5a75", ()),),
     ),
-    "silverbox": RecordSpec(
+    "silverbox": _set(
         "Silverbox, electronic Duffing oscillator (Wigren and Schoukens 2013), official parts of the record",
-        (Channel("input_voltage", "V"), Channel("output_voltage", "V")),
-        1,
-        1,
+        "input_voltage [V], output_voltage [V]",
         2**14 / 1e7,
         (
             RecordFile(

@@ -1,4 +1,4 @@
-"""Loader of measured sets that are known by name; the files themselves come from the user."""
+"""Loader of measured sets by name; the user provides the files."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ from smid.data.record_specs import RECORDS, RecordFile, RecordSpec
 
 
 def load_record(name: str, folder: str | Path) -> Dataset:
-    """Load a measured set with its names, units and sampling time.
+    """Load a measured set with its names, units and sampling time, one experiment per run.
 
     Parameters
     ----------
@@ -25,15 +25,10 @@ def load_record(name: str, folder: str | Path) -> Dataset:
     folder
         The folder of the set, or a folder that holds it under its name.
 
-    Returns
-    -------
-    Dataset
-        One experiment per run; `source` tells what was measured, by whom.
-
     Raises
     ------
     DataError
-        When the name is unknown, a file is missing, or its MD5 is not that of the published file.
+        If the name is unknown, a file is missing, or its MD5 is not that of the published file.
 
     Examples
     --------
@@ -91,7 +86,7 @@ def _runs_of_json(path: Path, spec: RecordSpec) -> list[Experiment]:
     command, angle = (channel.name for channel in spec.channels)
     runs = []
     for k, run in enumerate(json.loads(read_text(path))["data"]):
-        # In the drop runs the motor is switched off after some samples; from there on there is no command.
+        # In the drop runs the motor is switched off after some samples; the command ends there.
         n_commanded = int(np.count_nonzero(np.isfinite(np.array(run["actions"], dtype=np.float64))))
         values = {command: run["actions"][:n_commanded], angle: run["sensor_data"][:n_commanded]}
         runs.append(Experiment(f"{run['type']}_{k}", values))

@@ -1,12 +1,11 @@
-r"""Time stamps: are they uniform, and if not, linear resampling to a uniform grid.
+r"""Time stamps: whether they are uniform, and linear resampling to a uniform grid.
 
-With stamps :math:`t_k`, the record is uniform when a straight line :math:`t_0 + k h` meets every stamp to
-within :math:`10^{-6} h` plus the rounding of the printed stamps. Otherwise each channel is interpolated
-linearly.
+With stamps :math:`t_k`, the record is uniform if a straight line :math:`t_0 + k h` meets every stamp to within
+:math:`10^{-6} h` plus the rounding of the printed stamps. Otherwise each channel is interpolated linearly.
 
-An interpolated sample is a convex combination of two measured ones, so a noise bound :math:`|\eta| \le D`
-holds for it too; but the true signal between two samples leaves the chord by up to :math:`|f''| h^2 / 8`. The
-record carries an estimate of that error, which the user adds to the noise bound.
+An interpolated sample is a convex combination of two measured ones, so a noise bound :math:`|\eta| \le D` holds for it
+too. The true signal between two samples differs from the chord by up to :math:`|f''| h^2 / 8`. The record holds an
+estimate of that error; the user adds it to the noise bound.
 """
 
 from collections.abc import Mapping
@@ -19,31 +18,28 @@ from numpy.typing import NDArray
 from smid.data.errors import DataError
 
 RELATIVE_TOLERANCE = 1e-6
-# Rounding of the stamps excuses at most this share of the interval: integer seconds must not make every
-# record of about one sample per second look uniform.
+# Rounding of the stamps explains at most this share of the interval. Otherwise every record of about one sample per
+# second would be uniform if its stamps are integer seconds.
 LARGEST_ROUNDING_SHARE = 0.05
 
 
 @dataclass(frozen=True)
 class Resampling:
-    """What was done to the time stamps of one experiment.
+    """The time stamps of one experiment, and how they were resampled.
 
     Parameters
     ----------
     method
-        One of {"none", "linear"}. "none" when the stamps were uniform, "linear" when the channels were interpolated.
+        "none" if the stamps were uniform, "linear" if the channels were interpolated.
     mean_interval
         Mean of the original intervals, in seconds.
-    jitter_max
-        Largest deviation of the original intervals from their median, in seconds.
-    jitter_rms
-        Root mean square of these deviations, in seconds.
+    jitter_max, jitter_rms
+        Largest and RMS deviation of the original intervals from their median, in seconds.
     n_original
         Number of samples before resampling.
     curvature_error
-        Per channel, in its unit: estimate ``max |second difference| / 8`` of what linear interpolation adds to
-        the error of a sample. The estimate contains the noise of the samples (up to D / 2), so it errs on the
-        large side.
+        Per channel, in its unit: estimate ``max |second difference| / 8`` of the error that linear interpolation adds
+        to a sample. It contains the noise of the samples (up to D / 2), so it is rather too large.
 
     Examples
     --------
@@ -68,49 +64,29 @@ class Resampling:
         return f"{text}; estimated interpolation error: {errors}" if errors else text
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings; `Resampling(**record.to_dict())` is the record again."""
-        return {
-            "method": self.method,
-            "mean_interval": self.mean_interval,
-            "jitter_max": self.jitter_max,
-            "jitter_rms": self.jitter_rms,
-            "n_original": self.n_original,
-            "curvature_error": dict(self.curvature_error),
-        }
+        """Return plain numbers and strings; `Resampling(**record.to_dict())` is the same record."""
+        return {**vars(self), "curvature_error": dict(self.curvature_error)}
 
 
 def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bool:
-    """Whether a uniform grid of this interval meets every stamp to within tolerance and rounding."""
+    """Tell whether a uniform grid of this interval meets every stamp to within tolerance and rounding."""
     deviation = stamps - interval * np.arange(stamps.size)
-    # The first stamp is rounded like every other, so the grid may be shifted: half the spread is what
-    # remains.
+    # The first stamp is rounded too, so the grid may be shifted, which leaves half the spread.
     half_spread = 0.5 * float(np.max(deviation) - np.min(deviation))
     rounding = resolution + 4 * np.finfo(np.float64).eps * float(np.max(np.abs(stamps)))
     return half_spread <= RELATIVE_TOLERANCE * interval + min(rounding, LARGEST_ROUNDING_SHARE * interval)
 
 
 def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> float | None:
-    """Find the sampling time of uniform stamps.
+    """Return the shortest decimal number that fits uniform stamps, in seconds; None if they are not uniform.
 
-    Parameters
-    ----------
-    stamps
-        Shape (N,). Strictly increasing time stamps, in seconds.
-    resolution
-        Unit of the last printed digit of the stamps, in seconds.
-
-    Returns
-    -------
-    float or None
-        The shortest decimal number that fits the stamps, in seconds; None when they are not uniform.
+    ``resolution`` is the unit of the last printed digit of the stamps, in seconds.
 
     Examples
     --------
     >>> import numpy as np
     >>> uniform_interval(np.array([0.0, 0.1, 0.2, 0.30000000000000004]))
     0.1
-    >>> uniform_interval(np.array([0.0, 0.1, 0.25])) is None
-    True
     """
     instants = np.arange(stamps.size) - 0.5 * (stamps.size - 1)
     slope = float(instants @ (stamps - np.mean(stamps)) / (instants @ instants))
@@ -124,30 +100,9 @@ def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> fl
 
 
 def check_increasing(stamps: NDArray[np.float64], origin: str) -> None:
-    """Refuse stamps that are too few, not finite, unsorted or repeated.
-
-    Parameters
-    ----------
-    stamps
-        Shape (N,). Time stamps, in seconds.
-    origin
-        Name of the file, for the message.
-
-    Raises
-    ------
-    DataError
-        With the first offending row, counted from 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> check_increasing(np.array([0.0, 1.0, 1.0]), "run.csv")  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    ...
-    smid.data.errors.DataError: run.csv: row 3 repeats the time stamp 1 s of row 2; ...
-    """
+    """Refuse stamps that are too few, not finite, unsorted or repeated; DataError names the first bad row from 1."""
     if stamps.size < 2:
-        raise DataError(f"{origin}: {stamps.size} time stamps tell no interval; give at least two rows")
+        raise DataError(f"{origin}: {stamps.size} time stamps define no interval; give at least two rows")
     bad = np.flatnonzero(~np.isfinite(stamps))
     if bad.size:
         raise DataError(f"{origin}: the time stamp of row {bad[0] + 1} is not finite; correct or drop the row")
@@ -183,34 +138,17 @@ def resample(
     sampling_time: float,
     resolution: float = 0.0,
 ) -> tuple[dict[str, NDArray[np.float64]], Resampling]:
-    """Bring channels to a uniform grid that starts at the first stamp.
+    """Return channels on a uniform grid from the first stamp on, and the record of it.
 
-    Parameters
-    ----------
-    stamps
-        Shape (N,). Strictly increasing time stamps, in seconds.
-    values
-        Shape (N,). Samples of each channel at the stamps.
-    sampling_time
-        Interval of the grid, in seconds.
-    resolution
-        Unit of the last printed digit of the stamps, in seconds.
-
-    Returns
-    -------
-    dict of str to array, shape (M,)
-        The channels on the grid; the very same samples when the stamps already lie on it.
-    Resampling
-        What was done.
+    The samples stay as they are if the stamps already lie on the grid. All times are in seconds; ``resolution`` is the
+    unit of the last printed digit of the stamps.
 
     Examples
     --------
     >>> import numpy as np
     >>> values, record = resample(np.array([0.0, 1.0, 3.0]), {"y": np.array([0.0, 2.0, 6.0])}, 1.0)
-    >>> values["y"]
-    array([0., 2., 4., 6.])
-    >>> record.method, record.curvature_error["y"]
-    ('linear', 0.0)
+    >>> values["y"], record.method
+    (array([0., 2., 4., 6.]), 'linear')
     """
     steps = np.diff(stamps)
     jitter = steps - np.median(steps)
@@ -225,8 +163,7 @@ def resample(
     )
     if uniform:
         return dict(values), record
-    # A last stamp that misses its instant by rounding alone must still give a sample; np.interp holds the end
-    # value.
+    # A last stamp that misses its instant by rounding must still give a sample; np.interp holds the end value.
     n_intervals = int(np.floor((stamps[-1] - stamps[0]) / sampling_time + RELATIVE_TOLERANCE))
     if n_intervals < 1:
         raise DataError(

@@ -1,4 +1,4 @@
-"""The checks every data set passes before any work is done on it."""
+"""The checks that every data set passes before any work."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -11,25 +11,14 @@ from smid.data.errors import DataError
 
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
+    from smid.data.experiment import Experiment
 
 
-_LARGEST = 1e100  # its cube, summed over a record, is a float
+_LARGEST = 1e100  # the cube of it, summed over a record, does not overflow
 
 
 def validate(dataset: "Dataset") -> None:
-    """Refuse a data set that is not consistent.
-
-    Parameters
-    ----------
-    dataset
-        The data set under construction.
-
-    Raises
-    ------
-    DataError
-        For a sampling time that is not positive; names that are missing, unknown or occur twice; samples that
-        are not finite (with channel, experiment, sample index and time); a warm-up that leaves no sample.
-    """
+    """Refuse a data set that is not consistent: DataError with the cause and the cure."""
     if not (np.isfinite(dataset.sampling_time) and dataset.sampling_time > 0):
         raise DataError(f"sampling_time = {dataset.sampling_time} is not positive; give it in seconds")
     if not dataset.experiments:
@@ -41,36 +30,10 @@ def validate(dataset: "Dataset") -> None:
             raise DataError(f"no {role} is named; name at least one channel as {role}")
         for name in names:
             if name not in dataset.names:
-                raise DataError(f"the {role} {name!r} is no channel; {name_hint(name, dataset.names)}")
+                raise DataError(f"the {role} {name!r} is not a channel; {name_hint(name, dataset.names)}")
     _refuse_duplicates("input or output", (*dataset.inputs, *dataset.outputs))
     for run in dataset.experiments:
-        for name in dataset.names:
-            if name not in run.values:
-                raise DataError(f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}")
-        for name, array in run.values.items():
-            if name not in dataset.names:
-                raise DataError(
-                    f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
-                    "add it to the channels or leave it out"
-                )
-            bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size:
-                k = int(bad[0])
-                instant = run.start_time + k * dataset.sampling_time
-                raise DataError(
-                    f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
-                    f"(t = {instant:g} s); correct it, or crop the record around it"
-                )
-            if array.size and np.abs(array).max() > _LARGEST:
-                raise DataError(
-                    f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
-                    f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
-                )
-        if not 0 <= dataset.n_init < run.n_samples:
-            raise DataError(
-                f"n_init = {dataset.n_init} leaves no sample of experiment {run.name!r} "
-                f"({run.n_samples} samples); choose a warm-up from 0 to below the number of samples"
-            )
+        _validate_run(dataset, run)
     if len(dataset.resampling) not in (0, len(dataset.experiments)):
         raise DataError(
             f"{len(dataset.resampling)} resampling records for {len(dataset.experiments)} experiments; "
@@ -78,7 +41,38 @@ def validate(dataset: "Dataset") -> None:
         )
 
 
+def _validate_run(dataset: "Dataset", run: "Experiment") -> None:
+    """Refuse an experiment whose channels, samples or warm-up do not fit the data set."""
+    for name in dataset.names:
+        if name not in run.values:
+            raise DataError(f"experiment {run.name!r} has no channel {name!r}; {name_hint(name, run.values)}")
+    for name, array in run.values.items():
+        if name not in dataset.names:
+            raise DataError(
+                f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
+                "add it to the channels or leave it out"
+            )
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            k = int(bad[0])
+            instant = run.start_time + k * dataset.sampling_time
+            raise DataError(
+                f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
+                f"(t = {instant:g} s); correct it, or crop the record around it"
+            )
+        if array.size and np.abs(array).max() > _LARGEST:
+            raise DataError(
+                f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
+                f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
+            )
+    if not 0 <= dataset.n_init < run.n_samples:
+        raise DataError(
+            f"n_init = {dataset.n_init} leaves no sample of experiment {run.name!r} "
+            f"({run.n_samples} samples); choose a warm-up from 0 to below the number of samples"
+        )
+
+
 def _refuse_duplicates(what: str, names: Iterable[str]) -> None:
     for name, count in Counter(names).items():
         if count > 1:
-            raise DataError(f"{what} {name!r} occurs {count} times; give each a name of its own")
+            raise DataError(f"{what} {name!r} occurs {count} times; give each its own name")

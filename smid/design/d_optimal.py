@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 
+from relaxations.algebra.arrays import Array
 from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation
 from smid.display.result import Part, Result, plain
@@ -21,7 +21,6 @@ from smid.models import ModelError
 
 __all__ = ["Design", "d_optimal"]
 
-Array = NDArray[np.float64]
 
 SINGULAR_COST = 1e3  # stands for a determinant of zero
 PEOPLE = 5  # members of the population per number to choose

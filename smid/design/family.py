@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 
 __all__ = ["InputFamily"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.models import Model, ModelError
@@ -28,7 +29,6 @@ from smid.models.sensitivities import compile_free_run
 
 __all__ = ["FisherInformation", "fisher_information", "model_information"]
 
-Array = NDArray[np.float64]
 
 SINGULAR = 1e-12  # of the largest eigenvalue: below it a direction counts as not excited
 

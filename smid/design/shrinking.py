@@ -13,15 +13,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.design.family import InputFamily
 from smid.display.result import Part, Result, plain
 from smid.models import ModelError
 
 __all__ = ["Shrinking", "shrinking_input"]
 
-Array = NDArray[np.float64]
 
 FIRST_STEP, SHORTER = 0.15, 0.8  # share of the box, and its factor after a step that failed
 LEAST_WIDTH = 1e-12

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import TimeIsUp
 from relaxations.errors import ProblemError
 from relaxations.search.hierarchy import intervals
 from smid.data import DataError, Dataset
-from smid.diagnosis.effects.effect import Array
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.finite_box import with_finite_box
 from smid.models import Model, ModelError
@@ -37,7 +37,7 @@ class Emptiness:
     first, last
         The window, samples counted from the start of the experiment.
     samples
-        Samples that carry most of the proof, each with its share.
+        Most influential samples, each with its share of the proof.
     """
 
     channel: str

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 
 import numpy as np
 
-from relaxations.deadline import TimeIsUp, check_seconds, time_limit
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import causes, detected
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import prove_empty
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
-from smid.diagnosis.effects.effect import Array, Detection, Effect
+from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, misfit
 from smid.diagnosis.experiment import separating_experiment
@@ -33,7 +34,6 @@ from smid.fitting.fit import fit
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
-Progress = Callable[[str], None]
 _LEAST_HELD = 30
 _STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed

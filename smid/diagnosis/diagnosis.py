@@ -9,10 +9,10 @@ from math import nan
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import Emptiness
-from smid.diagnosis.effects.effect import Array, Mask
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment

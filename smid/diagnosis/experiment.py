@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.diagnosis.effects.effect import Array
 from smid.fitting.fit import Fit
 from smid.models.simulate import simulate
 from smid.signals import multisine, noise, prbs, ramp, staircase

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
-from smid.diagnosis.effects.effect import Array, Mask
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from smid.diagnosis.effects.effect import Array
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.search.compare import rms
 from smid.display.result import Part, Result
 from smid.display.table import Table

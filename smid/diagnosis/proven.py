@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from relaxations.deadline import Progress
 from smid.diagnosis.cause import Cause, CauseParameter
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.identification.estimate import ParameterInterval
-from smid.identification.identify import Progress, identify
+from smid.identification.identify import identify
 
 
 def prove_parameters(

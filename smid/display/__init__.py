@@ -1,1 +1,1 @@
-"""How results look: text, tables, HTML, and the style of figures. Everything above may print and draw."""
+"""The look of results: text, tables, HTML and figures. Every other room may print and draw with it."""

@@ -1,7 +1,7 @@
-"""What every result gives a user: text to print, the same for a notebook, plain data, and rows for pandas.
+"""What every result offers: text to print, HTML for a notebook, plain data, and rows for pandas.
 
-A result says once what it shows: words, tables and further results in their order. Text and HTML follow from that.
-The HTML names no colour, so it reads on a light and on a dark page, and a picture takes its ink from the page.
+A result states its content once, from top to bottom: words, tables and further results. Text and HTML follow from it.
+The HTML names no colour, so that it reads on light and dark pages, and a figure takes its ink from the page.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-__all__ = ["Heading", "Part", "Result", "Tabular", "optional", "plain"]
 
 LARGEST_PICTURE = 150_000
-"""Characters of SVG; a larger picture is left to `plot`, for a notebook keeps every output."""
+"""Largest number of SVG characters that a notebook shows by itself; `plot` draws larger figures."""
 
 
 class Shown(Protocol):
-    """What has a text and an HTML of its own."""
+    """An object with a text and an HTML of its own."""
 
     def _repr_html_(self) -> str: ...
 
@@ -38,14 +37,7 @@ Part = str | Shown
 
 @dataclass(frozen=True)
 class Heading:
-    """A title above what follows.
-
-    Examples
-    --------
-    >>> print(Heading("Errors"))
-    Errors
-    ------
-    """
+    """A title above what follows."""
 
     title: str
 
@@ -72,24 +64,22 @@ class Result(ABC):
     record  RMSE
     one      0.5
     It is < 1.
-    >>> Errors(0.5)._repr_html_().endswith("<p>It is &lt; 1.</p>")
-    True
     >>> Errors(float("nan")).to_dict()
     {'rmse': None}
     """
 
     @abstractmethod
     def _content(self) -> Iterable[Part]:
-        """Return what is shown, from top to bottom."""
+        """Return the parts that are shown, from top to bottom."""
 
     def _picture(self) -> Figure | None:
-        """Return the figure for notebooks, where it says more than the tables do."""
+        """Return the figure for notebooks; None for no figure."""
         return None
 
     def __str__(self) -> str:
         text, before = "", None
         for part in self._content():
-            # Words follow closely; a table stands apart, but not from its own heading.
+            # A blank line separates a table from what is above it, but not from its own heading.
             close = isinstance(part, str) or isinstance(before, Heading)
             text += ("\n" if close else "\n\n") * bool(text) + str(part)
             before = part
@@ -138,35 +128,13 @@ class Tabular(Result):
         """Return the rows of the table, with all digits."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the rows of the table, with all digits, as a frame.
-
-        Raises
-        ------
-        ImportError
-            Where pandas is not installed.
-        """
+        """Return the rows of the table, with all digits, as a frame; ImportError if pandas is not installed."""
         frame: pandas.DataFrame = optional("pandas", "to_pandas").DataFrame(list(self._rows()))
         return frame
 
 
 def optional(package: str, wanted_by: str) -> Any:
-    """Import a package that comes with the extra of its name.
-
-    Parameters
-    ----------
-    wanted_by
-        Name of the function that needs it.
-
-    Raises
-    ------
-    ImportError
-        With the command that installs it.
-
-    Examples
-    --------
-    >>> optional("numpy", "this").__name__
-    'numpy'
-    """
+    """Import a package that an extra of the same name installs; ImportError names the command that installs it."""
     try:
         return import_module(package)
     except ImportError:
@@ -174,22 +142,15 @@ def optional(package: str, wanted_by: str) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Return plain data: numbers, words, lists and dictionaries, ready for JSON.
+    """Return numbers, words, lists and dictionaries, ready for JSON.
 
-    Parameters
-    ----------
-    value
-        Enumerations become their names, expressions their text, results what their own `to_dict` says.
-
-    Returns
-    -------
-    object
-        A number that is not finite becomes None.
+    Enumerations become their names, expressions their text, numbers that are not finite None, and results their
+    `to_dict`.
 
     Raises
     ------
     TypeError
-        For what has no plain form.
+        For a value without a plain form.
 
     Examples
     --------
@@ -214,7 +175,7 @@ def plain(value: Any) -> Any:
         return str(value)
     if is_dataclass(value):
         return _fields(value)
-    raise TypeError(f"{type(value).__name__} has no plain form: say in to_dict what to write of it")
+    raise TypeError(f"{type(value).__name__} has no plain form: give it a method to_dict")
 
 
 def _fields(record: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""One look for all figures: Okabe-Ito colours, thin lines, and SVG for light and dark pages."""
+"""The look of all figures: Okabe-Ito colours, thin lines, and SVG for light and dark pages."""
 
 from __future__ import annotations
 
@@ -16,30 +16,23 @@ from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours keep apart for every common kind of colour blindness.
+# Okabe and Ito's colours differ for every common kind of colour blindness.
 BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9"
 INK, GRID, SHADE = "#222222", "#c8c8c8", "#e6e6e6"
 PAPER = "#fefefe"  # behind the ink; white itself stays white on a dark page
 WIDTH, NARROW = 5.6, 4.8
 """Widths of figures, in inches; a narrow one is readable on a phone without scrolling."""
 
-# In a page these become CSS variables: the same picture serves a light and a dark background.
+# On a page these become CSS variables, so that one picture serves light and dark backgrounds.
 _VARIABLES = {
-    INK: "ink",
-    GRID: "grid",
-    SHADE: "shade",
-    PAPER: "paper",
-    BLUE: "blue",
-    ORANGE: "orange",
-    GREEN: "green",
-    RED: "red",
-    SKY: "sky",
+    **{INK: "ink", GRID: "grid", SHADE: "shade", PAPER: "paper"},
+    **{BLUE: "blue", ORANGE: "orange", GREEN: "green", RED: "red", SKY: "sky"},
 }
 
 _MANY_POINTS, _MANY_CORNERS = 1000, 4000
 _SHARP = 200  # pixels per inch
-# A point of a figure, in pixels of a page: letters of 8 points are no smaller than 9.6 pixels on a phone, where a wide
-# figure scrolls instead, and 14 on a large screen.
+# Pixels of a page per point of a figure: letters of 8 points are at least 9.6 pixels on a phone, where a wide figure
+# scrolls, and 14 pixels on a large screen.
 _LEAST, _MOST = 1.2, 1.8
 
 _SETTINGS: dict[Any, Any] = {
@@ -71,14 +64,7 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw in the look of this package, whatever the user's own matplotlib settings are.
-
-    Examples
-    --------
-    >>> with style():
-    ...     matplotlib.rcParams["svg.fonttype"]
-    'none'
-    """
+    """Set the look of this package, whatever the user's own matplotlib settings are."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_SETTINGS)
@@ -88,17 +74,7 @@ def style() -> Iterator[None]:
 def inline_svg(figure: Figure, label: str, salt: str) -> str:
     """Return a figure as an ``<svg>`` element for a page that defines ``--ink``, ``--blue`` and so on in CSS.
 
-    Parameters
-    ----------
-    label
-        What the picture shows, for readers who do not see it.
-    salt
-        Different for each figure of a page: the names inside then differ too.
-
-    Examples
-    --------
-    >>> inline_svg(Figure(), "nothing", "a")[:32]
-    '<svg role="img" aria-label="noth'
+    ``label`` describes the figure for screen readers. ``salt`` differs for each figure of a page, so that names differ.
     """
     _draw_clouds_as_pixels(figure)
     buffer = io.StringIO()
@@ -108,7 +84,7 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
     text = buffer.getvalue()
     text = text[text.index("<svg") :]  # a page has its own XML head
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    # A hundredth of a point is less than a screen shows; six digits make a page twice as large.
+    # Two decimals of a point suffice on a screen; six digits double the size of a page.
     text = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), text)
     # Without fixed width and height the picture takes the width of the page.
     text = re.sub(r' (width|height)="[\d.]+pt"', "", text, count=2)
@@ -117,25 +93,14 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
     text = _dots_as_one_path(text)
     for colour, name in _VARIABLES.items():
         text = re.sub(rf"\b(fill|stroke): {colour}", rf"\1: var(--{name})", text)
-    # The names that matplotlib gives to groups repeat from figure to figure.
+    # The names of matplotlib's groups repeat from figure to figure.
     text = re.sub(r'<g id="[^"]*">', "<g>", text)
     head = f'<svg role="img" aria-label="{escape(label, quote=True)}" style="{size}" '
     return text.replace("<svg ", head, 1).rstrip()
 
 
 def notebook_svg(figure: Figure, label: str) -> str:
-    """Return a figure for a page of unknown background: ink as the page's own text, the rest readable on both.
-
-    Parameters
-    ----------
-    label
-        What the picture shows, for readers who do not see it.
-
-    Examples
-    --------
-    >>> notebook_svg(Figure(), "nothing").startswith('<div style="overflow-x: auto; --ink: currentColor;')
-    True
-    """
+    """Return a figure for a page of unknown background: ink in the page's own colour, the rest readable on both."""
     colours = {name: colour for colour, name in _VARIABLES.items()}
     colours |= {"ink": "currentColor", "paper": "transparent", "grid": "#8885", "shade": "#8883", "blue": "#1f8ad6"}
     variables = "".join(f" --{name}: {colour};" for name, colour in colours.items())
@@ -151,10 +116,7 @@ def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
 
 
 def _draw_clouds_as_pixels(figure: Figure) -> None:
-    """Rasterise scatter plots of many points and bands of many corners.
-
-    Points that shine through each other must stay elements of their own, and corners of a band are never simplified.
-    """
+    """Rasterise scatter plots of many points and bands of many corners, which would make the file large."""
     heavy: list[Artist] = []
     for axes in figure.axes:
         for group in axes.collections:
@@ -168,7 +130,7 @@ def _draw_clouds_as_pixels(figure: Figure) -> None:
 
 
 def _dots_as_one_path(text: str) -> str:
-    """Draw the round markers of a line as one path: points of no length with round ends, a fifth of the bytes.
+    """Draw the round markers of a line as one path of points with round ends: a fifth of the bytes.
 
     A marker is defined once, as a circle of Bezier curves that begins at its radius, and used at each sample.
     """

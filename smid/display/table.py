@@ -1,11 +1,9 @@
-"""A table for the eye: a caption, a header, cells of text, printed or in a notebook; how a number is written there."""
+"""A printed table, also for notebooks, and the form of its numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from html import escape
-
-__all__ = ["Table", "figure"]
 
 
 @dataclass(frozen=True)
@@ -15,7 +13,7 @@ class Table:
     Parameters
     ----------
     caption
-        What the table says; empty for none.
+        Empty for none.
     rows
         Each as long as the header.
     align
@@ -73,7 +71,7 @@ class Table:
 
 
 def figure(value: float) -> str:
-    """Write a number to three figures; a dash for none.
+    """Return a number with three digits; a dash for NaN.
 
     Examples
     --------

@@ -5,19 +5,12 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
-__all__ = ["PACKAGES", "versions"]
-
 PACKAGES = ("smid", "numpy", "scipy", "sympy", "cvxpy", "clarabel")
-"""What numbers depend on."""
+"""The packages that results depend on."""
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python, of the packages that compute, and the platform.
-
-    Returns
-    -------
-    dict of str to str
-        Package to version.
+    """Return the versions of Python and of the packages that compute, and the platform.
 
     Examples
     --------

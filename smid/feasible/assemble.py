@@ -1,8 +1,8 @@
-"""Stamp templates over samples: one polynomial problem out of a model's equalities, its data and a box.
+"""Stamp templates over samples: one polynomial problem from a model's equalities, its data and a box.
 
-Kinks come first, each after those that its argument reads: the argument's range over the box tells on which side of
-zero it lies at each sample. The samples are then grouped by their regimes, and each group is stamped with the template
-of its regime, all at once. What is open gets a variable of its own and its hull (:mod:`smid.feasible.piecewise_hull`).
+Kinks come first, each after those that its argument reads. The range of an argument over the box decides on which side
+of zero it lies at each sample. The samples are then grouped by regime, and all samples of a regime are stamped at once
+with its template. An open kink gets a variable of its own and its hull (:mod:`smid.feasible.piecewise_hull`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from functools import cache
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
 from smid.data import Dataset
@@ -32,7 +33,7 @@ Sides = Mapping[tuple[str, int], Index]  # (kink, experiment): the side at each 
 
 @dataclass(frozen=True)
 class Structure:
-    """A model's templates: all that is symbolic, made once."""
+    """A model's templates: the symbolic part of the problem, made once."""
 
     model: Model
     parts: tuple[Template, ...]
@@ -40,27 +41,16 @@ class Structure:
 
     @staticmethod
     def of(model: Model) -> Structure:
-        """Expand a model."""
+        """Return the templates of a model."""
         found = {hinge.kink.name: hinge for hinge in hinges(model)}
         return Structure(model, templates(model), found)
 
 
 @dataclass(frozen=True)
 class Opening:
-    """The open instances of one kink in one experiment.
+    """The open instances of one kink in one experiment; ``arguments`` has one row for each.
 
-    Parameters
-    ----------
-    experiment
-        ``CONSTANT`` for a kink that is the same at all times.
-    times
-        Shape (n,).
-    variables
-        Shape (n,).
-    arguments
-        One row each.
-    within
-        Of the arguments.
+    ``experiment`` is ``CONSTANT`` for a kink that is the same at all times; ``within`` encloses the arguments.
     """
 
     hinge: Hinge
@@ -73,20 +63,10 @@ class Opening:
 
 @dataclass(frozen=True)
 class Placed:
-    """Where one kink was taken in one experiment.
+    """One kink over the times of one experiment, with a :class:`~smid.feasible.regimes.Side` at each time.
 
-    Parameters
-    ----------
-    times
-        Shape (n,).
-    suffix
-        Of the names of its variables, behind the time; None for a kink that is the same at all times.
-    sides
-        Shape (n,). The :class:`~smid.feasible.regimes.Side` at each time.
-    chosen
-        Shape (n,). Where the side was not decided by the box.
-    within
-        Of the arguments.
+    ``chosen`` marks the times at which the caller, and not the box, decided the side. ``suffix`` ends the names of its
+    variables, behind the time; it is None for a kink that is the same at all times.
     """
 
     hinge: Hinge
@@ -97,25 +77,25 @@ class Placed:
     within: Ranges
 
     def variable(self, k: int) -> str:
-        """Return the name of the variable that stands for its value at one of the times, where it is open."""
+        """Return the name of the variable for its value at one of the times, where it is open."""
         name = self.hinge.kink.name
         return name if self.suffix is None else f"{name}[{self.times[k]}{self.suffix}]"
 
 
 @dataclass(frozen=True)
 class Stamped:
-    """The problem, and what it was made of.
+    """The problem, and how it was assembled.
 
     Parameters
     ----------
     samples
         Shape (n_equalities, 2). Experiment and time of each equality.
     openings
-        The kinks that are open in it.
+        The kinks that are open.
     placed
-        All kinks, in the order of their inequalities: those of the sides chosen, then the hulls.
+        All kinks, in the order of their inequalities: those of the chosen sides, then the hulls.
     definitions
-        Equalities, and the latent that each of them gives explicitly.
+        Rows of equalities, and the latent that each of them gives explicitly.
     """
 
     problem: PolynomialProblem
@@ -139,26 +119,26 @@ def stamp_all(
     Parameters
     ----------
     free
-        A channel whose bound becomes the last variable.
+        A channel whose noise bound becomes the last variable.
     box
-        Shape (n_parameters,). Of the parameters, in place of their priors.
+        Shape (n_parameters,). Box of the parameters, in place of their priors.
     choose
-        Sides to take for kinks that are open on the box; the problem is then a part of the feasible set, and without
-        it a relaxation of the set.
+        Sides for kinks that are open on the box. With them the problem is a part of the feasible set; without them it
+        is a relaxation of the set.
     decide
-        Without, every kink is a variable that nothing ties to its argument.
+        If false, every kink is a variable without any relation to its argument.
 
     Raises
     ------
     ModelError
-        Where a kink's argument has no finite upper end.
+        If a kink's argument has no finite upper bound.
     """
     return _Stamper(structure, data, bounds, free, box, choose or {}, decide).run()
 
 
 @dataclass
 class _Stamper:
-    """What has been stamped so far."""
+    """The variables, equalities and inequalities stamped so far."""
 
     structure: Structure
     data: Dataset
@@ -173,81 +153,91 @@ class _Stamper:
     place: dict[str, int] = field(default_factory=dict)
     openings: list[Opening] = field(default_factory=list)
     placed: list[Placed] = field(default_factory=list)
+    equalities: list[Polynomials] = field(default_factory=list)
     inequalities: list[Polynomials] = field(default_factory=list)
+    samples: list[Index] = field(default_factory=list)
+    free_latents: list[Index] = field(default_factory=list)
+    definitions: list[tuple[Polynomials, Index, Index]] = field(default_factory=list)
+    pieces: list[tuple[list[_Piece], Index]] = field(default_factory=list)
 
     def run(self) -> Stamped:
-        model = self.structure.model
-        low, high = self.box or (
-            np.array([p.lower for p in model.parameters], dtype=np.float64),
-            np.array([p.upper for p in model.parameters], dtype=np.float64),
-        )
-        own = self._variables([p.name for p in model.parameters], low, high)
-        self.place.update({p.name: int(k) for p, k in zip(model.parameters, own, strict=True)})
-        self.inequalities.append(polynomials_from_sympy(model.constraints, [p.symbol for p in model.parameters]))
+        self._add_parameters()
         constant = self._constant_kinks()
-        noise_channel = {m.noise: m.channel for m in model.measurements if m.noise is not None}
-        equalities: list[Polynomials] = []
-        samples = []
-        free_latents: list[Index] = []
-        definitions: list[tuple[Polynomials, Index, Index]] = []
-        stamped: list[tuple[list[_Piece], Index]] = []
-
-        @cache
-        def exact() -> Polynomials:
-            return Polynomials.join([_rows(pieces, order, True) for pieces, order in stamped])
-
-        for number, experiment in enumerate(self.data.experiments):
-            n = experiment.n_samples
-            suffix = "" if len(self.data.experiments) == 1 else f",{experiment.name}"
-            slots: dict[str, Index] = {}
-            spans = _spans(self.structure, n)
-            for latent, (first, last) in spans.items():
-                if latent in self.structure.hinges:
-                    continue
-                times = np.arange(first, last + 1)
-                channel = noise_channel.get(latent)
-                limit = np.full(len(times), self.bounds.get(channel, np.inf) if channel is not None else np.inf)
-                new = self._variables([f"{latent}[{k}{suffix}]" for k in times], -limit, limit)
-                slots[latent] = _spread(n, times, new)
-                if channel is not None and channel == self.free:
-                    free_latents.append(new)
-            sides = {name: np.full(n, side) for name, side in constant.items()}
-            for name, hinge in self.structure.hinges.items():
-                if hinge.kink.constant or name not in spans:
-                    continue
-                first, last = spans[name]
-                times = np.arange(first, last + 1)
-                pieces = list(self._pieces(hinge.argument, times, experiment.values, sides, slots))
-                order = _order(pieces)
-                found, slot = self._place_kink(hinge, number, times, _rows(pieces, order), suffix)
-                sides[name], slots[name] = _spread(n, times, found, Side.OPEN), _spread(n, times, slot)
-            for part in self.structure.parts:
-                times = np.arange(part.max_lag, n)
-                pieces = list(self._pieces(part, times, experiment.values, sides, slots))
-                stamped.append((pieces, _order(pieces)))
-                equalities.append(_rows(*stamped[-1]))
-                if part.defines:
-                    first = sum(family.n_rows for family in equalities[:-1])
-                    definitions.append((equalities[-1], first + np.arange(len(times)), slots[part.signal][times]))
-                samples.append(np.stack([np.full(len(times), number), times], axis=1))
-
+        for number in range(len(self.data.experiments)):
+            self._add_experiment(number, constant)
         if self.free is not None:
             last = int(self._variables([FREE_BOUND], np.zeros(1), np.full(1, np.inf))[0])
-            self.inequalities += [_within(latents, last) for latents in free_latents]
-        low, high = np.concatenate(self.lower), np.concatenate(self.upper)
-        for defining, _, variables in definitions:
-            reach = _reach(defining, variables, low, high)
-            low[variables], high[variables] = -reach, reach
-        problem = PolynomialProblem(
-            tuple(self.names), low, high, Polynomials.join(equalities), Polynomials.join(self.inequalities), exact
-        )
+            self.inequalities += [_within(latents, last) for latents in self.free_latents]
+        lower, upper = np.concatenate(self.lower), np.concatenate(self.upper)
+        # An equality that gives a latent explicitly also bounds it.
+        for defining, _, variables in self.definitions:
+            reach = _reach(defining, variables, lower, upper)
+            lower[variables], upper[variables] = -reach, reach
+        equalities, inequalities = Polynomials.join(self.equalities), Polynomials.join(self.inequalities)
         return Stamped(
-            problem,
-            np.concatenate(samples).astype(np.int64),
+            PolynomialProblem(tuple(self.names), lower, upper, equalities, inequalities, cache(self._exact)),
+            np.concatenate(self.samples).astype(np.int64),
             tuple(self.openings),
             tuple(self.placed),
-            tuple((rows, variables) for _, rows, variables in definitions),
+            tuple((rows, variables) for _, rows, variables in self.definitions),
         )
+
+    def _exact(self) -> Polynomials:
+        """Return the equalities with coefficients as sums of exact floats; computed only where a proof needs them."""
+        return Polynomials.join([_rows(pieces, order, True) for pieces, order in self.pieces])
+
+    def _add_parameters(self) -> None:
+        parameters = self.structure.model.parameters
+        lower, upper = self.box or (
+            np.array([p.lower for p in parameters], dtype=np.float64),
+            np.array([p.upper for p in parameters], dtype=np.float64),
+        )
+        own = self._variables([p.name for p in parameters], lower, upper)
+        self.place.update({p.name: int(k) for p, k in zip(parameters, own, strict=True)})
+        constraints = polynomials_from_sympy(self.structure.model.constraints, [p.symbol for p in parameters])
+        self.inequalities.append(constraints)
+
+    def _add_experiment(self, number: int, constant: Mapping[str, int]) -> None:
+        """Add the latents, kinks and equalities of one experiment."""
+        experiment = self.data.experiments[number]
+        suffix = "" if len(self.data.experiments) == 1 else f",{experiment.name}"
+        n, values, hinges = experiment.n_samples, experiment.values, self.structure.hinges
+        spans = _spans(self.structure, n)
+        slots = self._latents(n, suffix, {name: span for name, span in spans.items() if name not in hinges})
+        # Kinks come in the order in which their arguments read each other.
+        sides = {name: np.full(n, side) for name, side in constant.items()}
+        for name, hinge in hinges.items():
+            if hinge.kink.constant or name not in spans:
+                continue
+            times = np.arange(spans[name][0], spans[name][1] + 1)
+            pieces = list(self._pieces(hinge.argument, times, values, sides, slots))
+            found, slot = self._place_kink(hinge, number, times, _rows(pieces, _order(pieces)), suffix)
+            sides[name], slots[name] = _spread(n, times, found, Side.OPEN), _spread(n, times, slot)
+        # Each template gives one equality at each time.
+        for part in self.structure.parts:
+            times = np.arange(part.max_lag, n)
+            pieces = list(self._pieces(part, times, values, sides, slots))
+            self.pieces.append((pieces, _order(pieces)))
+            first = sum(family.n_rows for family in self.equalities)
+            self.equalities.append(_rows(*self.pieces[-1]))
+            self.samples.append(np.stack([np.full(len(times), number), times], axis=1))
+            if part.defines:
+                rows = first + np.arange(len(times))
+                self.definitions.append((self.equalities[-1], rows, slots[part.signal][times]))
+
+    def _latents(self, n: int, suffix: str, spans: Mapping[str, tuple[int, int]]) -> dict[str, Index]:
+        """Add a variable for each latent at each time of its span; return the variables by latent."""
+        noise_channel = {m.noise: m.channel for m in self.structure.model.measurements if m.noise is not None}
+        slots: dict[str, Index] = {}
+        for latent, (first, last) in spans.items():
+            times = np.arange(first, last + 1)
+            channel = noise_channel.get(latent)
+            limit = np.full(len(times), np.inf if channel is None else self.bounds.get(channel, np.inf))
+            new = self._variables([f"{latent}[{k}{suffix}]" for k in times], -limit, limit)
+            slots[latent] = _spread(n, times, new)
+            if channel is not None and channel == self.free:
+                self.free_latents.append(new)
+        return slots
 
     def _variables(self, names: list[str], lower: Array, upper: Array) -> Index:
         first = len(self.names)
@@ -257,7 +247,7 @@ class _Stamper:
         return np.arange(first, len(self.names))
 
     def _constant_kinks(self) -> dict[str, int]:
-        """Decide, or open, the kinks that hold parameters only."""
+        """Decide the kinks that hold parameters only; return their sides."""
         sides: dict[str, Index] = {}
         now = np.zeros(1, dtype=np.int64)
         for name, hinge in self.structure.hinges.items():
@@ -270,7 +260,7 @@ class _Stamper:
     def _place_kink(
         self, hinge: Hinge, experiment: int, times: Index, arguments: Polynomials, suffix: str
     ) -> tuple[Index, Index]:
-        """Decide one kink over an experiment; return side and variable at each of ``times``."""
+        """Decide one kink over an experiment; return its side and its variable at each of ``times``."""
         kind, name = hinge.kink.kind, hinge.kink.name
         within = (
             ranges(arguments, np.concatenate(self.lower), np.concatenate(self.upper))
@@ -279,7 +269,7 @@ class _Stamper:
         )
         decided = within.sides(kind)
         sides = decided.copy()
-        slots = np.full(len(times), -1, dtype=np.int64)
+        # Take the sides that the caller chose where the box decides nothing.
         wanted = self.choose.get((name, experiment))
         if wanted is not None:
             here = np.flatnonzero((sides == Side.OPEN) & (wanted[times] != Side.OPEN))
@@ -288,17 +278,23 @@ class _Stamper:
             self.inequalities.append(hull.chosen(kind, arguments.take(here), sides[here], part))
         placed = Placed(hinge, times, None if experiment == CONSTANT else suffix, sides, sides != decided, within)
         self.placed.append(placed)
-        at = np.flatnonzero(sides == Side.OPEN)
+        return sides, self._open(placed, experiment, arguments)
+
+    def _open(self, placed: Placed, experiment: int, arguments: Polynomials) -> Index:
+        """Add a variable and the hull for each open instance of a kink; return the variables, -1 elsewhere."""
+        kind = placed.hinge.kink.kind
+        slots = np.full(len(placed.times), -1, dtype=np.int64)
+        at = np.flatnonzero(placed.sides == Side.OPEN)
         if not len(at):
-            return sides, slots
-        part, rows = Ranges(within.low[at], within.high[at]), arguments.take(at)
+            return slots
+        part, rows = Ranges(placed.within.low[at], placed.within.high[at]), arguments.take(at)
         if self.decide and kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
-            raise _unbounded(self.structure, hinge)
+            raise _unbounded(self.structure, placed.hinge)
         slots[at] = self._variables([placed.variable(k) for k in at.tolist()], *hull.box(kind, part))
         if self.decide:
             self.inequalities.append(hull.hull(kind, rows, slots[at], part))
-        self.openings.append(Opening(hinge, experiment, times[at], slots[at], rows, part))
-        return sides, slots
+        self.openings.append(Opening(placed.hinge, experiment, placed.times[at], slots[at], rows, part))
+        return slots
 
     def _pieces(
         self,
@@ -308,7 +304,7 @@ class _Stamper:
         sides: Mapping[str, Index],
         slots: Mapping[str, Index],
     ) -> Iterator[_Piece]:
-        """Group the times by their regimes."""
+        """Group the times by regime."""
         kinks = sorted(r for r in readings(part, self.structure.hinges) if r[0] in self.structure.hinges)
         if not kinks:
             yield _Piece(part, values, times, self.place, slots)
@@ -323,7 +319,7 @@ class _Stamper:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A template, in one regime, and the times that it is stamped on."""
+    """A template in one regime, and the times of that regime."""
 
     part: Template
     values: Mapping[str, Array]
@@ -332,7 +328,7 @@ class _Piece:
     slots: Mapping[str, Index]
 
     def stamp(self, expand: bool) -> Polynomials:
-        """Return one row per time, all terms at once; ``expand`` gives coefficients as sums of exact floats."""
+        """Return one row for each time; ``expand`` gives coefficients as sums of exact floats."""
         times, terms = self.times, self.part.terms
         if not terms:
             nothing = np.zeros(0, dtype=np.int64)
@@ -358,7 +354,7 @@ class _Piece:
 
 
 def _order(pieces: list[_Piece]) -> Index:
-    """Return the order that puts the rows of all pieces back in time."""
+    """Return the order that sorts the rows of all pieces by time."""
     return np.argsort(np.concatenate([piece.times for piece in pieces]), kind="stable")
 
 
@@ -367,7 +363,7 @@ def _rows(pieces: list[_Piece], order: Index, expand: bool = False) -> Polynomia
 
 
 def _spans(structure: Structure, n_samples: int) -> dict[str, tuple[int, int]]:
-    """Return first and last time index at which each latent, and each kink that depends on time, occurs."""
+    """Return the first and last time at which each latent, and each kink that depends on time, occurs."""
     spans: dict[str, tuple[int, int]] = {}
     for part in structure.parts:
         for latent, lag in sorted(readings(part, structure.hinges)):
@@ -389,14 +385,11 @@ def _unbounded(structure: Structure, hinge: Hinge) -> ModelError:
     read = {name for term in hinge.argument.terms for name in term.parameters}
     loose = [p.name for p in structure.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
     what = f"give bounds to {', '.join(loose)}" if loose else "measure, or bound, every signal that it reads"
-    return ModelError(
-        f"{shown(hinge.kink.argument)} stands inside Max, Min or Abs and may be arbitrarily large, so that nothing can "
-        f"be proven: {what}"
-    )
+    return ModelError(f"{shown(hinge.kink.argument)} is inside Max, Min or Abs and may be arbitrarily large: {what}")
 
 
 def _reach(defining: Polynomials, variables: Index, lower: Array, upper: Array) -> Array:
-    """Return how large each latent can be that an equality gives explicitly, with coefficient one."""
+    """Return the largest magnitude of each latent that an equality gives explicitly, with coefficient one."""
     own = (defining.term_degrees == 1) & (defining.factors.max(axis=1) == variables[defining.rows])
     largest = np.maximum(np.abs(lower), np.abs(upper))
     sizes = Balls.exact(np.where(own, 0.0, defining.coefficients.magnitude()))

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
@@ -33,7 +33,7 @@ class FeasibleSet:
     model
         Bound to the data's channels (:func:`smid.bind`).
     data
-        All its experiments take part; the parameters are shared.
+        The experiments share the parameters.
     noise_bound
         In the channel's unit; one number holds for every noisy channel.
     free_channel
@@ -44,19 +44,19 @@ class FeasibleSet:
     problem
         Variables: the parameters, then the noises and latent signals sample by sample.
     samples
-        Shape (n_equalities, 2). Experiment and time index that each equality belongs to.
+        Shape (n_equalities, 2). Experiment and time index of each equality.
     structure
         The model's templates.
     openings
-        The kinks (of Max, Min, Abs and sign) that are not decided on the box of the parameters. They stand in the
-        problem with their hulls, so that it is a relaxation of the set; without any, it is the set itself.
+        The kinks (of Max, Min, Abs and sign) that the box of the parameters does not decide. The problem holds their
+        hulls, so it is a relaxation of the set; without openings it is the set itself.
     placed, definitions
-        What the problem was made of (:class:`smid.feasible.assemble.Stamped`).
+        See :class:`smid.feasible.assemble.Stamped`.
 
     Raises
     ------
     ModelError, DataError
-        Where bound, model and data do not fit together.
+        If bound, model and data do not fit together.
 
     Examples
     --------
@@ -97,14 +97,9 @@ class FeasibleSet:
             object.__setattr__(self, name, getattr(stamped, name))
 
     def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:
-        """Return the set on a smaller box of the parameters, where fewer kinks may be open.
+        """Return the set on a smaller box of the parameters, shape (n_parameters,), where fewer kinks may be open.
 
-        Parameters
-        ----------
-        lower, upper
-            Shape (n_parameters,).
-        choose
-            Sides to take for kinks that are open all the same (:func:`smid.feasible.assemble.stamp_all`).
+        ``choose`` gives sides to open kinks (:func:`smid.feasible.assemble.stamp_all`).
         """
         other = copy(self)
         other._take(stamp_all(self.structure, self.data, self.bounds, None, (lower, upper), choose))
@@ -133,7 +128,7 @@ class FeasibleSet:
 
     @property
     def n_inequalities(self) -> int:
-        """Return the number of inequalities beside the boxes."""
+        """Return the number of inequalities without the boxes."""
         return self.problem.inequalities.n_rows
 
     @property
@@ -143,7 +138,7 @@ class FeasibleSet:
 
     @cached_property
     def complicating(self) -> tuple[str, ...] | None:
-        """Return the variables that the parametric lift would lift; None where it does not apply."""
+        """Return the variables that the parametric lift would lift; None where the lift does not apply."""
         found = complicating_variables(self.problem)
         return None if found is None else tuple(self.problem.names[k] for k in found)
 
@@ -152,22 +147,12 @@ class FeasibleSet:
         return tuple(tuple(self.problem.names[k] for k in c) for c in cliques(self.problem))
 
     def to_sympy(self, most: int = 200) -> dict[str, list[sympy.Expr]]:
-        """Return the constraints as sympy expressions, for small problems.
-
-        Parameters
-        ----------
-        most
-            Refuse more equalities than this.
-
-        Returns
-        -------
-        dict
-            ``"equalities"`` (== 0) and ``"inequalities"`` (>= 0), the box included.
+        """Return ``"equalities"`` (== 0) and ``"inequalities"`` (>= 0, the box included) as sympy expressions.
 
         Raises
         ------
         ModelError
-            When there are more than ``most`` equalities.
+            If there are more than ``most`` equalities.
         """
         if self.n_equalities > most:
             raise ModelError(f"{self.n_equalities} equalities are too many to write out: crop the data below {most}")
@@ -199,12 +184,9 @@ def _to_sympy(polynomials: Polynomials, symbols: list[sympy.Symbol]) -> list[sym
 
 
 def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], free: str | None) -> dict[str, float]:
-    """Return the bound of each noisy channel; ``free`` is a channel whose bound is not given.
+    """Return the bound of each noisy channel; the bound of the channel ``free`` is not given.
 
-    Raises
-    ------
-    ModelError
-        For a bound that is missing, not positive, not finite, or of an exact channel.
+    ModelError for a bound that is missing, not positive, not finite, or of an exact channel.
     """
     noisy = [m.channel for m in model.measurements if m.noise is not None]
     wanted = [c for c in noisy if c != free]
@@ -225,7 +207,7 @@ def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], fr
 
 
 def check_data(model: Model, data: Dataset) -> None:
-    """Raise a clear error where data and model do not fit together, before any work."""
+    """Raise an error if data and model do not fit together, before any work."""
     have = tuple(c.name for c in data.channels)
     missing = [c for c in model.channels if c not in have]
     if missing:
@@ -241,8 +223,8 @@ def check_data(model: Model, data: Dataset) -> None:
                 "(its lag, its parameters and one more): take a longer record or a smaller model"
             )
     for channel in model.input_channels:
-        # Order 1 and no more: a ramp excites little else, and is just what a static curve is measured with. Whether
-        # the data suffice for the parameters is what the intervals say.
+        # Only order 1: a ramp, which measures a static curve, excites little more. The intervals show whether the
+        # data suffice for the parameters.
         records = [experiment.values[channel] for experiment in data.experiments]
         if excitation(*records, max_order=1).order < 1:
             raise DataError(

@@ -1,11 +1,11 @@
-"""Kinks: Max, Min, Abs and sign as new signals beside lines that are polynomial again.
+"""Kinks: Max, Min, Abs and sign as new signals, beside lines that are polynomial.
 
-Every piecewise function is written with two: the positive part ``p(x) = max(0, x)`` and the sign,
+Every piecewise function is written with the positive part ``p(x) = max(0, x)`` and the sign:
 
     max(a, b) = b + p(a - b),    min(a, b) = -max(-a, -b),    |x| = 2 p(x) - x,    p(-x) = p(x) - x.
 
-Each distinct argument becomes one :class:`Kink`, a signal that the lines read in its place; arguments that differ by a
-shift of time or by their sign share one. Kinks may be nested: an argument reads kinks that stand before its own.
+Each distinct argument becomes one :class:`Kink`, a signal that the lines read instead. Arguments that differ by a shift
+of time or by their sign share one kink. The argument of a kink may read earlier kinks.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _FUNCTIONS = (sympy.Max, sympy.Min, sympy.Abs, sympy.sign)
 
 
 class Kind(Enum):
-    """The two functions that all others are made of."""
+    """The two functions that all others are written with."""
 
     POSITIVE_PART = "max(0, x)"
     SIGN = "sign(x)"
@@ -32,15 +32,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Kink:
-    """One positive part or sign.
-
-    Parameters
-    ----------
-    name
-        Of the signal that stands for its value.
-    argument
-        At time t.
-    """
+    """One positive part or sign: the name of the signal for its value, and its argument at time t."""
 
     name: str
     kind: Kind
@@ -54,14 +46,9 @@ class Kink:
 
 @dataclass(frozen=True)
 class Unfolded:
-    """A model's lines without piecewise functions, and the kinks that they read instead.
+    """A model's lines without piecewise functions, and the kinks that they read, each after those that it reads itself.
 
-    Parameters
-    ----------
-    lines
-        Kinks that depend on time stand in them as signals, constant ones as plain symbols.
-    kinks
-        Each reads only kinks before it.
+    The lines read kinks that depend on time as signals, and constant kinks as symbols.
     """
 
     lines: tuple[Line, ...]
@@ -71,11 +58,6 @@ class Unfolded:
 @lru_cache(maxsize=64)
 def unfold(model: Model) -> Unfolded:
     """Replace every Max, Min, Abs and sign in a model's lines by a kink.
-
-    Returns
-    -------
-    Unfolded
-        Without kinks, and the lines as they are, where the model is smooth.
 
     Examples
     --------
@@ -91,6 +73,7 @@ def unfold(model: Model) -> Unfolded:
     found: dict[tuple[Kind, sympy.Expr], Kink] = {}
     names = _free_names(model)
 
+    # Return the kink of an argument; arguments that differ by a shift or their sign share one.
     def value(kind: Kind, x: sympy.Expr) -> sympy.Expr:
         x = sympy.expand(x)
         if x.is_number:
@@ -107,6 +90,7 @@ def unfold(model: Model) -> Unfolded:
     def larger(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr:
         return a + value(Kind.POSITIVE_PART, b - a)
 
+    # Replace the innermost functions first.
     def rewritten(expression: sympy.Expr) -> sympy.Expr:
         if isinstance(expression, sympy.Indexed) or not expression.has(*_FUNCTIONS):
             return expression

@@ -3,15 +3,16 @@
     s = max(0, x):   0 <= s <= U,    s >= x,    U (x - L) >= (U - L) s
     s = sign(x):    -1 <= s <= 1,    2 x - L (1 - s) >= 0  (where L < 0),    U (1 + s) - 2 x >= 0  (where U > 0)
 
-Every pair (x, s) of the kink satisfies these, so they only enlarge the feasible set; as L and U close in on zero they
-become the kink itself. L and U come from interval arithmetic, and the coefficients keep their rounding errors.
+Every pair (x, s) of the kink satisfies these, so they only enlarge the feasible set. They tend to the kink itself as L
+and U tend to zero. L and U come from interval arithmetic, and the coefficients keep their rounding errors.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index, concatenate
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials, pad
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.regimes import Ranges
@@ -20,23 +21,16 @@ SIGN_MARGIN = 2.0**-30  # share of an argument's range that is kept from zero wh
 
 
 def box(kind: Kind, within: Ranges) -> tuple[Array, Array]:
-    """Return lower and upper ends of the value of each open kink, shape (n,)."""
+    """Return the lower and upper bounds of the value of each open kink, shape (n,)."""
     if kind is Kind.SIGN:
         return np.where(within.low >= 0, 0.0, -1.0), np.where(within.high <= 0, 0.0, 1.0)
     return np.maximum(within.low, 0.0), np.maximum(within.high, 0.0)
 
 
 def hull(kind: Kind, arguments: Polynomials, variables: Index, within: Ranges) -> Polynomials:
-    """Return the inequalities ``>= 0`` of open kinks.
+    """Return the inequalities ``>= 0`` of open kinks: one row of ``arguments`` and one of ``variables`` for each.
 
-    Parameters
-    ----------
-    arguments
-        One row per kink.
-    variables
-        Shape (n,). The variable that stands for the value of each.
-    within
-        L and U, the upper end finite; an infinite L drops the chord.
+    The upper bound U of ``within`` is finite; an infinite L drops the chord.
     """
     lower, upper = Balls.exact(within.low), Balls.exact(within.high)
     one = Balls.exact(np.ones(len(variables)))
@@ -62,7 +56,7 @@ def hull(kind: Kind, arguments: Polynomials, variables: Index, within: Ranges) -
 
 
 def chosen(kind: Kind, arguments: Polynomials, sides: Index, within: Ranges) -> Polynomials:
-    """Return ``side * x >= 0``, which holds where the chosen side is the right one; a sign keeps off zero."""
+    """Return ``side * x >= 0``, which holds where the chosen side is right; a sign also needs a margin from zero."""
     count = arguments.n_rows
     off = (
         SIGN_MARGIN * np.minimum(np.maximum(-within.low, within.high), 1e300) if kind is Kind.SIGN else np.zeros(count)

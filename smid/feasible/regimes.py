@@ -1,7 +1,8 @@
-"""Regimes: the form that a template takes where it is known on which side of zero each kink's argument lies.
+"""Regimes: the form of a template where the side of zero of each kink's argument is known.
 
-Where x >= 0 the positive part of x is x itself, where x <= 0 it is zero; a sign is +1 or -1. Put into a template, these
-leave a polynomial without the kink. A kink whose side is not known is *open*: it stays, as a latent.
+Where x >= 0 the positive part of x is x itself; where x <= 0 it is zero. A sign is +1 or -1. With these values the
+template is a polynomial without the kink. A kink whose side is not known is *open* and stays in the template as a
+latent.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array, Index, outwards
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, outwards
 from relaxations.algebra.polynomial import Polynomials
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.template import Hinge, Reference, Template, Term
@@ -37,13 +39,13 @@ class Ranges:
     high: Array
 
     def sides(self, kind: Kind) -> Index:
-        """Return the :class:`Side` of each argument; zero itself belongs to both sides, but has no sign."""
+        """Return the :class:`Side` of each argument; a sign at zero is open."""
         above, below = (self.low >= 0, self.high <= 0) if kind is Kind.POSITIVE_PART else (self.low > 0, self.high < 0)
         return np.where(above, Side.POSITIVE, np.where(below, Side.NEGATIVE, Side.OPEN)).astype(np.int64)
 
 
 def readings(template: Template, hinges: Mapping[str, Hinge]) -> frozenset[Reference]:
-    """Return all latents and kinks that a template reads, those that its kinks' arguments read included.
+    """Return all latents and kinks that a template reads, directly or through the arguments of its kinks.
 
     A kink that does not depend on time has lag zero.
     """
@@ -63,12 +65,9 @@ def readings(template: Template, hinges: Mapping[str, Hinge]) -> frozenset[Refer
 
 
 def resolved(template: Template, hinges: Mapping[str, Hinge], sides: Mapping[Reference, int]) -> Template:
-    """Put what is known of the kinks into a template.
+    """Return a template with the known sides of its kinks put in.
 
-    Parameters
-    ----------
-    sides
-        Of every kink that the template reads, directly or not.
+    ``sides`` holds every kink that the template reads, directly or not.
     """
     collected: dict[tuple[tuple[str, ...], tuple[Reference, ...]], dict[tuple[tuple[str, int, int], ...], Fraction]]
     collected = {}
@@ -111,7 +110,7 @@ def _without(term: Term, name: str, lag: int, constant: bool) -> Term:
 
 
 def _product(term: Term, other: Term, shift: int) -> Term:
-    """Return the product of a term with another one read ``shift`` samples before."""
+    """Return the product of a term and another term that is read ``shift`` samples earlier."""
     data = []
     for f, p in term.data:
         for g, q in other.data:
@@ -124,15 +123,10 @@ def _product(term: Term, other: Term, shift: int) -> Term:
 
 
 def ranges(family: Polynomials, lower: Array, upper: Array) -> Ranges:
-    """Enclose every member of a family over a box, in interval arithmetic rounded outwards.
+    """Enclose each polynomial of a family over a box, in interval arithmetic rounded outwards.
 
-    Where an end lies next to zero it is computed again with fractions: a threshold at the very value of a sample is
-    decided, not blurred by rounding.
-
-    Parameters
-    ----------
-    lower, upper
-        Shape (n_variables,). The box; ends may be infinite.
+    An end next to zero is computed again with fractions, so that rounding does not blur a threshold at the value of a
+    sample. The box may be infinite.
 
     Examples
     --------

@@ -1,9 +1,9 @@
 """One dynamic equation of a model as a template, expanded once by sympy and stamped over all samples by NumPy.
 
-Each line that defines a state or a measured signal reads as an equality. A measured signal is replaced by "measurement
-minus noise" (or the sensor's inverse curve of it), static lines are substituted, other signals stay latent. What is
-left is a polynomial in parameters and latents whose coefficients are polynomials in the data; every coefficient is
-evaluated over all samples at once, in ball arithmetic.
+Each line that defines a state or a measured signal becomes an equality. A measured signal is replaced by "measurement
+minus noise" (or the sensor's inverse curve of it), static lines are substituted, and other signals stay latent. The
+result is a polynomial in parameters and latents, with coefficients that are polynomials in the data. Each coefficient
+is evaluated over all samples at once, in ball arithmetic.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from functools import reduce
 import numpy as np
 import sympy
 
-from relaxations.algebra.ball_arithmetic import Array, Balls, Index
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls
 from smid.feasible.piecewise_functions import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.symbols import VALUE, references, signal, t
@@ -28,16 +29,9 @@ MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 @dataclass(frozen=True)
 class Term:
-    """One monomial of a template.
+    """One monomial of a template, in parameters and latents with repetition.
 
-    Parameters
-    ----------
-    parameters
-        With repetition.
-    latents
-        With repetition.
-    data
-        The coefficient: a sum of rational multiples of products of samples.
+    ``data`` is its coefficient: a sum of rational multiples of products of samples.
     """
 
     parameters: tuple[str, ...]
@@ -56,14 +50,9 @@ class Term:
         return reduce(Balls.__add__, parts)
 
     def expansions(self, channels: Mapping[str, Array], times: Index) -> tuple[Index, Balls]:
-        """Return each coefficient as a sum of floats that leaves next to nothing.
+        """Return each coefficient as a sum of floats, in two arrays: the place in ``times``, and the summand.
 
-        Returns
-        -------
-        which : ndarray of int
-            For every summand, the place in ``times`` of the coefficient it belongs to.
-        summands : Balls
-            Exact floats, and where the sum does not end (a third, say) a last ball around the rest.
+        The summands are exact floats. Where the sum does not end (a third, for example), a last ball encloses the rest.
         """
         samples = [
             (factor, [(channels[c][times - lag].tolist(), power) for c, lag, power in powers])
@@ -89,14 +78,9 @@ class Term:
 
 @dataclass(frozen=True)
 class Template:
-    """The equality that one signal's line stands for.
+    """The equality of one signal's line.
 
-    Parameters
-    ----------
-    max_lag
-        How far back it reads.
-    defines
-        Whether it gives the latent ``signal`` explicitly, in terms of nothing but parameters, noises and data.
+    ``defines`` tells whether it gives the latent ``signal`` explicitly, in terms of parameters, noises and data only.
     """
 
     signal: str
@@ -112,25 +96,16 @@ class Template:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A kink whose argument has been expanded.
-
-    Parameters
-    ----------
-    argument
-        The argument itself, not an equality.
-    """
+    """A kink whose argument has been expanded; the argument is not an equality."""
 
     kink: Kink
     argument: Template
 
 
 def templates(model: Model) -> tuple[Template, ...]:
-    """Expand a model's lines into templates; they read the signals of :func:`hinges` where the lines have kinks.
+    """Return a model's lines as templates; they read the signals of :func:`hinges` where the lines have kinks.
 
-    Raises
-    ------
-    ModelError
-        Where a line is no polynomial in parameters, noises, latent signals and kinks.
+    ModelError if a line is not a polynomial in parameters, noises, latent signals and kinks.
     """
     model = model.discretised()
     kept, static = _split(model)
@@ -164,12 +139,9 @@ def templates(model: Model) -> tuple[Template, ...]:
 
 
 def hinges(model: Model) -> tuple[Hinge, ...]:
-    """Expand the arguments of a model's kinks, each after those that it reads.
+    """Return the expanded arguments of a model's kinks, each after those that it reads.
 
-    Raises
-    ------
-    ModelError
-        Where an argument is no polynomial in parameters, noises, latent signals and earlier kinks.
+    ModelError if an argument is not a polynomial in parameters, noises, latent signals and earlier kinks.
     """
     model = model.discretised()
     _, static = _split(model)
@@ -184,15 +156,15 @@ def hinges(model: Model) -> tuple[Hinge, ...]:
 
 
 def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
-    """Return ``target - expression`` of each dynamic line with the static lines put in, and kinks by name."""
+    """Return ``target - expression`` of each dynamic line, with the static lines put in and kinks by name."""
     kept, static = _split(model.discretised())
     return tuple(_substitute_static(line.target - line.expression, static) for line in kept)
 
 
 def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
-    """Return the lines that read as equalities, and the others by signal.
+    """Return the lines that become equalities, and the static lines by signal.
 
-    A static line that bends a noisy input stays an equality of a latent signal of its own: put into the dynamics it
+    A static line that bends a noisy input becomes an equality of a latent signal. Substituted into the dynamics, it
     would raise their degree, and with it the order of every relaxation.
     """
     defined = {line.signal for line in model.lines}
@@ -209,13 +181,13 @@ def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
 
 
 def _bends(expression: sympy.Expr, noisy: set[str]) -> bool:
-    """Tell whether an expression is of degree two or more in noisy inputs."""
+    """Tell whether an expression has degree two or more in noisy inputs."""
     atoms = [signal(name)[t - lag] for name, lag in references(expression) if name in noisy]
     return bool(atoms) and expression.is_polynomial(*atoms) and sympy.Poly(expression, *atoms).total_degree() > 1
 
 
 def _curved_sensors(model: Model) -> frozenset[str]:
-    """Return the measured signals whose sensor curve bends the noise: they stay latent, beside an equality."""
+    """Return the measured signals whose sensor curve is nonlinear in the noise: each stays latent, with an equality."""
     return frozenset(
         m.signal
         for m in model.measurements
@@ -230,16 +202,11 @@ def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None)
 
 
 def _template(
-    model: Model,
-    target: str,
-    expression: sympy.Expr,
-    curved: frozenset[str],
-    depths: Mapping[str, int],
-    defines: bool,
+    model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], depths: Mapping[str, int], defines: bool
 ) -> Template:
-    """Expand one expression; ``curved`` signals stay latent although they are measured.
+    """Return one expression as a template; ``curved`` signals stay latent although they are measured.
 
-    ``depths`` tells of each kink how far back its argument reads.
+    ``depths`` is the largest lag of each kink's argument.
     """
     measured = {m.signal: m for m in model.measurements if m.signal not in curved}
     hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved | {*depths}
@@ -252,6 +219,7 @@ def _template(
         table[made] = (name, lag)
         return made
 
+    # Replace each signal by what was measured, by a latent or by data.
     for name, lag in sorted(references(expression)):
         atom = signal(name)[t - lag]
         measurement = measured.get(name)
@@ -264,7 +232,8 @@ def _template(
             replacements[atom] = symbol(data, name, lag)
     flat = expression.xreplace(replacements)
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)):
-        flat = sympy.cancel(flat)  # a parameter may stand for a quotient that cancels (smid.identification.finite_box)
+        flat = sympy.cancel(flat)  # a parameter may replace a quotient that cancels (smid.identification.finite_box)
+    # The unknowns are the parameters that occur, and the latents.
     names = [*(p.name for p in model.parameters), *depths]
     symbols = {sympy.Symbol(name, real=True): name for name in names}
     parameters = {s: name for s, name in symbols.items() if s in flat.free_symbols}
@@ -282,6 +251,7 @@ def _terms(
     latent: Mapping[sympy.Symbol, Reference],
     data: Mapping[sympy.Symbol, Reference],
 ) -> tuple[Term, ...]:
+    # Expand into one polynomial with rational coefficients, or name the cause.
     known = sorted(data, key=str)
     try:
         poly = sympy.Poly(flat, *unknowns, *known, domain="QQ")
@@ -293,14 +263,15 @@ def _terms(
         if constant is not None:
             near = float(constant)
             raise ModelError(
-                f"the line of {name!r} holds {constant}, which is no fraction: intervals are proven for exact numbers; "
+                f"the line of {name!r} holds {constant}, which is not a fraction: proofs need exact numbers; "
                 f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
                 f"{np.nextafter(near, np.inf)!s})"
             ) from None
         raise ModelError(
-            f"the line of {name!r} is no polynomial in its parameters, noises and samples: intervals need one; "
+            f"the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; "
             "write it with polynomials, Max, Min, Abs and sign, or simulate only"
         ) from None
+    # Group the monomials by their unknowns; the rest of each is a product of samples.
     split = len(unknowns)
     grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}
     for exponents, value in poly.terms():
@@ -320,7 +291,7 @@ def _terms(
 
 
 def _substitute_static(expression: sympy.Expr, static: Mapping[str, sympy.Expr]) -> sympy.Expr:
-    """Put static lines in place of their signals, until none is left."""
+    """Put static lines in place of their signals until none is left."""
     while True:
         found = [(name, lag) for name, lag in references(expression) if name in static]
         if not found:

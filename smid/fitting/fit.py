@@ -21,19 +21,17 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from relaxations.algebra.arrays import Array, Mask
 from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
 from smid.models import Model
-from smid.models.compiled import Array
 from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
 from smid.models.sensor import channel_to_signal, signal_to_channel
 from smid.models.symbols import VALUE, plain_symbols
 
-Mask = NDArray[np.bool_]
 _MOST_INITIAL = 12
 _SETTLING = 400
 _BEGINNING = 25  # samples per state that the initial states of a run may be fitted to which no fit sees

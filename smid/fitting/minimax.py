@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
+from relaxations.algebra.arrays import Array
 from smid.fitting.fit import Fitting
-from smid.models.compiled import Array
 
 __all__ = ["minimax"]
 

@@ -1,14 +1,33 @@
-"""Hybrid models: first principles and networks in one model, for any process."""
+"""Hybrid models: first principles and networks in one model, for any process.
+
+A topology is a function that returns a `HybridModel`. To add one from another package, write such a function and a
+subclass of `Topology` that tells the analysis what the network has to learn. No file of this package changes:
+
+    class Subtracting(Topology):
+        name = "subtracting"                    # HybridModel.topology
+
+        @staticmethod
+        def learned(plant, white):              # transfer functions
+            return white - plant
+
+If a name may be used before the class is imported, offer the class as an entry point:
+
+    [project.entry-points."smid.topologies"]
+    subtracting = "my_package:Subtracting"
+"""
 
 from smid.hybrid.analysis import Requirement, learned_response, network_alone, pulse_transfer, required, transfer
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
+from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
 from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.free_run_error import FreeRunError, FreeRuns
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.hybrid.neural import NeuralTerm, network_of, with_network
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
+from smid.hybrid.topology import Topology
 
 __all__ = [
     "EXTRA",
@@ -17,10 +36,15 @@ __all__ = [
     "STATIC",
     "BackCouplingWarning",
     "BackCouplings",
+    "CostSurface",
+    "FreeRunError",
+    "FreeRuns",
     "HybridEstimate",
     "HybridModel",
     "NeuralTerm",
     "Requirement",
+    "Topology",
+    "cost_surface",
     "embedded",
     "estimate",
     "learned_response",

@@ -26,18 +26,17 @@ import sympy
 from numpy.typing import ArrayLike
 from sympy.solvers.solveset import NonlinearError
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
+from smid.hybrid.topology import topology_named
 from smid.models import Model, ModelError, simulate
-from smid.models.errors import refuse_unknown
 from smid.models.linear_block import DELAY, RATE, exact_values, response
 from smid.models.symbols import references
-from smid.networks import Array
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 
-TOPOLOGIES = ("series", "parallel")
 _S, _Q, _MOVING = RATE, DELAY, sympy.Symbol("e")
 
 
@@ -178,13 +177,12 @@ def required(plant: Model, white: Model, topology: str, sampling_time: float) ->
     >>> required(Reactor(2.0), Reactor(4.0), "parallel", 1.0).couplings
     BackCouplings(inputs=2, outputs=2)
     """
-    refuse_unknown("topology", [topology], TOPOLOGIES)
-    series = topology == "series"
+    learned = topology_named(topology).learned
     laplace = [transfer(model) for model in (plant, white)]
     # The same pole of both is the same symbol, so that it cancels.
     exponentials: dict[sympy.Expr, sympy.Symbol] = {}
     of_plant, of_white = (_pulse(model, sampling_time, exponentials) for model in (plant, white))
-    pulse = sympy.cancel(of_plant / of_white if series else of_plant - of_white)
+    pulse = sympy.cancel(learned(of_plant, of_white))
     numerator, denominator = (sympy.Poly(part, _Q) for part in sympy.fraction(pulse))
     if denominator.eval(0) == 0:
         raise ModelError(
@@ -193,7 +191,7 @@ def required(plant: Model, white: Model, topology: str, sampling_time: float) ->
         )
     return Requirement(
         topology,
-        sympy.factor(laplace[0] / laplace[1] if series else laplace[0] - laplace[1]),
+        sympy.factor(learned(*laplace)),
         _spelled(pulse, exponentials),
         BackCouplings(int(max(numerator.degree(), 0)), int(denominator.degree())),
         sampling_time,
@@ -228,7 +226,7 @@ def network_alone(hybrid: HybridModel) -> Model:
     >>> network_alone(replace(hybrid, model=hybrid.model.with_values(weights))).output_channels
     ('y',)
     """
-    refuse_unknown("topology", [hybrid.topology], TOPOLOGIES)
+    topology_named(hybrid.topology)
     line = next(line for line in hybrid.model.lines if line.signal == HYBRID)
     names = {parameter.name for parameter in hybrid.term.parameters}
     return Model(
@@ -277,7 +275,7 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
     alone = network_alone(hybrid)
     constant = np.full(count, amplitude)
     shown = next(item.signal for item in hybrid.white.measurements if item.channel in hybrid.white.output_channels)
-    beside = np.zeros(count) if hybrid.topology == "parallel" else constant
+    beside = np.full(count, topology_named(hybrid.topology).white_output(amplitude))
     inputs = {name: beside if name == shown else constant for name in alone.inputs}
     start = np.asarray(first, dtype=np.float64)[: alone.max_lag]
     return simulate(alone, inputs, initial={HYBRID: start}, n=count)[HYBRID]

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result, plain
 from smid.fitting.fit import Fit, Fitting, prediction
@@ -34,7 +35,6 @@ from smid.hybrid.neural import NeuralTerm
 from smid.models import Line, Model, ModelError, signal, t
 from smid.models.errors import refuse_unknown
 from smid.networks import (
-    Array,
     Method,
     MultiStart,
     NormalEquations,

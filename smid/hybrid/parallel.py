@@ -10,12 +10,31 @@ Reference: hybrid thesis, section 4.3.2, figure 4.8, listing K.7, appendix D.
 
 from __future__ import annotations
 
+import sympy
+
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel, measure_instead, output_measurement
 from smid.hybrid.neural import NeuralTerm
+from smid.hybrid.topology import Topology
 from smid.models import Model, signal, t
 
-__all__ = ["parallel"]
+__all__ = ["Parallel", "parallel"]
+
+
+class Parallel(Topology):
+    """The network beside the first principles."""
+
+    name = "parallel"
+
+    @staticmethod
+    def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
+        """Return the difference."""
+        return plant - white
+
+    @staticmethod
+    def white_output(amplitude: float) -> float:  # noqa: ARG004
+        """Return zero: the first principles add nothing."""
+        return 0.0
 
 
 def parallel(
@@ -57,4 +76,4 @@ def parallel(
     w, hybrid = signal(shown.signal)[t], signal(HYBRID)[t]
     term = NeuralTerm(name, couplings.samples([signal(item) for item in white.inputs], hybrid - w), hidden)
     model = measure_instead(white.with_line(HYBRID, w + term.expression, term.parameters), shown, HYBRID)
-    return HybridModel(model, term, white, "parallel", couplings)
+    return HybridModel(model, term, white, Parallel.name, couplings)

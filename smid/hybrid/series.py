@@ -10,12 +10,26 @@ Reference: hybrid thesis, section 4.3.1, figure 4.6, listings K.4 and K.6, appen
 
 from __future__ import annotations
 
+import sympy
+
 from smid.hybrid.back_couplings import BackCouplings
 from smid.hybrid.hybrid_model import HYBRID, HybridModel, measure_instead, output_measurement
 from smid.hybrid.neural import NeuralTerm
+from smid.hybrid.topology import Topology
 from smid.models import Model, signal, t
 
-__all__ = ["series"]
+__all__ = ["Series", "series"]
+
+
+class Series(Topology):
+    """The network after the first principles."""
+
+    name = "series"
+
+    @staticmethod
+    def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
+        """Return the quotient: the network inverts the model and imitates the plant."""
+        return plant / white
 
 
 def series(
@@ -56,4 +70,4 @@ def series(
     shown = output_measurement(white, output)
     term = NeuralTerm(name, couplings.samples([signal(shown.signal)], signal(HYBRID)[t]), hidden)
     model = measure_instead(white.with_line(HYBRID, term.expression, term.parameters), shown, HYBRID)
-    return HybridModel(model, term, white, "series", couplings)
+    return HybridModel(model, term, white, Series.name, couplings)

@@ -1,12 +1,12 @@
-"""A cell: a box of the parameters on which some kinks are decided and the others stand with their hulls.
+"""A cell: a box of the parameters on which some kinks are decided and the others are replaced by their hulls.
 
-A cell is contracted by certified bounds and built anew as long as that pays, for a smaller box decides more kinks. It
-is split at a threshold where a sample changes sides, so that finitely many splits decide all samples; or, where an
-argument holds noise, by taking one sample's kink on each of its two sides (a positive part only: a sign that is zero
-belongs to neither).
+A cell is contracted by certified bounds and built anew while this shrinks it, because a smaller box decides more kinks.
+It is split at a threshold where a sample changes sides, so that finitely many splits decide all samples. Where an
+argument holds noise, one sample's kink is taken on each of its two sides (a positive part only: a sign that is zero
+belongs to neither side).
 
-While a parameter has no finite box, the equalities that read it are left out, which may contract the thresholds or
-prove the cell empty: beyond the largest sample of the input any gain would do, but the output contradicts it.
+While a parameter has no finite box, the equalities that read it are left out. The rest may contract the thresholds or
+prove the cell empty: a threshold beyond the largest input sample would allow any gain, but the output contradicts it.
 """
 
 from __future__ import annotations
@@ -16,14 +16,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.moments.lift import complicating_variables
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Emptiness, lowest, relax, resolve
+from relaxations.proof.bounding import Emptiness, Relaxed, relax
 from relaxations.proof.proof_steps import Bound, Record
 from relaxations.search.boxes import derive_box
+from relaxations.search.interval_state import Ends, shrinkage
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
 from smid.feasible.assemble import CONSTANT, Opening, Sides
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.piecewise_functions import Kind
@@ -35,14 +37,15 @@ from smid.models import ModelError
 
 ROUNDS = 4  # contractions of one cell
 WORTH = 0.1  # a contraction that takes less off every width is the last one
+Points = Mapping[tuple[int, int], Array]
 NARROW = 1e-3  # a threshold below this share of its first width is no longer split
 
 
 @dataclass(frozen=True)
-class Part:
-    """Where a cell lies: a box of the parameters (arrays of shape (n_parameters,)) and the sides split off.
+class Region:
+    """The place of a cell: a box of the parameters, shape (n_parameters,), and the sides of the kinks split off.
 
-    Its trail keeps the proof.
+    ``trail`` keeps the proof.
     """
 
     lower: Array
@@ -53,27 +56,15 @@ class Part:
 
 @dataclass(frozen=True)
 class Cell:
-    """A contracted part.
+    """A contracted region: no feasible parameter of the region lies outside the cell's box (certified).
 
-    Parameters
-    ----------
-    part
-        Certified: no feasible parameter of the part lies outside its box.
-    feasible
-        Stamped on that part.
-    points
-        Where the relaxation attains each end (+1: lower, -1: upper), by the set's variables.
-    solves
-        Bounds that it took.
-    largest_block, n_moments
-        Of its last relaxation.
-    settled
-        Whether nothing more is to be had from it.
+    ``feasible`` is the set on that box. ``points`` are the set's points where the relaxation attains each end (+1:
+    lower, -1: upper). A settled cell can be improved no further.
     """
 
-    part: Part
+    region: Region
     feasible: FeasibleSet
-    points: Mapping[tuple[int, int], Array]
+    points: Points
     solves: int = 0
     largest_block: int = 0
     n_moments: int = 0
@@ -81,54 +72,43 @@ class Cell:
 
     def end(self, k: int, sign: int) -> float:
         """Return ``sign`` times an outer end, to be minimised."""
-        return float(self.part.lower[k] if sign > 0 else -self.part.upper[k])
+        return float(self.region.lower[k] if sign > 0 else -self.region.upper[k])
 
 
-def contract(feasible: FeasibleSet, part: Part, solver: str) -> Cell | Emptiness:
-    """Contract a part with a finite box, or prove it empty.
-
-    Parameters
-    ----------
-    feasible
-        Any set of the same model and data.
-
-    Raises
-    ------
-    ModelError
-        Where the parametric lift does not apply.
-    """
-    cell = Cell(part, feasible.on_box(part.lower, part.upper, part.choose), {})
+def contract(feasible: FeasibleSet, region: Region, solver: Solver) -> Cell | Emptiness:
+    """Contract a region with a finite box, or prove it empty; ModelError where the lift does not apply."""
+    cell = Cell(region, feasible.on_box(region.lower, region.upper, region.choose), {})
     for _ in range(ROUNDS):
-        with part.trail.on(cell.feasible) as record:
+        with region.trail.on(cell.feasible) as record:
             found = _bounds(cell.feasible, cell.feasible.problem, solver, record)
         if isinstance(found, Emptiness):
             return found
-        width = cell.part.upper - cell.part.lower
-        smaller = feasible.on_box(found.lower, found.upper, part.choose)
+        ends, points, relaxed = found
+        width = cell.region.upper - cell.region.lower
+        smaller = feasible.on_box(ends.lower, ends.upper, region.choose)
         cell = Cell(
-            replace(part, lower=found.lower, upper=found.upper),
+            replace(region, lower=ends.lower, upper=ends.upper),
             smaller,
-            {end: _carried(point, cell.feasible, smaller) for end, point in found.points.items()},
-            cell.solves + found.solves,
-            found.largest_block,
-            found.n_moments,
+            {end: _carried(point, cell.feasible, smaller) for end, point in points.items()},
+            cell.solves + ends.solves,
+            relaxed.relaxation.largest_block,
+            relaxed.relaxation.n_moments,
         )
-        shrunk = 1 - (found.upper - found.lower)[width > 0] / width[width > 0]
-        if not len(shrunk) or shrunk.max() < WORTH:
+        if shrinkage(width, ends.upper - ends.lower) < WORTH:
             break
     return cell
 
 
-def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | tuple[str, ...]:
-    """Give every parameter of a part a finite box, or prove the part empty, or say whose box could not be proven."""
-    lower, upper = part.lower.copy(), part.upper.copy()
+def boxed(feasible: FeasibleSet, region: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
+    """Give every parameter of a region a finite box, or prove the region empty, or name parameters without one."""
+    lower, upper = region.lower.copy(), region.upper.copy()
     loose = np.flatnonzero(~np.isfinite(upper - lower))
     if not len(loose):
-        return part
+        return region
     for _ in range(ROUNDS):
-        stamped = feasible.on_box(lower, upper, part.choose)
+        stamped = feasible.on_box(lower, upper, region.choose)
         problem, equalities = _without(stamped.problem, loose)
-        with part.trail.on(stamped) as record:
+        with region.trail.on(stamped) as record:
             found = _bounds(stamped, problem, solver, record)
         if isinstance(found, Emptiness):
             weights = np.zeros(stamped.problem.equalities.n_rows)
@@ -136,80 +116,65 @@ def boxed(feasible: FeasibleSet, part: Part, solver: str) -> Part | Emptiness | 
             return Emptiness(found.margin, weights)
         fixed = np.isfinite(upper - lower)
         before = (upper - lower)[fixed]
-        lower[fixed], upper[fixed] = found.lower[fixed], found.upper[fixed]
-        shrunk = 1 - (upper - lower)[fixed][before > 0] / before[before > 0]
-        if not len(shrunk) or shrunk.max() < WORTH:
+        lower[fixed], upper[fixed] = found[0].lower[fixed], found[0].upper[fixed]
+        if shrinkage(before, (upper - lower)[fixed]) < WORTH:
             break
-    stamped = feasible.on_box(lower, upper, part.choose)
+    stamped = feasible.on_box(lower, upper, region.choose)
     if vanishing_factors(stamped.model, stamped.problem.unbounded):
         box = with_finite_box(stamped, solver)
         problem, unbounded = box.feasible.problem, box.unbounded
     else:
-        with part.trail.on(stamped) as record:
+        with region.trail.on(stamped) as record:
             derived = derive_box(stamped.problem, _guess(stamped), solver, record=record)
         problem, unbounded = derived.problem, derived.unbounded
     if unbounded:
         return unbounded
     count = len(lower)
-    return replace(part, lower=problem.lower[:count], upper=problem.upper[:count])
+    return replace(region, lower=problem.lower[:count], upper=problem.upper[:count])
 
 
-def lifted(name: str, problem: PolynomialProblem) -> Index:
-    """Return the variables that the parametric lift lifts; ModelError where it does not apply to the kinks."""
-    complicating = complicating_variables(problem)
-    if complicating is None:
+def lifted(name: str, problem: PolynomialProblem) -> Plan:
+    """Return the plan of the parametric lift; ModelError where it does not apply to the kinks."""
+    plan = Plan.of(problem)
+    if not plan.lifts:
         raise ModelError(
             f"Max, Min, Abs or sign in the model {name!r} are raised to a power, or multiply too many unknowns: only "
             "their products with a few parameters can be bounded; put them where they enter linearly, or fix parameters"
         )
-    return complicating
-
-
-@dataclass(frozen=True)
-class _Bounds:
-    lower: Array
-    upper: Array
-    points: Mapping[tuple[int, int], Array]
-    solves: int
-    largest_block: int
-    n_moments: int
+    return plan
 
 
 def _bounds(
-    stamped: FeasibleSet, problem: PolynomialProblem, solver: str, record: Record | None
-) -> _Bounds | Emptiness:
-    """Bound the parameters of a problem, or of what is left of it, once from both sides."""
-    complicating = lifted(stamped.model.name, problem)
-    relaxed = relax(problem, "lift", lowest(problem, "lift", complicating), solver)
+    stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Record | None
+) -> tuple[Ends, Points, Relaxed] | Emptiness:
+    """Bound the parameters of a problem once; return the ends, the points that attain them, and the relaxation."""
+    plan = lifted(stamped.model.name, problem)
+    relaxed = relax(problem, plan.method, plan.least, solver)
     count = len(stamped.model.parameters)
-    lower, upper = stamped.problem.lower[:count].copy(), stamped.problem.upper[:count].copy()
+    lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
+    ends = Ends(lower.copy(), upper.copy(), 0.0, 0.0, [])
     place = {name: k for k, name in enumerate(problem.names)}
     points: dict[tuple[int, int], Array] = {}
-    solves = 0
     for k, name in enumerate(stamped.problem.names[:count]):
+        if name not in place or lower[k] == upper[k]:
+            continue
         for sign in (1, -1):
-            if name not in place or stamped.problem.lower[k] == stamped.problem.upper[k]:
-                continue
             objective = problem.variable(place[name], sign)
             outcome = relaxed.bound(objective)
-            solves += 1
+            ends.solves += 1
             if outcome.certificate is None:
                 continue
-            if record and outcome.bound > (lower[k] if sign > 0 else -upper[k]):
+            if ends.tighten(k, sign, outcome.bound) > 0 and record:
                 record(Bound.of(relaxed, objective, outcome))
-            if sign > 0:
-                lower[k] = max(lower[k], outcome.bound)
-            else:
-                upper[k] = min(upper[k], -outcome.bound)
-            if outcome.bound == np.inf or lower[k] > upper[k]:
+            if outcome.bound == np.inf or ends.lower[k] > ends.upper[k]:
                 return relaxed.emptiness(outcome.certificate)
             if outcome.point is not None:
                 points[k, sign] = outcome.point
-    return _Bounds(lower, upper, points, solves, relaxed.relaxation.largest_block, relaxed.relaxation.n_moments)
+    return ends, points, relaxed
 
 
 def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
-    """Leave out some variables with the constraints that read them; return the equalities that are left as well."""
+    """Leave out some variables with the constraints that read them; return the equalities that are kept as well."""
     left = np.setdiff1d(np.arange(problem.n_variables), loose)
     numbers = np.full(problem.n_variables, -1, dtype=np.int64)
     numbers[left] = np.arange(len(left))
@@ -224,7 +189,7 @@ def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProble
 
 
 def _guess(stamped: FeasibleSet) -> Array:
-    """Guess magnitudes with every kink on the side where the middle of the box has it."""
+    """Return a guess of magnitudes, with every kink on its side in the middle of the box."""
     count = len(stamped.model.parameters)
     lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
     parameters, rms = equation_error_fit(stamped.on_box(lower, upper, sides_at(stamped, middle(stamped))))
@@ -239,14 +204,14 @@ def middle(stamped: FeasibleSet) -> Array:
 
 
 def _carried(point: Array, source: FeasibleSet, target: FeasibleSet) -> Array:
-    """Return a point by the variables of another stamping of the same set; what is new to it is in the middle."""
+    """Return a point of one set by the variables of another; new variables are in the middle of their range."""
     values = dict(zip(source.problem.names, point.tolist(), strict=True))
     inside = middle(target)
     return np.array([values.get(name, inside[k]) for k, name in enumerate(target.problem.names)])
 
 
 def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index]:
-    """Return the side of every open kink at a point; the values of the kinks in it are not trusted but computed."""
+    """Return the side of every open kink at a point; the kinks' own values are computed from their arguments."""
     point = np.nan_to_num(point)
     sides: dict[tuple[str, int], Index] = {}
     for opening in feasible.openings:
@@ -260,6 +225,7 @@ def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index
 
 
 def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) -> Index:
+    """Return the sides of one opening, open but for the given times."""
     n = 1 if opening.experiment == CONSTANT else feasible.data.experiments[opening.experiment].n_samples
     table = np.full(n, Side.OPEN, dtype=np.int64)
     table[times] = sides
@@ -267,50 +233,44 @@ def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) 
 
 
 def witness(cell: Cell, k: int, sign: int) -> Array | None:
-    """Look for verified parameters near one end of a cell, every kink on the side where the relaxation has it."""
+    """Return verified parameters near one end of a cell, with every kink on its side in the relaxation."""
     point = cell.points.get((k, sign))
-    return None if point is None else witness_near(cell.feasible, cell.part, point, k, sign)
+    return None if point is None else witness_near(cell.feasible, cell.region, point, k, sign)
 
 
-def witness_near(feasible: FeasibleSet, part: Part, point: Array, k: int, sign: int) -> Array | None:
-    """Search from a point of a set for verified parameters that push one end outwards."""
-    chosen = {**part.choose, **sides_at(feasible, point)} if feasible.openings else part.choose
-    exact = feasible.on_box(part.lower, part.upper, chosen)
+def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, sign: int) -> Array | None:
+    """Return verified parameters that push one end outwards, by a search from a point; None if not found."""
+    chosen = {**region.choose, **sides_at(feasible, point)} if feasible.openings else region.choose
+    exact = feasible.on_box(region.lower, region.upper, chosen)
     problem = exact.problem
-    *_, complicating = resolve(problem, "auto", None)
-    found = find_witness(problem, problem, problem.variable(k, sign), complicating, _carried(point, feasible, exact))
-    return None if found is None else found.point[: len(part.lower)]
+    start = _carried(point, feasible, exact)
+    found = find_witness(problem, problem, problem.variable(k, sign), Plan.of(problem).complicating, start)
+    return None if found is None else found.point[: len(region.lower)]
 
 
-def split(cell: Cell, first_width: Array) -> tuple[Part, ...]:
-    """Cut a cell with open kinks in two parts that cover it; empty where no cut helps.
-
-    Parameters
-    ----------
-    first_width
-        Shape (n_parameters,). Widths that tell what is narrow.
-    """
-    part, openings = cell.part, cell.feasible.openings
-    count = len(part.lower)
+def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
+    """Cut a cell with open kinks in two regions that cover it; empty where no cut helps."""
+    region, openings = cell.region, cell.feasible.openings
+    count = len(region.lower)
     read = np.unique(np.concatenate([o.arguments.occurring() for o in openings]))
-    width = part.upper - part.lower
+    width = region.upper - region.lower
     share = np.where(first_width > 0, width / np.where(first_width > 0, first_width, 1.0), 0.0)
     share[np.setdiff1d(np.arange(count), read)] = 0.0
     cut = int(np.argmax(share))
     if share[cut] > NARROW:
-        low, high = part.lower.copy(), part.upper.copy()
-        low[cut] = high[cut] = _breakpoint(openings, cut, part)
+        low, high = region.lower.copy(), region.upper.copy()
+        low[cut] = high[cut] = _breakpoint(openings, cut, region)
         name, where = cell.feasible.problem.names[cut], float(low[cut])
         return (
-            Part(part.lower, high, part.choose, part.trail.part(name, float(part.lower[cut]), where)),
-            Part(low, part.upper, part.choose, part.trail.part(name, where, float(part.upper[cut]))),
+            Region(region.lower, high, region.choose, region.trail.part(name, float(region.lower[cut]), where)),
+            Region(low, region.upper, region.choose, region.trail.part(name, where, float(region.upper[cut]))),
         )
     return _by_side(cell)
 
 
-def _breakpoint(openings: tuple[Opening, ...], cut: int, part: Part) -> float:
+def _breakpoint(openings: tuple[Opening, ...], cut: int, region: Region) -> float:
     """Return where to cut a threshold: at a sample's change of sides if one lies in the middle half."""
-    low, high = part.lower[cut], part.upper[cut]
+    low, high = region.lower[cut], region.upper[cut]
     centre = float(0.5 * low + 0.5 * high)
     roots = np.concatenate([_roots(o.arguments, cut) for o in openings])
     inside = roots[np.abs(roots - centre) < 0.25 * (high - low)]
@@ -328,8 +288,8 @@ def _roots(arguments: Polynomials, variable: int) -> Array:
     return np.asarray(-constant[usable] / slope[usable], dtype=np.float64)
 
 
-def _by_side(cell: Cell) -> tuple[Part, ...]:
-    """Take the positive part whose hull is loosest over its range on each of its sides."""
+def _by_side(cell: Cell) -> tuple[Region, ...]:
+    """Take the positive part with the loosest hull on each of its sides."""
     candidates = [o for o in cell.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
     if not candidates:
         return ()
@@ -343,8 +303,8 @@ def _by_side(cell: Cell) -> tuple[Part, ...]:
     parts = []
     for side in (Side.NEGATIVE, Side.POSITIVE):
         nothing = np.zeros(0, dtype=np.int64)
-        table = cell.part.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
+        table = cell.region.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
         table[at] = side
-        trail = cell.part.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
-        parts.append(Part(cell.part.lower, cell.part.upper, {**cell.part.choose, key: table}, trail))
+        trail = cell.region.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
+        parts.append(Region(cell.region.lower, cell.region.upper, {**cell.region.choose, key: table}, trail))
     return tuple(parts)

@@ -1,8 +1,8 @@
-"""Phase 1: an enclosure of the least noise bound under which the model explains the data.
+"""An enclosure of the least noise bound under which the model explains the data: the first phase of identification.
 
-The least bound is the optimum of a polynomial problem itself: minimise D subject to the model's equations and
-``|noise| <= D``. A verified point gives its upper end; with ``D`` no larger than that, the lift contracts towards the
-optimum and certifies the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
+The least bound is the optimum of a polynomial problem: minimise D subject to the model's equations and
+``|noise| <= D``. A verified point gives its upper end. With ``D`` no larger than that, the relaxations contract towards
+the optimum and certify the lower end. At the least bound the feasible set shrinks to a point *whatever the truth is*:
 identify with a larger one.
 """
 
@@ -10,17 +10,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import lowest, resolve
-from relaxations.search.hierarchy import CUTS, Reason, intervals
-from relaxations.solvers.interface import check_solver
+from relaxations.proof.method import Cuts, Method
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -34,22 +36,18 @@ from smid.models import Model, ModelError
 
 @dataclass(frozen=True, repr=False)
 class ErrorBound(Result):
-    """An enclosure of the least noise bound.
+    """An enclosure of the least noise bound of a channel.
 
     Parameters
     ----------
-    channel
-        Channel whose noise is meant.
     lower
         Certified: with any smaller bound the feasible set is empty.
     upper
-        Witnessed: with this bound it is not. Infinite where the computation was stopped before there was a witness.
+        Verified: with this bound it is not. Infinite where the computation was stopped before a point was verified.
     parameters
-        Parameters of the witness: a minimax fit. Empty without one.
+        Parameters of the verified point: a minimax fit. Empty without one.
     fixed
         Bounds of the other noisy channels.
-    reason
-        Why the computation stopped.
     """
 
     channel: str
@@ -94,9 +92,9 @@ def error_bound(
     data: Dataset,
     fixed: Mapping[str, float] | None = None,
     *,
-    method: str = "auto",
+    method: str | Method | Cuts = "auto",
     order: int | None = None,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     tolerance: float = 1e-3,
     rounds: int = 12,
     nodes: int = 200,
@@ -121,8 +119,6 @@ def error_bound(
         Where they leave a gap, branch with at most so many relaxations.
     seconds
         Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -150,9 +146,10 @@ def error_bound(
         )
     channel = open_channels[0]
     feasible = FeasibleSet(model, data, fixed or {}, channel)
-    # Cuts are for the ends of variables that complicate, and the noise bound does not.
-    method, asked, complicating = resolve(feasible.problem, "auto" if method == CUTS else method, order)
-    order = asked if order is not None else lowest(feasible.problem, method, complicating)
+    # Cuts bound variables that complicate; the noise bound does not complicate.
+    by_cuts = method == Cuts.name or isinstance(method, Cuts)
+    plan = Plan.of(feasible.problem, "auto" if by_cuts else method, order)
+    plan = replace(plan.without_cuts, order=plan.asked or plan.least)
     found: list[Array] = []  # verified points, the best last
     reach, last = np.inf, feasible.n_variables - 1
 
@@ -169,8 +166,9 @@ def error_bound(
             time.perf_counter() - started,
         )
 
+    # Verified points give the upper end, and cap the noise bound; then prove a finite box.
     try:
-        for witness in _minimax(feasible):
+        for witness in _minimax(feasible, plan):
             if witness.value < reach:
                 reach = witness.value
                 found.append(witness.point)
@@ -183,11 +181,11 @@ def error_bound(
         return result(0.0, Reason[stopped_by(stop)])
     if boxed.unbounded:
         return result(0.0, Reason.STALLED)
+    # Raise the certified lower end.
     enclosure = intervals(
         boxed.feasible.problem,
         [last],
-        method=method,
-        order=order,
+        method=plan,
         solver=solver,
         tolerance=0.0,
         absolute=tolerance * reach,
@@ -200,18 +198,17 @@ def error_bound(
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
 
 
-def _minimax(feasible: FeasibleSet) -> Iterator[Witness]:
+def _minimax(feasible: FeasibleSet, plan: Plan) -> Iterator[Witness]:
     """Yield verified points of small noise bound."""
     problem = feasible.problem
     last = problem.n_variables - 1
     assert problem.names[last] == FREE_BOUND
     parameters, rms = equation_error_fit(feasible)
     magnitude = magnitudes(feasible, parameters, max(rms, 1e-9))
-    *_, complicating = resolve(problem, "auto", None)
     start = np.zeros(problem.n_variables)
     for shrink in (1.0, 0.9, 0.5, 0.0):  # towards zero: an equation-error fit errs, at worst towards instability
         start[: len(parameters)] = shrink * parameters
-        found = find_witness(problem, problem, problem.variable(last), complicating, start, magnitude)
+        found = find_witness(problem, problem, problem.variable(last), plan.complicating, start, magnitude)
         if found is not None:
             yield found
 

@@ -1,4 +1,4 @@
-"""What identification gives: intervals that are theorems, inner ends, a central model."""
+"""The result of identification: certified parameter intervals, inner ends at verified points, and a central model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
@@ -20,23 +19,24 @@ from smid.models.linear_block import linear_block
 
 if TYPE_CHECKING:
     from control import TransferFunction
+    from matplotlib.figure import Figure
 
 SCHEMA = "smid.estimate/1"
 _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
 
 
 class CentreStatus(Enum):
-    """Whether the vector of centres belongs to the feasible set.
+    """Whether the interval midpoints, taken together, fit the data.
 
     Examples
     --------
     >>> print(CentreStatus.FEASIBLE.value)
-    the vector of centres is feasible (verified)
+    the interval midpoints, taken together, fit the data (verified)
     """
 
-    FEASIBLE = "the vector of centres is feasible (verified)"
-    INFEASIBLE = "the vector of centres is proven infeasible; the nearest feasible point found is given"
-    UNDECIDED = "it is undecided whether the vector of centres is feasible"
+    FEASIBLE = "the interval midpoints, taken together, fit the data (verified)"
+    INFEASIBLE = "the interval midpoints, taken together, do not fit the data (proven); see the nearest point"
+    UNDECIDED = "it is not known whether the interval midpoints, taken together, fit the data"
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,11 +46,11 @@ class ParameterInterval(Result):
     Parameters
     ----------
     lower, upper
-        Outer ends: certified, every consistent parameter lies between them.
+        Certified: every parameter that fits the data lies between them.
     inner_lower, inner_upper
-        Values that verified feasible points attain; NaN where none was found.
+        Values at verified feasible points; NaN where none was found.
     proof_lower, proof_upper
-        ``BOX`` where the end is the prior box's own and not the data's.
+        ``BOX`` where the end is the prior box's own.
 
     Examples
     --------
@@ -87,7 +87,7 @@ class ParameterInterval(Result):
 
     @staticmethod
     def of(interval: Interval, parameter: Parameter) -> ParameterInterval:
-        """Label an interval of :mod:`relaxations`: an end beyond the prior's, or equal to it, is the prior's own."""
+        """Return an interval of :mod:`relaxations` with labels: an end at or beyond the prior's is the prior's own."""
         priors = (interval.lower <= parameter.lower, interval.upper >= parameter.upper)
         proofs = [Proof.BOX if prior else Proof.PROVEN for prior in priors]
         return ParameterInterval(
@@ -157,13 +157,13 @@ class Estimate(Tabular):
     nearest
         A verified feasible point near the centres, where the centres are not themselves shown feasible.
     derived
-        Parameters that came without prior bounds and got a box proven from the data.
+        Parameters without prior bounds whose box was proven from the data.
     unbounded
         Parameters and hidden signals for which no box could be proven; then nothing else is certified either.
     reason
         Why the computation stopped.
     enclosure
-        How the bounds came about; None where the computation ended before them.
+        How the bounds were computed; None where the computation ended before them.
     """
 
     model: Model
@@ -266,15 +266,11 @@ class Estimate(Tabular):
         }
 
     def to_control(self) -> TransferFunction:
-        """Return the central model as a transfer function of python-control, with the sampling time of the data.
+        """Return the central model as a transfer function in z of python-control, with the sampling time of the data.
 
         A model with a curve gives its linear block: that of a Hammerstein model begins behind the curve, at its signal
-        ``x``, that of a Wiener model ends before the sensor's curve. The names of input and output tell.
-
-        Returns
-        -------
-        control.TransferFunction
-            In z, from rest: what an experiment begins with is no part of it.
+        ``x``, that of a Wiener model ends before the sensor's curve. The transfer function names its input and output.
+        The initial state of an experiment is no part of it.
 
         Warns
         -----
@@ -328,12 +324,12 @@ def shown_digits(interval: ParameterInterval) -> int:
 
 
 def round_down(value: float, digits: int) -> str:
-    """Print a lower end: never above the number, for the printed interval must be proven too."""
+    """Return a lower end as text, rounded down: the printed interval must be proven too."""
     return _rounded(value, digits, -1)
 
 
 def round_up(value: float, digits: int) -> str:
-    """Print an upper end: never below the number."""
+    """Return an upper end as text, rounded up."""
     return _rounded(value, digits, 1)
 
 

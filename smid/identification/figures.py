@@ -26,16 +26,8 @@ _LEFT, _RIGHT = -0.4, 1.4
 def intervals_figure(estimate: Estimate, truth: Mapping[str, float] | None = None) -> Figure:
     """Draw the intervals of an estimate, one row per parameter, each row on its own scale.
 
-    Parameters
-    ----------
-    truth
-        The parameters that made simulated data; marked where given.
-
-    Returns
-    -------
-    Figure
-        Certified interval (light), witnessed interval (dark) and centre. A line across marks an end that the
-        prior box sets. Printed ends are rounded outwards.
+    Each row shows the certified interval (light), the verified one (dark) and the centre. A line across marks an end
+    that the prior box sets. Printed ends are rounded outwards. ``truth`` are the parameters that made simulated data.
     """
     truth = truth or {}
     with style():
@@ -92,13 +84,10 @@ def _row(axes: Axes, interval: ParameterInterval, truth: float | None) -> None:
 
 
 def lowest_order_figure(found: LowestOrder) -> Figure:
-    """Draw what is known of the least noise bound of each candidate, beside the bound that was allowed.
+    """Draw the least noise bound of each candidate, and the bound that was allowed.
 
-    Returns
-    -------
-    Figure
-        Arrows point to where the least bound lies: up from its certified lower end where a candidate is proven wrong,
-        down from the allowed bound where it is feasible. A candidate of which neither is known has none.
+    Arrows point to the side of the least bound: up from its certified lower end where a candidate is proven infeasible,
+    down from the allowed bound where it is feasible. An undecided candidate has none.
     """
     allowed = found.noise_bound
     refused = [(k, s.least_bound) for k, s in enumerate(found.steps) if s.least_bound]

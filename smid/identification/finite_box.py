@@ -1,8 +1,8 @@
 """A finite, certified box for every parameter that the model leaves unbounded.
 
-The general derivation is :mod:`relaxations.search.boxes`. It sees nothing where a parameter occurs only in a product
-that can vanish, as ``(1 + alpha) gamma`` does in a Hammerstein model of unit DC gain: at alpha = -1 every gamma would
-do. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+The general derivation is :mod:`relaxations.search.boxes`. It fails where a parameter occurs only in a product with a
+factor that can vanish, as in ``(1 + alpha) gamma`` of a Hammerstein model with unit DC gain: at alpha = -1 every gamma
+fits. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
 """
 
 from __future__ import annotations
@@ -15,10 +15,13 @@ import sympy
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
-from relaxations.proof.bounding import lowest, relax, resolve
+from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Quotient, Record
 from relaxations.search.boxes import derive_box
-from relaxations.search.hierarchy import contracted, intervals, uninterrupted
+from relaxations.search.enclosure import contracted, uninterrupted
+from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import flat_lines
 from smid.identification.first_guess import equation_error_fit, magnitudes
@@ -31,10 +34,8 @@ class Boxed:
 
     Parameters
     ----------
-    derived
-        Parameters whose box was proven from the data.
-    unbounded
-        Parameters for which no box could be proven.
+    derived, unbounded
+        Parameters whose box was proven from the data, and those for which none could be proven.
     stated
         What a proof of the box states (:mod:`relaxations.proof.proof_steps`): without the box; with the products that
         were bounded first, where there are any.
@@ -48,11 +49,11 @@ class Boxed:
 
 def with_finite_box(
     feasible: FeasibleSet,
-    solver: str = "clarabel",
+    solver: Solver = "clarabel",
     progress: Callable[[str], None] | None = None,
     record: Record | None = None,
 ) -> Boxed:
-    """Prove a finite box for the unbounded variables of a feasible set, or say for which there is none."""
+    """Return a feasible set with a proven finite box for its unbounded variables, or name those without one."""
     problem = feasible.problem
     names = problem.unbounded
     if not names:
@@ -65,17 +66,20 @@ def with_finite_box(
         box = derive_box(problem, _guess(feasible), solver, progress, record)
         return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, problem)
 
+    # Prove a box for the products delta = q gamma first.
     products = _in_products(feasible, factors)
     stated = _stated(feasible, products, factors)
     box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
         return Boxed(feasible, (), names, problem)
+    # Bound q away from zero, and divide.
     reach = _reach(products, box.problem, factors, solver, record)
     if reach is None:
         return Boxed(feasible, (), names, problem)
     if record:
         for row, name in enumerate(factors, start=stated.equalities.n_rows - len(factors)):
             record(Quotient(stated, row, stated.names.index(name)))
+    # Intersect with the box that is known.
     lower, upper = problem.lower.copy(), problem.upper.copy()
     place = {name: k for k, name in enumerate(problem.names)}
     for name, limit in reach.items():
@@ -90,7 +94,7 @@ def with_finite_box(
 
 
 def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
-    """Return for each parameter that occurs only times a factor q of other parameters that factor.
+    """Return the factor q of every parameter that occurs only times a factor q of other parameters.
 
     Examples
     --------
@@ -116,7 +120,7 @@ def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.E
 
 
 def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> FeasibleSet:
-    """Return the feasible set in delta = q gamma; priors on gamma are left out, which only enlarges it."""
+    """Return the feasible set in delta = q gamma; leaving out the priors on gamma only enlarges it."""
     model = feasible.model
     gone = {model.parameter(name).symbol for name in factors}
     model = replace(model, constraints=tuple(c for c in model.constraints if not c.free_symbols & gone), values={})
@@ -162,12 +166,12 @@ def _reach(
     products: FeasibleSet,
     boxed: PolynomialProblem,
     factors: dict[str, sympy.Expr],
-    solver: str,
+    solver: Solver,
     record: Record | None,
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
     place = {name: k for k, name in enumerate(boxed.names)}
-    method, order, complicating = resolve(boxed, "auto", None)
+    plan = Plan.of(boxed)
     names = boxed.names[: len(products.model.parameters)]
     distinct = list(dict.fromkeys(factors.values()))
     both = [sign * factor for factor in distinct for sign in (1, -1)]
@@ -175,7 +179,7 @@ def _reach(
 
     def away(problem: PolynomialProblem, order: int) -> list[float]:
         """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
-        relaxed = relax(problem, method, order, solver)
+        relaxed = relax(problem, plan.method, order, solver)
         distances = []
         for objectives in np.arange(polynomials.n_rows).reshape(-1, 2):
             best = -np.inf
@@ -190,13 +194,14 @@ def _reach(
             distances.append(best)
         return distances
 
+    # Try the least order on the given box, then the highest one on a contracted box.
     problem = boxed
-    distances = away(problem, lowest(problem, method, complicating))
+    distances = away(problem, plan.least)
     if min(distances) <= 0:
         targets = [place[p.name] for p in products.model.parameters]
         enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False, record=record))
         problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
-        distances = away(problem, order)
+        distances = away(problem, plan.order)
     if min(distances) <= 0:
         return None
     reach = {}
@@ -214,5 +219,6 @@ def _reach(
 
 
 def _guess(feasible: FeasibleSet) -> np.ndarray:
+    """Return a guess of the size of every variable."""
     parameters, rms = equation_error_fit(feasible)
     return magnitudes(feasible, parameters, rms)

@@ -1,14 +1,11 @@
-"""A first guess by equation error: all noises zero, least squares in the parameters.
-
-It is biased and proves nothing; it tells magnitudes, and where a search may begin.
-"""
+"""A first guess by equation error: least squares in the parameters with all noises zero. It is biased."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
 from smid.feasible.feasible_set import FeasibleSet
 
@@ -17,14 +14,7 @@ _NARROW = 1e-9  # relative width of a box that counts as a point
 
 
 def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
-    """Fit the parameters with all noises at zero.
-
-    Returns
-    -------
-    parameters : ndarray, shape (n_parameters,)
-    rms : float
-        Root mean square of the equation error, in the output's unit.
-    """
+    """Return the parameters fitted with all noises zero, and the RMS of the equation error in the output's unit."""
     problem = feasible.problem
     count = len(feasible.model.parameters)
     lower, upper = problem.lower[:count], problem.upper[:count]

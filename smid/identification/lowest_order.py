@@ -1,4 +1,4 @@
-"""The smallest model that explains the data, each smaller one proven not to."""
+"""The smallest model that explains the data; each smaller one is proven not to."""
 
 from __future__ import annotations
 
@@ -21,19 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OrderStep:
-    """The verdict on one candidate.
+    """The verdict on one candidate: proven empty, feasible (a point is verified), or undecided.
 
-    Parameters
-    ----------
-    empty
-        Its feasible set is certified empty.
-    feasible
-        A feasible point is verified. Where neither holds, the candidate is undecided.
-    reason
-        The proof of emptiness in words, or how the intervals came about.
-    least_bound
-        Where the set is empty, the certified lower end of the least noise bound that the candidate needs; None where
-        it was not computed.
+    ``reason`` is the proof of emptiness in words, or how the intervals were computed. ``least_bound`` is the certified
+    lower end of the least noise bound that the candidate needs; None where it was not computed.
     """
 
     model: Model
@@ -56,16 +47,9 @@ class OrderStep:
 
 @dataclass(frozen=True, repr=False)
 class LowestOrder(Tabular):
-    """The candidates tried, and the estimate of the first one that is not proven wrong.
+    """The candidates tried, and the estimate of the first one that is not proven infeasible (None where all are).
 
-    Parameters
-    ----------
-    estimate
-        None where every candidate is proven wrong.
-    channel, unit
-        The output whose noise is meant.
-    noise_bound
-        What was allowed of it.
+    ``noise_bound`` is the bound that was allowed for the noise of the output ``channel``.
     """
 
     steps: tuple[OrderStep, ...]
@@ -76,7 +60,7 @@ class LowestOrder(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return a row for each candidate; least bounds are rounded down, for they are proven."""
+        """Return a row for each candidate; least bounds are rounded down, because they are proven."""
         needs = ("" if s.least_bound is None else f">= {round_down(s.least_bound, 4)}" for s in self.steps)
         rows = tuple(
             (s.model.name, str(len(s.model.parameters)), s.verdict, need)
@@ -110,7 +94,7 @@ class LowestOrder(Tabular):
         }
 
     def plot(self) -> Figure:
-        """Draw the least noise bound that each candidate needs, against the bound that was allowed."""
+        """Return a figure of the least noise bound of each candidate, with the bound that was allowed."""
         from smid.identification.figures import lowest_order_figure
 
         return lowest_order_figure(self)
@@ -124,7 +108,7 @@ def lowest_order(
     progress: Callable[[str], None] | None = None,
     **settings: object,
 ) -> LowestOrder:
-    """Go through models of growing order until one is not proven empty.
+    """Return the first of some models that is not proven infeasible, with the verdicts on those before it.
 
     Parameters
     ----------

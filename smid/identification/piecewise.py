@@ -1,120 +1,115 @@
 """Intervals of models with Max, Min, Abs and sign: a list of cells whose union holds every feasible parameter.
 
-The hull of the cells (:mod:`smid.identification.cell`) is the answer so far. Take the end with the widest gap to its
-witness, and split the cell that sets it; its parts are contracted, and dropped where they are certified empty. A cell
-without open kinks is an ordinary polynomial problem, which :func:`relaxations.search.hierarchy.intervals` finishes.
-Whenever one stops, the hull is proven.
+The hull of the cells (:mod:`smid.identification.cell`) gives the intervals. Take the end with the widest gap to its
+witness, and split the cell that sets the end. Contract the parts, and drop those that are certified empty. A cell
+without open kinks is an ordinary polynomial problem for :func:`relaxations.search.hierarchy.intervals`. The hull is
+proven at any time. (The loop of :mod:`relaxations.search.best_first` does not fit: it raises one bound, and here every
+cell counts for all ends at once.)
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
-from relaxations.algebra.polynomial import Polynomials
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, stopped_by
-from relaxations.proof.bounding import Emptiness, relax, resolve
-from relaxations.search.hierarchy import Enclosure, Interval, Reason, intervals, uninterrupted
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness
+from relaxations.proof.method import Lift
+from relaxations.proof.proof_steps import Kinks, Step
+from relaxations.search.enclosure import Enclosure, Interval, Reason, uninterrupted
+from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import FLOOR
+from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.cell import Cell, Part, boxed, contract, lifted, middle, split, witness, witness_near
+from smid.identification.cell import Cell, Region, boxed, contract, lifted, middle, split, witness, witness_near
+from smid.identification.encloser import Enclosed, Settings, proven_infeasible
 from smid.identification.estimate import CentreStatus
-from smid.identification.piecewise_proof import Trail
+from smid.identification.finite_box import Boxed, vanishing_factors
+from smid.identification.piecewise_proof import Trail, stated
+from smid.models import ModelError
 
 SPLITS = 80  # by default at most so many
 BOXING_SPLITS = 12  # of them, at most so many to give every parameter a finite box
 TOLERANCE = 2e-3  # an end is tight at this share of the width, or at the tolerance asked for
 
-Progress = Callable[[str], None]
 
+@dataclass
+class Piecewise:
+    """Encloses a set with open kinks: Max, Min, Abs or sign that priors and data alone do not decide.
 
-def piecewise_intervals(
-    feasible: FeasibleSet,
-    *,
-    order: int | None = None,
-    solver: str = "clarabel",
-    tolerance: float = 1e-4,
-    rounds: int = 10,
-    nodes: int = 0,
-    progress: Progress | None = None,
-    trail: Trail | None = None,
-) -> Enclosure:
-    """Enclose the parameters of a set with open kinks.
-
-    Parameters
-    ----------
-    order, solver, rounds, progress
-        As for :func:`smid.identify`; order and rounds serve the cells without open kinks.
-    tolerance
-        Stop once each gap is below this share (but not below 0.2 %) of its interval's width.
-    nodes
-        At most so many splits, where more than the default of 80.
-    trail
-        Keeps the proof.
-
-    Returns
-    -------
-    Enclosure
-        Its witnesses hold the parameters only. Where no box could be proven, ``reason`` says so and the ends are the
-        prior ones.
-
-    Raises
-    ------
-    ModelError
-        Where the kinks are raised to a power, or multiplied by too many unknowns for the parametric lift.
-
-    Examples
-    --------
-    >>> import sympy
-    >>> from smid.data import Dataset
-    >>> from smid.models import OutputError, Parameter
-    >>> u, y = [1.0, 0, 1, 1, 0, 0.7, 1, 0], [0.0, 0.5, 0.25, 0.62, 0.81, 0.4, 0.4, 0.7]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> model = OutputError(bounds={"a1": (-0.9, 0), "b0": (0, 2)})
-    >>> d = Parameter("d", 0, 0.9)
-    >>> model = model.insert_before("u", lambda u: sympy.Max(0, u - d.symbol), parameters=[d])
-    >>> found = piecewise_intervals(FeasibleSet(model, data, 0.03)).intervals[2]
-    >>> 0 < found.lower < 0.5 < found.upper < 0.7
-    True
+    ``order`` and ``rounds`` of the settings serve the cells without open kinks. ``nodes`` allows that many splits where
+    it is more than 80. ``tolerance`` is at least 0.2 %. A ModelError refuses a method other than the lift, kinks that
+    it does not apply to, and a proof that cannot be written.
     """
-    lifted(feasible.model.name, feasible.problem)  # refuses before any work
-    count = len(feasible.model.parameters)
-    lower, upper = feasible.problem.lower[:count].copy(), feasible.problem.upper[:count].copy()
-    search = _Search(
-        feasible,
-        order,
-        solver,
-        max(tolerance, TOLERANCE),
-        rounds,
-        max(nodes, SPLITS),
-        progress,
-        [Part(lower, upper, {}, trail or Trail())],
-        np.where(np.isfinite(upper - lower), upper - lower, 0.0),
-    )
-    try:
-        reason = search.run()
-    except STOPS as stop:
-        reason = Reason[stopped_by(stop)]
-    return search.enclosure(reason)
+
+    feasible: FeasibleSet
+    settings: Settings
+    kept: bool
+    plan: Plan = field(init=False)
+    trail: Trail = field(init=False)
+
+    def __post_init__(self) -> None:
+        feasible, method = self.feasible, self.settings.method
+        self.plan = Plan.of(feasible.problem, method, self.settings.order)
+        if method not in ("auto", "lift") and not isinstance(method, Lift):
+            raise ModelError(
+                f"a model with Max, Min, Abs or sign is bounded by the lift: method={method!r} does not apply"
+            )
+        products = vanishing_factors(feasible.model, feasible.problem.unbounded) if self.kept else ()
+        if products:
+            raise ModelError(
+                f"the proof of a box for {', '.join(products)} beside Max, Min, Abs or sign cannot be written: give "
+                "bounds, or leave certificate out"
+            )
+        lifted(feasible.model.name, feasible.problem)
+        self.trail = Trail(kept=self.kept)
+
+    def enclose(self) -> Enclosed:
+        """Return the hull of the cells; its witnesses hold the parameters only."""
+        feasible = self.feasible
+        search = _Search(feasible, self.settings, self.plan, self.trail)
+        try:
+            reason = search.run()
+        except STOPS as stop:
+            reason = Reason[stopped_by(stop)]
+        enclosure = search.enclosure(reason)
+        derived = tuple(p.name for p in feasible.model.parameters if not np.isfinite(p.upper - p.lower))
+        unbounded = tuple(i.name for i in enclosure.intervals if not np.isfinite(i.width))
+        boxed = Boxed(feasible, () if unbounded else derived, unbounded, feasible.problem)
+        return Enclosed(boxed, reason, enclosure)
+
+    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks]:
+        """Return the set with its kinks as variables, and the steps."""
+        problem, kinks = stated(self.feasible)
+        return problem, self.trail.whole(problem, len(self.feasible.model.parameters)), kinks
+
+    def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
+        """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths."""
+        centre = np.array([i.centre for i in enclosure.intervals])
+        fixed = self.feasible.on_box(centre, centre)
+        if witness_near(fixed, Region(centre, centre, {}), middle(fixed), 0, 1) is not None:
+            return CentreStatus.FEASIBLE, None
+        empty = proven_infeasible(fixed.problem, Plan.of(fixed.problem), self.settings.solver)
+        width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
+        nearest = min(enclosure.witnesses, key=lambda p: float(np.abs((p - centre) / width).max()), default=None)
+        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest
 
 
 @dataclass
 class _Search:
-    """The state of one search: the parts not looked at, the cells, the witnesses (parameters only)."""
+    """The state of one search: the regions that wait, the cells, the witnesses (parameters only)."""
 
     feasible: FeasibleSet
-    order: int | None
-    solver: str
-    tolerance: float
-    rounds: int
-    splits: int
-    progress: Progress | None
-    waiting: list[Part]
-    first_width: Array
+    settings: Settings
+    plan: Plan
+    trail: Trail
+    waiting: list[Region] = field(init=False)
+    first_width: Array = field(init=False)
     cells: list[Cell] = field(default_factory=list)
     pool: list[Array] = field(default_factory=list)
     solves: int = 0
@@ -122,8 +117,15 @@ class _Search:
     empty: Emptiness | None = None
     started: float = field(default_factory=time.perf_counter)
 
+    def __post_init__(self) -> None:
+        count = len(self.feasible.model.parameters)
+        lower, upper = self.feasible.problem.lower[:count].copy(), self.feasible.problem.upper[:count].copy()
+        self.waiting = [Region(lower, upper, {}, self.trail)]
+        self.first_width = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+        self.tolerance = max(self.settings.tolerance, TOLERANCE)
+
     def run(self) -> Reason:
-        """Split until every end meets its witness, nothing is left to split, or the splits are used up."""
+        """Split until every end meets its witness, nothing can be split, or the splits are used up."""
         ready = self._boxed()
         if ready is None:
             return Reason.UNBOUNDED
@@ -140,7 +142,7 @@ class _Search:
             loose = [(k, sign) for gap, k, sign in self._gaps() if gap > 1]
             if not loose:
                 return Reason.TIGHT
-            if self.used >= self.splits:
+            if self.used >= max(self.settings.nodes, SPLITS):
                 return Reason.ROUNDS
             setting = ((k, self._setting(k, sign)) for k, sign in loose)
             work = next(((k, cell) for k, cell in setting if not cell.settled), None)
@@ -148,32 +150,35 @@ class _Search:
                 return Reason.STALLED
             k, cell = work
             self._refine(cell)
-            if self.progress and (self.cells or self.waiting):
+            if self.settings.progress and (self.cells or self.waiting):
                 low, high = self._ends(k)
                 name = self.feasible.model.parameters[k].name
-                self.progress(f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells")
+                self.settings.progress(
+                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells"
+                )
 
-    def _boxed(self) -> list[Part] | None:
-        """Give every part a finite box, splitting thresholds where that is what it takes; None where it fails."""
+    def _boxed(self) -> list[Region] | None:
+        """Give every region a finite box, splitting thresholds where needed; None where that fails."""
         pending, ready = list(self.waiting), []
         while pending:
-            part = pending.pop()
-            found = boxed(self.feasible, part, self.solver)
-            if isinstance(found, Part):
+            region = pending.pop()
+            found = boxed(self.feasible, region, self.settings.solver)
+            if isinstance(found, Region):
                 ready.append(found)
             elif isinstance(found, Emptiness):
                 self.empty = found
             else:
-                stamped = self.feasible.on_box(part.lower, part.upper, part.choose)
-                halves = split(Cell(part, stamped, {}), self.first_width) if stamped.openings else ()
+                stamped = self.feasible.on_box(region.lower, region.upper, region.choose)
+                halves = split(Cell(region, stamped, {}), self.first_width) if stamped.openings else ()
                 self.used += 1
                 if not halves or self.used > BOXING_SPLITS:
                     return None
                 pending += halves
         return ready
 
-    def _contracted(self, part: Part) -> Cell | None:
-        found = contract(self.feasible, part, self.solver)
+    def _contracted(self, region: Region) -> Cell | None:
+        """Return the cell of a region; None where it is proven empty."""
+        found = contract(self.feasible, region, self.settings.solver)
         if isinstance(found, Emptiness):
             self.empty = found
             return None
@@ -182,7 +187,7 @@ class _Search:
 
     def _find_witnesses(self, cell: Cell) -> None:
         """Look for witnesses at the ends of a cell that no witness comes near yet."""
-        for k in range(len(cell.part.lower)):
+        for k in range(len(cell.region.lower)):
             for sign in (1, -1):
                 inner = self._inner(k, sign)
                 if np.isnan(inner) or cell.end(k, sign) < inner - self._allowed(k):
@@ -190,7 +195,7 @@ class _Search:
                     self.pool += [] if point is None else [point]
 
     def _refine(self, cell: Cell) -> None:
-        """Split a cell, or finish one that has no open kinks."""
+        """Split a cell, or compute its intervals where it has no open kinks."""
         place = next(i for i, c in enumerate(self.cells) if c is cell)
         self.used += 1
         if cell.feasible.openings:
@@ -198,16 +203,16 @@ class _Search:
             self.waiting += parts
             self.cells[place : place + 1] = [] if parts else [replace(cell, settled=True)]
             return
-        count = len(cell.part.lower)
-        with cell.part.trail.on(cell.feasible) as record:
+        count = len(cell.region.lower)
+        with cell.region.trail.on(cell.feasible) as record:
             enclosure = uninterrupted(
                 intervals(
                     cell.feasible.problem,
                     range(count),
-                    order=self.order,
-                    solver=self.solver,
+                    order=self.plan.asked,
+                    solver=self.settings.solver,
                     tolerance=self.tolerance,
-                    rounds=self.rounds,
+                    rounds=self.settings.rounds,
                     record=record,
                 )
             )
@@ -219,7 +224,7 @@ class _Search:
             return
         lower = np.array([i.lower for i in enclosure.intervals])
         upper = np.array([i.upper for i in enclosure.intervals])
-        self.cells[place] = replace(cell, part=replace(cell.part, lower=lower, upper=upper), settled=True)
+        self.cells[place] = replace(cell, region=replace(cell.region, lower=lower, upper=upper), settled=True)
 
     def _setting(self, k: int, sign: int) -> Cell:
         """Return the cell that sets an end."""
@@ -236,8 +241,8 @@ class _Search:
         return sorted(gaps, reverse=True)
 
     def _ends(self, k: int) -> tuple[float, float]:
-        """Return the hull of all that is left, in one parameter."""
-        parts = [c.part for c in self.cells] + self.waiting
+        """Return the hull of all regions and cells, in one parameter."""
+        parts = [c.region for c in self.cells] + self.waiting
         return min(float(p.lower[k]) for p in parts), max(float(p.upper[k]) for p in parts)
 
     def _inner(self, k: int, sign: int) -> float:
@@ -245,11 +250,12 @@ class _Search:
         return min((sign * float(p[k]) for p in self.pool), default=np.nan)
 
     def _allowed(self, k: int) -> float:
+        """Return the gap that counts as tight."""
         low, high = self._ends(k)
         return max(self.tolerance * (high - low), FLOOR * max(abs(low), abs(high)))
 
     def enclosure(self, reason: Reason) -> Enclosure:
-        """Return the hull of the cells as it stands."""
+        """Return the hull of the cells so far."""
         model, prior = self.feasible.model, self.feasible.problem
         found = []
         left = bool(self.cells or self.waiting)
@@ -258,42 +264,17 @@ class _Search:
             inner = self._inner(k, 1), -self._inner(k, -1)
             at_box = (low == prior.lower[k], high == prior.upper[k])
             found.append(Interval(parameter.name, low, high, *inner, (bool(at_box[0]), bool(at_box[1])), ("", "")))
-        method, order, complicating = resolve(prior, "auto", self.order)
-        names = tuple(prior.names[k] for k in complicating)
         return Enclosure(
             tuple(found),
             tuple(self.pool),
             self.empty if reason is Reason.EMPTY else None,
-            method,
-            order,
+            self.plan.method.name,
+            self.plan.order,
             reason,
             self.used,
             self.solves,
             time.perf_counter() - self.started,
-            names,
+            tuple(prior.names[k] for k in self.plan.complicating),
             max((cell.largest_block for cell in self.cells), default=0),
             max((cell.n_moments for cell in self.cells), default=0),
         )
-
-
-def piecewise_centre(feasible: FeasibleSet, enclosure: Enclosure, solver: str) -> tuple[CentreStatus, Array | None]:
-    """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths.
-
-    Parameters
-    ----------
-    feasible
-        With open kinks.
-    enclosure
-        Of :func:`piecewise_intervals`.
-    """
-    centre = np.array([i.centre for i in enclosure.intervals])
-    part = Part(centre, centre, {})
-    fixed = feasible.on_box(centre, centre)
-    if witness_near(fixed, part, middle(fixed), 0, 1) is not None:
-        return CentreStatus.FEASIBLE, None
-    method, order, _ = resolve(fixed.problem, "auto", None)
-    nothing = Polynomials.from_terms([{}])
-    empty = method == "lift" and relax(fixed.problem, method, order, solver).bound(nothing).bound == np.inf
-    width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
-    nearest = min(enclosure.witnesses, key=lambda p: float(np.abs((p - centre) / width).max()), default=None)
-    return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest

@@ -1,7 +1,7 @@
 """The proof of a search through cells, for a file that :mod:`relaxations.check` proves again.
 
-The file states every kink as a variable, with its argument. A part of the search carries a :class:`Trail`: what was
-proven on its box, on rows into which the kinks that the box decides are put, and the parts that it was split into.
+The file states every kink as a variable, with its argument. Each region of the search has a :class:`Trail`: the steps
+that were proven on its box, with the values of the kinks that the box decides, and the parts that it was split into.
 """
 
 from __future__ import annotations
@@ -23,16 +23,9 @@ from smid.feasible.regimes import Side
 
 @dataclass
 class Trail:
-    """The proof of one part.
+    """The proof of one region: the steps proven for the whole of it (where ``kept``), and its parts.
 
-    Parameters
-    ----------
-    kept
-        Without, no steps are recorded.
-    steps
-        What was proven of it as a whole.
-    parts
-        The variable that was split, its range, or else the side of a kink, and what followed.
+    A part is the variable that was split, its range, the side of a kink (0 for a range), and the proof of the part.
     """
 
     kept: bool = False
@@ -41,7 +34,7 @@ class Trail:
 
     @contextmanager
     def on(self, feasible: FeasibleSet) -> Iterator[Record | None]:
-        """Record what is proven on a stamping of the set."""
+        """Record the steps that are proven on a set in this region's box."""
         own: list[Step] = []
         yield own.append if self.kept else None
         if own:
@@ -65,21 +58,7 @@ class Trail:
 
 
 def stated(feasible: FeasibleSet) -> tuple[PolynomialProblem, Kinks]:
-    """Return the set with every kink as a variable, and what these are.
-
-    Examples
-    --------
-    >>> import sympy
-    >>> from smid.data import Dataset
-    >>> from smid.models import OutputError, Parameter
-    >>> data = Dataset.from_arrays(input=[1.0, 1, 1, 0, 1], output=[0.0, 0.5, 0.7, 0.8, 0.4], sampling_time=1.0)
-    >>> d = Parameter("d", 0, 0.5)
-    >>> model = OutputError(bounds={"a1": (-0.9, 0), "b0": (0, 2)})
-    >>> model = model.insert_before("u", lambda u: sympy.Max(0, u - d.symbol), parameters=[d])
-    >>> problem, kinks = stated(FeasibleSet(model, data, 0.1))
-    >>> [problem.names[v] for v in kinks.variables]
-    ['kink1[0]', 'kink1[1]', 'kink1[2]', 'kink1[3]']
-    """
+    """Return the set with every kink as a variable, and the kinks."""
     found = stamp_all(feasible.structure, feasible.data, feasible.bounds, decide=False)
     signs = [np.full(len(o.variables), o.hinge.kink.kind is Kind.SIGN) for o in found.openings]
     kinks = Kinks(
@@ -91,6 +70,7 @@ def stated(feasible: FeasibleSet) -> tuple[PolynomialProblem, Kinks]:
 
 
 def _on_sides(feasible: FeasibleSet, steps: tuple[Step, ...]) -> Sides:
+    """Return steps with the kinks that the set decides, and the rows of the open ones."""
     problem = feasible.problem
     known = [
         (placed.variable(k), int(placed.sides[k]))

@@ -42,7 +42,7 @@ def check_integration(model: Model) -> None:
     """Refuse an unknown scheme, and an invalid number of steps or sampling time."""
     refuse_unknown("scheme", [model.scheme], SCHEMES)
     if isinstance(model.substeps, bool) or not isinstance(model.substeps, int) or model.substeps < 1:
-        raise ModelError(f"substeps = {model.substeps!r} is no number of steps: give a whole number of at least 1")
+        raise ModelError(f"substeps = {model.substeps!r} is not a number of steps: give a whole number of at least 1")
     step = model.sampling_time
     if step is not None and not (math.isfinite(step) and step > 0):
         raise ModelError(f"sampling_time = {step} is refused: give a positive number of seconds")

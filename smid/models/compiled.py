@@ -22,18 +22,17 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.signal import lfilter, lfiltic
 from sympy.core.function import Application
 from sympy.printing.pycode import PythonCodePrinter
 
+from relaxations.algebra.arrays import Array
 from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
 from smid.models.symbols import plain_symbols, references, rewritten, signal, swapped, t
 
 __all__ = ["Array", "Group", "compile_lines"]
 
-Array = NDArray[np.float64]
 Function = Callable[..., Any]
 Reference = tuple[str, int]
 

@@ -211,7 +211,7 @@ def insert_sensor(
     Raises
     ------
     ModelError
-        If the channel is no output.
+        If the channel is not an output.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
     Raises
     ------
     ModelError
-        If the channel is no input, or noisy already.
+        If the channel is not an input, or noisy already.
 
     Examples
     --------
@@ -252,7 +252,7 @@ def with_input_noise(model: Model, channel: str, noise: str | None = None) -> Mo
         noisy = replace(exact[0], noise=noise or free_name(model, "zeta"))
         return replace(model, measurements=tuple(noisy if item is exact[0] else item for item in model.measurements))
     if channel not in model.inputs:
-        raise ModelError(f"{channel!r} is no exact input: choose one of {', '.join(model.inputs)}")
+        raise ModelError(f"{channel!r} is not an exact input: choose one of {', '.join(model.inputs)}")
     measured = [item for item in model.measurements if item.signal == channel]
     if measured:
         raise ModelError(f"{channel!r} is measured by {measured[0].channel!r} already: change that measurement")

@@ -82,7 +82,7 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
     Raises
     ------
     ModelError
-        If a name is no parameter's or a value is not finite.
+        If a name is not the name of a parameter, or a value is not finite.
 
     Examples
     --------

@@ -137,7 +137,7 @@ def load_model(path: str | PathLike[str]) -> Model:
     Raises
     ------
     ModelError
-        If the file cannot be read, is no TOML, or does not describe a model.
+        If the file cannot be read, is not valid TOML, or does not describe a model.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def load_model(path: str | PathLike[str]) -> Model:
     except OSError as error:
         raise ModelError(f"cannot read the model file {path}: {error.strerror}; check the path") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ModelError(f"{path} is no TOML: {error}; correct it there") from None
+        raise ModelError(f"{path} is not valid TOML: {error}; correct it there") from None
     try:
         return model_from_mapping(content)
     except ModelError as error:

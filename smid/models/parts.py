@@ -48,7 +48,7 @@ class Parameter:
     Raises
     ------
     ModelError
-        If the name is no identifier or the box is empty.
+        If the name is not an identifier or the box is empty.
 
     Examples
     --------

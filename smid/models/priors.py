@@ -78,7 +78,7 @@ class Priors:
         for name in ("dc_gain", "pole_range", "zero_range"):
             span = getattr(self, name)
             if span is not None and not isinstance(span, float | Real) and not (len(span) == 2 and span[0] <= span[1]):
-                raise ModelError(f"{name} = {span} is no range: give (lower, upper) with lower <= upper")
+                raise ModelError(f"{name} = {span} is not a range: give (lower, upper) with lower <= upper")
         if self.pole_radius is not None and self.pole_radius <= 0:
             raise ModelError(f"pole_radius = {self.pole_radius} leaves no pole: give a positive radius")
         if self.integrator and self.dc_gain is not None:

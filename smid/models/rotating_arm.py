@@ -82,7 +82,7 @@ def RotatingArm(
       integrated by rk4, 1 step per sample, inputs held
     """
     if measured not in ("angle", "speed"):
-        raise ModelError(f"measured = {measured!r} is no signal of the arm: choose 'angle' or 'speed'")
+        raise ModelError(f"measured = {measured!r} is not a signal of the arm: choose 'angle' or 'speed'")
     parameters = [
         Parameter("theta", *(THETA_BOX if theta is None else (theta, theta)), MOTOR["theta"][1]),
         Parameter("c", *(C_BOX if c is None else (c, c)), MOTOR["c"][1]),
@@ -113,7 +113,7 @@ def RotatingArm(
 
 
 def _fixed(constants: dict[str, tuple[float, str]]) -> list[Parameter]:
-    """Return parameters whose box is one point; a torque of zero is no effect."""
+    """Return parameters whose box is one point; 0 is the null value of all but `eps`."""
     return [
         Parameter(name, value, value, unit, None if name == "eps" else 0.0) for name, (value, unit) in constants.items()
     ]

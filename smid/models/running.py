@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from smid.models.compiled import Array, compile_lines
+from relaxations.algebra.arrays import Array
+from smid.models.compiled import compile_lines
 from smid.models.errors import ModelError
 from smid.models.model import Model
 from smid.models.parts import Line

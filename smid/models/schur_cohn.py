@@ -49,14 +49,19 @@ def schur_cohn(
     # The coefficients of c(r z), whose roots are those of c over r.
     degree, scale = len(coefficients) - 1, number(radius)
     scaled = [with_fractions(sympy.sympify(c)) * scale ** (degree - i) for i, c in enumerate(coefficients)]
-    return _conditions(tuple(scaled), positive_leading)
+    free = sympy.symbols(f"c:{degree + 1}", real=True)
+    values = dict(zip(free, scaled, strict=True))
+    conditions = _conditions(free, positive_leading or bool(scaled[0].is_positive))
+    found = dict.fromkeys(sympy.expand(condition.xreplace(values)) for condition in conditions)
+    return tuple(condition for condition in found if not condition.is_positive)
 
 
+# The coefficients are independent symbols here. A factor of one condition that divides another one vanishes only on the
+# border then, and the closure keeps the border. A factor that is zero because of what a user has fixed must not be
+# divided out: poles at +-r have a_1 = 0, and a_1 >= 0, -1 >= 0 would be left of a_1 >= 0, -a_1 >= 0.
 @lru_cache(maxsize=128)
-def _conditions(coefficients: tuple[sympy.Expr, ...], positive_leading: bool) -> tuple[sympy.Expr, ...]:
-    symbols = sorted(set().union(*(item.free_symbols for item in coefficients)), key=str) or [sympy.Dummy()]
-    row = [sympy.Poly(item, *symbols, domain="QQ") for item in coefficients]
-    leading_positive = positive_leading or bool(coefficients[0].is_positive)
+def _conditions(coefficients: tuple[sympy.Symbol, ...], leading_positive: bool) -> tuple[sympy.Expr, ...]:
+    row = [sympy.Poly(item, *coefficients, domain="QQ") for item in coefficients]
     # Conditions so far, each positive wherever the later ones are read.
     found: list[sympy.Poly] = []
     positive = [row[0]] if leading_positive else []

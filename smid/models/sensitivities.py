@@ -27,7 +27,8 @@ import sympy
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtbtrs
 
-from smid.models.compiled import Array, Group, compile_lines
+from relaxations.algebra.arrays import Array
+from smid.models.compiled import Group, compile_lines
 from smid.models.differentiate import derivatives
 from smid.models.model import Model
 from smid.models.parts import Line

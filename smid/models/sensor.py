@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from smid.models.compiled import Array
+from relaxations.algebra.arrays import Array
 from smid.models.errors import ModelError
 from smid.models.parts import Measurement
 from smid.models.symbols import VALUE
@@ -20,7 +20,7 @@ def _coefficients(channel: str, inverse: sympy.Expr, values: Mapping[str, Any]) 
     """Coefficients of the inverse curve, highest power first, of shape (B, degree + 1)."""
     polynomial = sympy.Poly(inverse, VALUE) if inverse.is_polynomial(VALUE) else None
     if polynomial is None:
-        raise ModelError(f"the inverse sensor curve of {channel!r} is no polynomial in VALUE: give a polynomial")
+        raise ModelError(f"the inverse sensor curve of {channel!r} is not a polynomial in VALUE: give a polynomial")
     symbols = sorted(inverse.free_symbols - {VALUE}, key=str)
     evaluated = sympy.lambdify(symbols, polynomial.all_coeffs(), "numpy")(*(values[str(s)] for s in symbols))
     columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(item, float)) for item in evaluated))
@@ -44,7 +44,7 @@ def channel_to_signal(measurement: Measurement, channel: Array, values: Mapping[
     Raises
     ------
     ModelError
-        If the curve is no polynomial.
+        If the curve is not a polynomial.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def _branch(curve: Array, anchor: float) -> tuple[float, float, float]:
     roots = np.roots(slope)
     scale = 1e-6 * (1.0 + np.abs(roots))
     real = np.sort(roots.real[np.abs(roots.imag) <= scale])
-    # At an even root (v**3 at 0) the slope touches zero without a change of sign: this is no end of a branch.
+    # At an even root (v**3 at 0) the slope touches zero without a change of sign: this is not an end of a branch.
     margin = 1e-5 * (1.0 + np.abs(real))
     turns = real[np.polyval(slope, real - margin) * np.polyval(slope, real + margin) < 0]
     lower = max((float(root) for root in turns if root <= anchor), default=-np.inf)

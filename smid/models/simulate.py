@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from smid.models.compiled import Array
+from relaxations.algebra.arrays import Array
 from smid.models.errors import ModelError
 from smid.models.model import Model
 from smid.models.predictor import past_name, predictor

@@ -73,7 +73,7 @@ def number(value: float) -> sympy.Rational:
     """
     exact = sympy.sympify(value)
     if not (exact.is_Number and exact.is_finite):
-        raise ModelError(f"{value} is no finite number: give a decimal or a fraction")
+        raise ModelError(f"{value} is not a finite number: give a decimal or a fraction")
     return sympy.Rational(exact)
 
 
@@ -156,9 +156,9 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
     try:
         expression = sympy.sympify(expression, strict=True)
     except sympy.SympifyError:
-        raise ModelError(f"{expression!r} is no sympy expression: build it from symbols and signals") from None
+        raise ModelError(f"{expression!r} is not a sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
-        raise ModelError(f"{expression!r} is no expression: give the right-hand side only, without a relation")
+        raise ModelError(f"{expression!r} is not an expression: give the right-hand side only, without a relation")
     ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}

@@ -15,7 +15,7 @@ __all__ = ["check_count", "linear_expression", "names"]
 def check_count(option: str, value: int, least: int) -> None:
     """Refuse an order that is not a whole number of at least `least`, with a `ModelError`."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise ModelError(f"{option} = {value!r} is no order: give a whole number of at least {least}")
+        raise ModelError(f"{option} = {value!r} is not a valid order: give a whole number of at least {least}")
 
 
 def names(stem: str, count: int, first: int) -> tuple[str, ...]:

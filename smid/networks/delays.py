@@ -1,7 +1,4 @@
-"""Delay lines: the past samples of signals, as the columns that a network reads.
-
-Reference: clutch thesis, (5.1); hybrid thesis, figures 3.5 and 6.5.
-"""
+"""Delay lines: past samples of signals as columns (clutch thesis, (5.1); hybrid thesis, figures 3.5 and 6.5)."""
 
 from __future__ import annotations
 
@@ -10,26 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks.network import Array
 
 __all__ = ["delayed"]
 
 
 def delayed(signals: Sequence[ArrayLike], delays: Sequence[Sequence[int]]) -> Array:
-    """Put delayed samples of signals side by side.
+    """Return delayed samples of signals side by side, shape (n, k).
+
+    Row t holds ``signal[t - delay]``. Before the first sample a signal has its first value.
 
     Parameters
     ----------
     signals
-        Shape (n,). Over the same instants.
+        Shape (n,) each, over the same instants.
     delays
-        For each signal, by how many samples its columns are delayed.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Row t holds ``signal[t - delay]``; before the first sample a signal stood at it.
+        For each signal, the delays of its columns in samples.
 
     Raises
     ------
@@ -48,7 +42,7 @@ def delayed(signals: Sequence[ArrayLike], delays: Sequence[Sequence[int]]) -> Ar
     if len(shapes) != 1 or len(next(iter(shapes))) != 1 or not columns[0].size:
         raise DataError(f"signals of shapes {sorted(shapes)}: give vectors of samples over the same instants")
     if any(delay < 0 for group in delays for delay in group):
-        raise DataError(f"delays = {delays}: a network cannot read samples that are still to come")
+        raise DataError(f"delays = {delays}: a network cannot read future samples, give 0 or more")
     instants = np.arange(columns[0].size)
     return np.stack(
         [

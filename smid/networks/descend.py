@@ -1,4 +1,4 @@
-"""One descent of any method, watched: it stops early when the validation error rises, and keeps the best when stopped.
+"""One descent of a method with early stopping: it ends when the validation error no longer falls.
 
 Reference: Prechelt, "Early stopping - but when?", in "Neural Networks: Tricks of the Trade" (1998).
 """
@@ -11,10 +11,10 @@ from enum import Enum
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.least_squares import LeastSquares, Method
-from smid.networks.network import Array
 
 __all__ = ["Descent", "Progress", "ProgressCallback", "Stop", "descend"]
 
@@ -38,22 +38,22 @@ class Stop(Enum):
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a descent has come.
+    """State of a descent, for a progress display.
 
     Parameters
     ----------
     start
-        Which of several starts, from 0.
+        Number of the start, from 0.
     iteration
         Accepted steps so far.
     training, validation
-        Mean squared errors; without a validation part both are the same.
+        Mean squared errors; equal without a validation part.
 
     Examples
     --------
-    >>> def tell(progress: Progress) -> None:
+    >>> def show(progress: Progress) -> None:
     ...     print(f"step {progress.iteration}: {progress.training:.3g}")
-    >>> tell(Progress(start=0, iteration=3, training=0.25, validation=0.3))
+    >>> show(Progress(start=0, iteration=3, training=0.25, validation=0.3))
     step 3: 0.25
     """
 
@@ -68,16 +68,14 @@ ProgressCallback = Callable[[Progress], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Descent(Result):
-    """The best point of one descent, and how it was reached.
+    """The best point of one descent, and its errors.
 
     Parameters
     ----------
     theta
-        Shape (p,). Of the least validation error.
+        Shape (p,). Point of the least validation error.
     training, validation
         Shape (n_iterations + 1,). Mean squared errors at the start and after each accepted step.
-    stop
-        Why it ended.
     """
 
     theta: Array
@@ -105,33 +103,29 @@ def descend(
     progress: ProgressCallback | None = None,
     number: int = 0,
 ) -> Descent:
-    """Run a method until it, the validation error, the limit or the user says stop.
+    """Return the best point of a descent, also when it is interrupted from the keyboard.
 
     Parameters
     ----------
-    method
-        Such as `levenberg_marquardt`.
-    problem
-        What is minimised.
     start
-        Shape (p,). Where to begin.
+        Shape (p,).
     validation
-        Mean squared error on samples apart; by default the error that is minimised.
+        Returns the mean squared error on other samples; by default the error that is minimised.
     iterations
-        Most accepted steps.
+        Largest number of accepted steps.
     patience
-        Accepted steps in a row without a new least validation error, after which it stops.
+        Accepted steps without a new least validation error after which the descent stops.
     progress
         Called at the start and after each accepted step.
     number
-        Of the start, for the progress.
+        Number of the start, for the progress.
 
     Raises
     ------
     ModelError
         If the error at the start is not finite.
     KeyboardInterrupt
-        Only if the error at the start is not known yet; later, the best so far is returned.
+        Only before the error at the start is known.
 
     Examples
     --------
@@ -147,6 +141,7 @@ def descend(
     best, stop = start, Stop.CONVERGED
     try:
         for iterate in method(problem, start):
+            # Keep the point if its validation error is the least so far.
             error = iterate.error if validation is None else validation(iterate.theta)
             if not training and not np.isfinite(iterate.error):
                 raise ModelError("the error at the start is not finite: start from other values")
@@ -156,6 +151,7 @@ def descend(
             validated.append(error)
             if progress is not None:
                 progress(Progress(number, len(training) - 1, iterate.error, error))
+            # Stop by the validation error, by a slow fall, or at the limit.
             if len(validated) - 1 - int(np.argmin(validated)) >= patience:
                 stop = Stop.VALIDATION
                 break

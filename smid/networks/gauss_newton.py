@@ -1,8 +1,8 @@
-"""Gauss and Newton's method: the step that is best for the linearised residuals, halved until the error falls.
+"""Gauss-Newton: the least-squares step of the linearised residuals, halved until the error falls.
 
     d = argmin |J d + r|,   theta <- theta + d / 2^k,   k the least that lowers the error
 
-Where the residuals do not tell some combination of weights, the shortest of the best steps is taken.
+Where the step is not unique, the shortest one is taken.
 
 Reference: hybrid thesis, (4.3) and appendix G; Nocedal, Wright, "Numerical Optimization", section 10.3.
 """
@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.networks.least_squares import Iterate, LeastSquares
-from smid.networks.network import Array
 
 __all__ = ["gauss_newton"]
 
@@ -22,17 +22,7 @@ HALVINGS = 30
 
 
 def gauss_newton(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
-    """Descend by Gauss-Newton steps with halving.
-
-    Parameters
-    ----------
-    start
-        Shape (p,). Where to begin.
-
-    Yields
-    ------
-    Iterate
-        The start, then each accepted point.
+    """Yield the start, shape (p,), then each accepted point.
 
     Examples
     --------

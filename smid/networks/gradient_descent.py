@@ -1,17 +1,17 @@
-"""Gradient descent, with a learning rate that adapts: the back propagation of the textbooks.
+"""Gradient descent with an adaptive learning rate (back propagation).
 
     theta <- theta - rate J'r / n;    the error fell:  accept,  rate <- 2 rate;    else  rate <- rate / 2,  try again
 
-Reference: hybrid thesis, appendix H (h.5), with the rate adapted as in Vogl et al., "Accelerating the convergence of
-the back-propagation method", Biological Cybernetics 59 (1988), but never accepting a rise.
+Reference: hybrid thesis, appendix H (h.5); Vogl et al., "Accelerating the convergence of the back-propagation method",
+Biological Cybernetics 59 (1988), here without steps that raise the error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from relaxations.algebra.arrays import Array
 from smid.networks.least_squares import Iterate, LeastSquares
-from smid.networks.network import Array
 
 __all__ = ["gradient_descent"]
 
@@ -19,17 +19,7 @@ START, FACTOR, SMALLEST = 0.1, 2.0, 1e-12
 
 
 def gradient_descent(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
-    """Descend along the gradient.
-
-    Parameters
-    ----------
-    start
-        Shape (p,). Where to begin.
-
-    Yields
-    ------
-    Iterate
-        The start, then each accepted point.
+    """Yield the start, shape (p,), then each accepted point.
 
     Examples
     --------

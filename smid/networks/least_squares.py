@@ -1,9 +1,8 @@
-"""A least-squares problem as its methods see it: the error at a point, and its normal equations.
+"""A least-squares problem as the methods use it: the error at a point, and its normal equations.
 
     E(theta) = r'r / n,    E(theta + d) ~ E + 2 d'(J'r / n) + d'(J'J / n) d,    J = d r / d theta
 
-The normal equations are summed over blocks of samples: a Jacobian of millions of rows is never held, and a block stays
-in the cache between its making and its product.
+The normal equations are summed over blocks of samples, so that no Jacobian of millions of rows is held in memory.
 """
 
 from __future__ import annotations
@@ -14,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.networks.network import Array
 
 __all__ = ["Iterate", "LeastSquares", "Method", "NormalEquations", "sum_normal_equations"]
 
@@ -40,7 +39,7 @@ class NormalEquations:
 
 
 class LeastSquares(Protocol):
-    """What a method asks of a problem."""
+    """A problem that the methods can minimise."""
 
     def error(self, theta: Array) -> float:
         """Return the mean of the squared residuals; infinite or NaN where there is none."""
@@ -53,31 +52,23 @@ class LeastSquares(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """A point that a method came to.
-
-    Parameters
-    ----------
-    theta
-        Shape (p,). The point.
-    error
-        Mean of the squared residuals there.
-    """
+    """A point of a descent, shape (p,), and the mean of its squared residuals."""
 
     theta: Array
     error: float
 
 
 Method = Callable[[LeastSquares, Array], Iterator[Iterate]]
-"""Yields the start, then points of falling error; ends when no step lowers the error any more."""
+"""Yields the start, then points of falling error; ends when no step lowers the error."""
 
 
 def sum_normal_equations(blocks: Iterable[tuple[Array, Array]]) -> NormalEquations:
-    """Sum normal equations over blocks of samples.
+    """Return the normal equations of blocks of samples.
 
     Parameters
     ----------
     blocks
-        Shape (n_i,). Residuals and their Jacobian.
+        Residuals, shape (n_i,), and their Jacobian, shape (n_i, p).
 
     Raises
     ------

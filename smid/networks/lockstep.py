@@ -1,15 +1,15 @@
-"""Levenberg and Marquardt's method from many starts in lockstep: one evaluation steps all of them.
+"""Levenberg-Marquardt from many starts at once, within bounds: one evaluation serves all starts.
 
-    (G + mu D) d = -g,    G = J'J / n,    g = J'r / n,    D: the diagonal of G, the largest so far
+    (G + mu D) d = -g,    G = J'J / n,    g = J'r / n,    rho = (E(theta) - E(theta + d)) / (-2 g'd - d'G d)
 
-A loop through time costs nearly the same for one run as for many, so the starts share it.  Each has its own damping mu,
-after Nielsen as in `smid.networks.levenberg_marquardt`, and leaves when it is done.  D, Moré's, makes the method blind
-to the numbers' units: the weights of a jump are hundreds of times larger than the others.
+If the error falls, the step is accepted and ``mu <- mu max(1/3, 1 - (2 rho - 1)^3)``. Otherwise ``mu <- mu nu`` and
+``nu <- 2 nu``, from nu = 2 (Nielsen). Each start has its own mu. A step without a finite error is rejected.
 
-A number on its box's side which the gradient presses outwards stays there.  A step across a side ends on it, and is
-judged by what the quadratic model promised for the step that was taken.
+`lockstep` takes More's D, the diagonal of the largest G so far, so that the units of the parameters do not matter.
+`smid.networks.levenberg_marquardt` takes the identity: the weights of a scaled network have similar sizes. A parameter
+at a bound stays there while the gradient points outwards. A step across a bound is cut at the bound.
 
-References: Moré, "The Levenberg-Marquardt algorithm: implementation and theory", LNM 630 (1978); Madsen, Nielsen,
+References: More, "The Levenberg-Marquardt algorithm: implementation and theory", LNM 630 (1978); Madsen, Nielsen,
 Tingleff, "Methods for non-linear least squares problems", IMM, DTU (2004), algorithm 3.16; Kanzow, Yamashita,
 Fukushima, "Levenberg-Marquardt methods with strong local convergence properties for solving nonlinear equations with
 convex constraints", J. Comput. Appl. Math. 172 (2004).
@@ -17,28 +17,29 @@ convex constraints", J. Comput. Appl. Math. 172 (2004).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from smid.networks.network import Array
+from relaxations.algebra.arrays import Array
 
-__all__ = ["Points", "lockstep", "stacked_normal_equations"]
+__all__ = ["Points", "descents", "lockstep", "stacked_normal_equations"]
 
 START, SMALLEST, LARGEST, FALL = 1e-3, 1e-14, 1e12, 1e-8
-BLOCK = 2048  # residuals whose derivatives are held at once; more would leave the cache
+BLOCK = 2048  # residuals whose derivatives are held at once, so that they fit the processor's cache
 
 Rows = NDArray[np.intp]
 
 
 class Points(Protocol):
-    """What the method asks of many points at once."""
+    """Many points of a least-squares problem."""
 
     @property
     def errors(self) -> Array:
-        """Mean of the squared residuals at each, shape (B,); infinite where there is none."""
+        """Mean of the squared residuals at each point, shape (B,); infinite where there is none."""
         ...
 
     def normal_equations(self, rows: Rows) -> tuple[Array, Array]:
@@ -47,23 +48,16 @@ class Points(Protocol):
 
 
 def stacked_normal_equations(residuals: Array, jacobian: Callable[[Rows], Array], rows: Rows) -> tuple[Array, Array]:
-    """Give the normal equations of some points, of a few at a time.
+    """Return ``J'r / n``, shape (K, p), and ``J'J / n``, shape (K, p, p), of K points.
 
     Parameters
     ----------
     residuals
         Shape (B, n). Of all points.
     jacobian
-        Takes K of the points; gives the derivatives of their residuals, shape (K, n, p).
+        Maps K point numbers to the derivatives of their residuals, shape (K, n, p).
     rows
-        Shape (K,). Which points, one or more.
-
-    Returns
-    -------
-    gradient : ndarray, shape (K, p)
-        ``J'r / n``.
-    gram : ndarray, shape (K, p, p)
-        ``J'J / n``.
+        Shape (K,). Point numbers, at least one.
 
     Examples
     --------
@@ -85,25 +79,20 @@ def stacked_normal_equations(residuals: Array, jacobian: Callable[[Rows], Array]
 def lockstep(
     evaluate: Callable[[Array], Points], starts: Array, lower: Array, upper: Array, *, evaluations: int
 ) -> tuple[Array, Array]:
-    """Descend from many starts.
+    """Return the end point of each start, shape (B, p), and its error, shape (B,).
+
+    A start without a finite error stays where it is.
 
     Parameters
     ----------
     evaluate
-        Takes points, shape (B, p).
+        Evaluates points of shape (B, p).
     starts
-        Shape (B, p). Within the box.
+        Shape (B, p). Within the bounds.
     lower, upper
-        Shape (p,). Sides of the box.
+        Shape (p,).
     evaluations
-        At most so many for each start, its own included.
-
-    Returns
-    -------
-    theta : ndarray, shape (B, p)
-        Where each ended; a start without a finite error stays.
-    errors : ndarray, shape (B,)
-        There.
+        Largest number for each start, the start itself included.
 
     Examples
     --------
@@ -117,6 +106,30 @@ def lockstep(
     >>> lockstep(Valley, np.array([[0.1], [0.7]]), np.zeros(1), np.ones(1), evaluations=50)[0].round(3).tolist()
     [[0.339], [0.786]]
     """
+    *_, last = islice(descents(evaluate, starts, lower, upper), max(1, evaluations))
+    return last[0], last[1]
+
+
+def descents(
+    evaluate: Callable[[Array], Points],
+    starts: Array,
+    lower: Array,
+    upper: Array,
+    *,
+    scaled: bool = True,
+    fall: float = FALL,
+) -> Iterator[tuple[Array, Array, Rows]]:
+    """Yield points, shape (B, p), errors, shape (B,), and the numbers of the starts that moved, after each evaluation.
+
+    The first item holds the starts. The same arrays are yielded each time: copy what must not change.
+
+    Parameters
+    ----------
+    scaled
+        Whether D is More's diagonal; otherwise it is the identity.
+    fall
+        A start is done once the actual and the predicted fall are below this share of its error.
+    """
     theta, count = np.array(starts, dtype=np.float64), len(starts)
     points = evaluate(theta)
     errors = points.errors.copy()
@@ -124,37 +137,43 @@ def lockstep(
     gradient, gram = np.zeros(theta.shape), np.zeros((*theta.shape, theta.shape[1]))
     if active.size:
         gradient[active], gram[active] = points.normal_equations(active)
-    sizes = np.diagonal(gram, axis1=1, axis2=2).copy()
+    sizes = np.diagonal(gram, axis1=1, axis2=2).copy() if scaled else np.ones(theta.shape)
     damping, factor = np.full(count, START), np.full(count, 2.0)
-    for _ in range(evaluations - 1):
-        if not active.size:
-            break
+    yield theta, errors, np.arange(count)
+    while active.size:
+        # One damped step for each active start, cut at the bounds.
         before, g, G = theta[active], gradient[active], gram[active]
         held = ((before <= lower) & (g > 0)) | ((before >= upper) & (g < 0))
         trial = np.clip(before + _step(g, G, sizes[active], damping[active], held), lower, upper)
         step = trial - before
         promised = -np.einsum("bi,bi->b", step, 2.0 * g + np.einsum("bij,bj->bi", G, step))
         points = evaluate(trial)
-        fall = errors[active] - points.errors
-        falls = fall > 0
+        fallen = errors[active] - points.errors
+        falls = fallen > 0
         good, bad = active[falls], active[~falls]
         hoped = np.maximum(promised[falls], np.finfo(float).tiny)
-        ratio = np.minimum(fall[falls], hoped) / hoped  # a greater fall than was promised is as good
+        ratio = np.minimum(fallen[falls], hoped) / hoped  # a fall beyond the prediction counts as the prediction
+
+        # Accept the steps that lower the error, and adapt the damping of all.
         theta[good], errors[good] = trial[falls], points.errors[falls]
-        if good.size:
-            gradient[good], gram[good] = points.normal_equations(np.flatnonzero(falls))
-        sizes[good] = np.maximum(sizes[good], np.diagonal(gram[good], axis1=1, axis2=2))
+        small = fall * errors[active]
+        done = falls & (fallen <= small) & (promised <= small)
         kept = np.maximum(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
         damping[good], factor[good] = np.maximum(damping[good] * kept, SMALLEST), 2.0
         damping[bad], factor[bad] = damping[bad] * factor[bad], 2.0 * factor[bad]
-        small = FALL * (errors[active] + np.where(falls, fall, 0.0))
-        done = falls & (fall <= small) & (promised <= small)
+        if good.size:
+            gradient[good], gram[good] = points.normal_equations(np.flatnonzero(falls))
+            if scaled:
+                sizes[good] = np.maximum(sizes[good], np.diagonal(gram[good], axis1=1, axis2=2))
+        yield theta, errors, good
         active = active[~done & (damping[active] <= LARGEST)]
-    return theta, errors
 
 
 def _step(gradient: Array, gram: Array, sizes: Array, damping: Array, held: NDArray[np.bool_]) -> Array:
-    """Solve for the damped steps, in units in which D is the identity; numbers that are held do not move."""
+    """Return the damped steps, solved in units in which D is the identity; held parameters do not move."""
     units = np.where((sizes > 0) & ~held, 1.0 / np.sqrt(np.where(sizes > 0, sizes, 1.0)), 0.0)
     system = gram * units[:, :, None] * units[:, None, :] + damping[:, None, None] * np.eye(gram.shape[1])
-    return np.asarray(-units * np.linalg.solve(system, (units * gradient)[:, :, None])[:, :, 0])
+    try:
+        return np.asarray(-units * np.linalg.solve(system, (units * gradient)[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:  # rounding has removed the damping: reject the step, so that the damping grows
+        return np.full(gradient.shape, np.nan)

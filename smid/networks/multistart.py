@@ -1,4 +1,4 @@
-"""Descents from several starts, of which the one of the least validation error wins."""
+"""Descents from several starts; the one with the least validation error wins."""
 
 from __future__ import annotations
 
@@ -7,35 +7,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks.descend import Descent, ProgressCallback, Stop, descend
 from smid.networks.least_squares import LeastSquares, Method
-from smid.networks.network import Array
 
 __all__ = ["MultiStart", "multistart"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MultiStart(Result):
-    """What came of each start.
-
-    Parameters
-    ----------
-    descents
-        In the order of the starts.
-    """
+    """The descents of all starts, in their order."""
 
     descents: tuple[Descent, ...]
 
     @property
     def winner(self) -> int:
-        """Number of the start of the least validation error."""
+        """Number of the start with the least validation error."""
         return int(np.argmin([descent.best for descent in self.descents]))
 
     @property
     def theta(self) -> Array:
-        """The point it came to."""
+        """The best point of that start."""
         return self.descents[self.winner].theta
 
     def _content(self) -> Iterator[Part]:
@@ -54,26 +48,21 @@ def multistart(
     patience: int = 6,
     progress: ProgressCallback | None = None,
 ) -> MultiStart:
-    """Descend from several starts.
+    """Return the descents from several starts; when interrupted from the keyboard, those until then.
 
     Parameters
     ----------
     method, problem, validation, iterations, patience, progress
         As for `descend`.
     starts
-        Shape (p,). Where to begin.
-
-    Returns
-    -------
-    MultiStart
-        When interrupted from the keyboard, of the starts until then.
+        Shape (p,) each.
 
     Raises
     ------
     ModelError
         If there is no start, or the error at one is not finite.
     KeyboardInterrupt
-        Only if nothing is known yet.
+        Only before the first error is known.
 
     Examples
     --------

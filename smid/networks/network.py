@@ -1,4 +1,4 @@
-"""A feedforward network: hidden layers of tanh neurons and one linear output, with its derivatives.
+"""A feedforward network of tanh layers with one linear output, and its derivatives.
 
     a_0 = x,    a_l = tanh(W_l a_{l-1} + b_l)   for l = 1..L,    y = w a_L + b
 
@@ -6,8 +6,8 @@ Backwards, with ``delta_L = w (1 - a_L^2)`` and ``delta_{l-1} = (delta_l W_l) (1
 
     dy/dW_l = delta_l a_{l-1}',    dy/db_l = delta_l,    dy/dw = a_L,    dy/db = 1,    dy/dx = delta_1 W_1
 
-All weights stand in one vector, layer by layer: ``W_1`` row by row, ``b_1``, ..., ``w``, ``b``.  Weights may have
-leading axes, one network for each entry, so that many starts are evaluated at once.
+All weights are in one vector, layer by layer: ``W_1`` row by row, ``b_1``, ..., ``w``, ``b``. Leading axes of the
+weights hold several networks, which are evaluated at once.
 
 Reference: Hagan, Menhaj, "Training feedforward networks with the Marquardt algorithm", IEEE Trans. Neural Networks 5
 (1994), equations (1)-(9); clutch thesis, (5.2)-(5.5).
@@ -19,27 +19,26 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 
 __all__ = ["Array", "Linearisation", "TanhNetwork", "weight_count"]
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """A network's outputs with their derivatives.
+    """The outputs of a network and their derivatives.
 
     Parameters
     ----------
     outputs
-        Shape (..., n). One output per sample.
+        Shape (..., n).
     by_weights
-        Shape (..., n, p). Derivatives with respect to the weights, in the order of `TanhNetwork.weights`.
+        Shape (..., n, p), in the order of `TanhNetwork.weights`.
     by_inputs
-        Shape (..., n, k). Derivatives with respect to the inputs.
+        Shape (..., n, k).
 
     Examples
     --------
@@ -55,7 +54,7 @@ class Linearisation:
 
 
 def weight_count(sizes: tuple[int, ...]) -> int:
-    """Count the weights and biases of a network.
+    """Return the number of weights and biases of a network.
 
     Parameters
     ----------
@@ -79,12 +78,12 @@ class TanhNetwork:
     sizes
         Number of inputs, then of neurons in each hidden layer.
     weights
-        Shape (..., p). All weights and biases, layer by layer; leading axes hold several networks.
+        Shape (..., p). All weights and biases, layer by layer.
 
     Raises
     ------
     ModelError
-        If a size is no positive number, or the weights do not fit the sizes.
+        If a size is not positive, or the weights do not fit the sizes.
 
     Examples
     --------
@@ -109,7 +108,7 @@ class TanhNetwork:
         object.__setattr__(self, "weights", weights)
 
     def layers(self) -> list[tuple[Array, Array]]:
-        """Return the matrix, shape (..., m, k), and the biases, shape (..., m), of each layer; the output is last."""
+        """Return the matrix, shape (..., m, k), and the biases, shape (..., m), of each layer, the output last."""
         result, position, lead = [], 0, self.weights.shape[:-1]
         for k, m in zip(self.sizes, (*self.sizes[1:], 1), strict=True):
             matrix = self.weights[..., position : position + m * k].reshape(*lead, m, k)
@@ -118,17 +117,9 @@ class TanhNetwork:
         return result
 
     def __call__(self, inputs: ArrayLike) -> Array:
-        """Evaluate the network.
+        """Return the outputs, shape (..., n), of inputs of shape (..., n, k).
 
-        Parameters
-        ----------
-        inputs
-            Shape (..., n, k). One row per sample.
-
-        Returns
-        -------
-        ndarray, shape (..., n)
-            A sample's output is the same to the last bit whatever other samples stand beside it.
+        The output of a sample does not depend on the other samples, to the last bit.
 
         Raises
         ------
@@ -142,30 +133,21 @@ class TanhNetwork:
         return _ordered_sum(*layers[-1], signal)[..., 0, :]
 
     def linearise(self, inputs: ArrayLike) -> Linearisation:
-        """Evaluate the network and its derivatives.
-
-        Parameters
-        ----------
-        inputs
-            Shape (..., n, k). One row per sample.
-
-        Returns
-        -------
-        Linearisation
-            Its outputs agree with the network's up to rounding.
+        """Return outputs and derivatives at inputs of shape (..., n, k).
 
         Raises
         ------
         ModelError
             If the samples do not have k inputs.
         """
-        # Samples run along the last axis, so that every operation runs along memory; the results are transposed views.
+        # Forward: samples are along the last axis, which is contiguous in memory; the results are transposed views.
         layers = self.layers()
         signals = [np.swapaxes(self._checked(inputs), -1, -2)]
         for matrix, bias in layers[:-1]:
             signals.append(np.tanh(matrix @ signals[-1] + bias[..., :, None]))
         matrix, bias = layers[-1]
         outputs = (matrix @ signals[-1])[..., 0, :] + bias
+        # Backward, layer by layer: the derivatives go into their places in the weight vector.
         by_weights = np.empty((*outputs.shape[:-1], self.weights.shape[-1], outputs.shape[-1]))
         delta = np.ones((*outputs.shape[:-1], 1, outputs.shape[-1]))
         end = by_weights.shape[-2]
@@ -187,20 +169,20 @@ class TanhNetwork:
         return x
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers; `from_dict` makes the network again, bit for bit."""
+        """Return sizes and weights as plain numbers, exactly."""
         return {"sizes": list(self.sizes), "weights": self.weights.tolist()}
 
     @classmethod
     def from_dict(cls, record: dict[str, Any]) -> TanhNetwork:
-        """Make the network that `to_dict` described."""
+        """Return the network that `to_dict` described."""
         return cls(tuple(record["sizes"]), np.array(record["weights"]))
 
 
 def _ordered_sum(matrix: Array, bias: Array, signal: Array) -> Array:
     """Return ``matrix signal + bias``, shape (..., m, n), summed term by term.
 
-    A matrix product sums in an order that depends on the number of samples; this does not, so that a sensor that is fed
-    sample by sample gives what it gives for a record.
+    The order of the terms in a matrix product depends on the number of samples. Here it does not, so a sensor gives the
+    same result sample by sample as for a whole record.
     """
     total = bias[..., :, None]
     for k in range(matrix.shape[-1]):

@@ -1,7 +1,7 @@
-"""Channels brought to [-1, 1] for training, and a trained network taken back to the channels' units.
+"""Scaling of channels to [-1, 1] for training, and back to the units of the channels.
 
 With ``z = (x - c) / s`` and ``y = c_y + s_y v``, a network ``v = f(z)`` of weights W_1, b_1, ..., w, b is the network
-``y = g(x)`` of weights ``W_1 / s``, ``b_1 - W_1 (c / s)``, ..., ``s_y w``, ``s_y b + c_y``: scaling costs no parameter.
+``y = g(x)`` of weights ``W_1 / s``, ``b_1 - W_1 (c / s)``, ..., ``s_y w``, ``s_y b + c_y``.
 """
 
 from __future__ import annotations
@@ -11,39 +11,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks.network import Array, TanhNetwork
+from smid.networks.network import TanhNetwork
 
 __all__ = ["Scaling", "scaling_of"]
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Centre and half the range of each column.
-
-    Parameters
-    ----------
-    centre, half_range
-        Shape (k,). In the columns' units; half ranges are positive.
-    """
+    """Centre and half the range of each column, shape (k,), in the columns' units."""
 
     centre: Array
     half_range: Array
 
     def apply(self, columns: Array) -> Array:
-        """Bring columns, shape (..., k), to [-1, 1]."""
+        """Return columns, shape (..., k), scaled to [-1, 1]."""
         return np.asarray((columns - self.centre) / self.half_range)
 
 
 def scaling_of(columns: Array, names: Sequence[str]) -> Scaling:
-    """Find the scaling of columns.
+    """Return the scaling of columns, shape (n, k).
 
     Parameters
     ----------
-    columns
-        Shape (n, k). Samples.
     names
-        What each column is, for the message.
+        Of the columns, for the error message.
 
     Raises
     ------
@@ -66,19 +59,7 @@ def scaling_of(columns: Array, names: Sequence[str]) -> Scaling:
 
 
 def fold(network: TanhNetwork, inputs: Scaling, output: Scaling) -> TanhNetwork:
-    """Take a network of scaled channels to the channels' units.
-
-    Parameters
-    ----------
-    network
-        From [-1, 1] to [-1, 1].
-    inputs, output
-        Of the k inputs and of the output.
-
-    Returns
-    -------
-    TanhNetwork
-        Of the same size, from units to units.
+    """Return the network of the channels' units, from a network of scaled inputs and output.
 
     Examples
     --------

@@ -1,7 +1,6 @@
-"""Which samples train, which stop the training, and which only measure it: 70, 15 and 15 % at random.
+"""A random split of samples: 70 % for training, 15 % for validation and 15 % for the test.
 
-Neighbouring samples of a record are alike, so the test part tells how well a network interpolates within its records,
-not how it does on another one.
+Neighbouring samples are similar, so the test error measures interpolation within the records, not another record.
 
 Reference: clutch thesis, 5.2.2.1.
 """
@@ -20,13 +19,7 @@ VALIDATION = TEST = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """Sample numbers of each part.
-
-    Parameters
-    ----------
-    training, validation, test
-        Rising; together every sample once.
-    """
+    """Sample numbers of each part, rising; together every sample once."""
 
     training: NDArray[np.intp]
     validation: NDArray[np.intp]
@@ -34,14 +27,7 @@ class Split:
 
 
 def random_split(n: int, seed: int | np.random.Generator) -> Split:
-    """Draw 70 % of samples for training, 15 % for validation and 15 % for the test.
-
-    Parameters
-    ----------
-    n
-        Number of samples.
-    seed
-        Of the draw.
+    """Return a random split of n samples.
 
     Examples
     --------

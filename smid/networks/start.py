@@ -1,7 +1,7 @@
-"""Where training begins: Nguyen and Widrow's choice, which lays the neurons' steep parts over the range of the inputs.
+"""Random initial weights after Nguyen and Widrow, which spread the neurons over the range of the inputs.
 
-Of a layer of m neurons with k inputs in [-1, 1], each row of weights has a random direction and the length
-``beta = 0.7 m^(1/k)``, and each bias is uniform within beta.  The linear output starts uniform within 0.5.
+In a layer of m neurons with k inputs in [-1, 1], each row of weights has a random direction and the length
+``beta = 0.7 m^(1/k)``. Biases are uniform within beta, the weights of the output within 0.5.
 
 Reference: Nguyen, Widrow, "Improving the learning speed of 2-layer neural networks by choosing initial values of the
 adaptive weights", IJCNN 1990.
@@ -21,24 +21,17 @@ OUTPUT = 0.5
 
 
 def nguyen_widrow(sizes: tuple[int, ...], seed: int | np.random.Generator) -> TanhNetwork:
-    """Draw a network to start training from.
+    """Return a random network for inputs and outputs in [-1, 1].
 
     Parameters
     ----------
     sizes
         Number of inputs, then of neurons in each hidden layer.
-    seed
-        Of the draw.
-
-    Returns
-    -------
-    TanhNetwork
-        For inputs and outputs in [-1, 1].
 
     Raises
     ------
     ModelError
-        If a size is no positive number.
+        If a size is not positive.
 
     Examples
     --------

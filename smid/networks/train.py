@@ -1,7 +1,7 @@
 """Training of a network: scaling, split, several starts, early stopping.
 
-Inputs and output are scaled to [-1, 1], samples are split, and from each start the method descends on the training part
-until the validation part gets no better.  The start of the least validation error wins; the test part has no say.
+Inputs and output are scaled to [-1, 1]. From each start a method descends on the training part until the validation
+error no longer falls. The start of the least validation error wins; the test part is not used.
 
 Reference: clutch thesis, 5.2.2.1; Hagan, Menhaj (1994).
 """
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.display.result import Part, Result
 from smid.models import ModelError
@@ -21,7 +22,7 @@ from smid.networks.descend import ProgressCallback
 from smid.networks.least_squares import Method, NormalEquations, sum_normal_equations
 from smid.networks.levenberg_marquardt import levenberg_marquardt
 from smid.networks.multistart import MultiStart, multistart
-from smid.networks.network import Array, TanhNetwork, weight_count
+from smid.networks.network import TanhNetwork, weight_count
 from smid.networks.scaling import fold, scaling_of
 from smid.networks.split import Split, random_split
 from smid.networks.start import nguyen_widrow
@@ -33,7 +34,7 @@ BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class NetworkError:
-    """The error of a network of given sizes on samples, as a least-squares problem in its weights.
+    """The error of a network on samples, as a least-squares problem in its weights.
 
     Parameters
     ----------
@@ -78,9 +79,7 @@ class Training(Result):
     Parameters
     ----------
     network
-        From the inputs' units to the target's.
-    split
-        Which samples did what.
+        From the units of the inputs to the unit of the target.
     training, validation, test
         Mean squared error of each part, in the target's unit squared.
     search
@@ -113,14 +112,14 @@ def train(
     patience: int = 6,
     progress: ProgressCallback | None = None,
 ) -> Training:
-    """Train a network on samples.
+    """Return a network trained on samples; also when interrupted, once there is an error to compare.
 
     Parameters
     ----------
     inputs
-        Shape (n, k). One row per sample.
+        Shape (n, k).
     targets
-        Shape (n,). What the network shall give.
+        Shape (n,).
     hidden
         Neurons of each hidden layer.
     seed
@@ -128,18 +127,13 @@ def train(
     method
         `levenberg_marquardt`, `gauss_newton` or `gradient_descent`.
     starts
-        How many random starts.
+        Number of random starts.
     iterations
-        Most steps from each start.
+        Largest number of steps from each start.
     patience
         Steps without a lower validation error after which a descent stops.
     progress
-        Called after each step with a `Progress`.
-
-    Returns
-    -------
-    Training
-        Also when interrupted from the keyboard, once there is an error to compare.
+        Called after each step.
 
     Raises
     ------
@@ -156,6 +150,7 @@ def train(
     >>> result.test < 1e-3
     True
     """
+    # Check samples and options before the long work.
     x, y = np.asarray(inputs, dtype=np.float64), np.asarray(targets, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
         raise DataError(
@@ -170,6 +165,7 @@ def train(
     sizes = (x.shape[1], *hidden)
     if len(sizes) < 2 or min(sizes) < 1:
         raise ModelError(f"hidden = {hidden}: give at least one neuron in each of one or more layers")
+    # Split, then scale.
     generator = np.random.default_rng(seed)
     split = random_split(y.size, generator)
     if weight_count(sizes) > split.training.size:
@@ -185,6 +181,7 @@ def train(
     learning, checking = (
         NetworkError(sizes, scaled_x[part], scaled_y[part]) for part in (split.training, split.validation)
     )
+    # Train from all starts, and take the winner back to the units of the channels.
     search = multistart(
         method,
         learning,

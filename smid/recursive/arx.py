@@ -17,15 +17,15 @@ from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
 from smid.models.transfer import check_count, names
 
 __all__ = ["LARGEST", "Array", "Arx", "refusal"]
 
-Array = NDArray[np.float64]
 
 LARGEST = 1e100
 """Numbers beyond this are refused: their squares would overflow."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
@@ -15,6 +13,9 @@ from smid.models import ModelError
 from smid.recursive.arx import Arx
 from smid.recursive.method import Method
 from smid.recursive.tracking import Tracking, track
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Comparison", "compare"]
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 
 __all__ = ["Deviation", "check_deviation", "deviations"]
 

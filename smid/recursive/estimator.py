@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.display.table import Table, figure
 from smid.models import ModelError
-from smid.recursive.arx import LARGEST, Array, Arx, refusal
+from smid.recursive.arx import LARGEST, Arx, refusal
 from smid.recursive.method import DivergenceError, Method
 from smid.recursive.poles import put_inside, stable
 
@@ -146,7 +147,7 @@ class RecursiveEstimator:
         Raises
         ------
         DataError
-            If the sample is no finite number; the estimator stays as it was.
+            If the sample is not a finite number; the estimator stays as it was.
         DivergenceError
             If the parameters grow without bound.
         """

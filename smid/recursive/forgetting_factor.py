@@ -34,8 +34,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg.lapack import dpotrs
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 from smid.recursive.deviations import Deviation, check_deviation, deviations
 from smid.recursive.method import Method
 from smid.recursive.roots import triangular
@@ -71,7 +71,7 @@ class ForgettingFactor(Method):
 
     def __post_init__(self) -> None:
         if not 0 < self.factor <= 1:
-            raise ModelError(f"factor = {self.factor} is no forgetting factor: give a number above 0, at most 1")
+            raise ModelError(f"factor = {self.factor} is not a forgetting factor: give a number above 0, at most 1")
         object.__setattr__(self, "spread", check_deviation("spread", self.spread))
 
     def start(self, n: int) -> Array:

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter, lfiltic
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
-from smid.recursive.arx import Array, Arx
+from smid.recursive.arx import Arx
 from smid.recursive.poles import largest_pole
 
 __all__ = ["FreeRun", "free_run"]

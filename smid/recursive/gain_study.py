@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
@@ -20,6 +19,9 @@ from smid.recursive.arx import Arx
 from smid.recursive.normalised_gradient import NormalisedGradient
 from smid.recursive.tracking import Tracking, track
 from smid.recursive.unnormalised_gradient import UnnormalisedGradient
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["GainStudy", "gain_study"]
 
@@ -119,7 +121,7 @@ def gain_study(
     Raises
     ------
     ModelError
-        If a gain is no positive number.
+        If a gain is not a positive number.
     DataError
         If the record does not fit.
 

@@ -7,16 +7,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 
 __all__ = ["check_gain", "retake"]
 
 
 def check_gain(gain: float) -> None:
-    """Refuse an adaptation gain that is none, with a `ModelError`."""
+    """Raise a `ModelError` if the adaptation gain is not a positive number."""
     if not (gain > 0 and math.isfinite(gain)):
-        raise ModelError(f"gain = {gain} is no adaptation gain: give a positive number")
+        raise ModelError(f"gain = {gain} is not an adaptation gain: give a positive number")
 
 
 def retake(gain: Callable[[Array], Array], phi: Array, error: float, held: Array) -> Array:

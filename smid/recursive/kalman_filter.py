@@ -37,8 +37,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 from smid.recursive.deviations import Deviation, check_deviation, deviations
 from smid.recursive.method import Method
 from smid.recursive.roots import triangular

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 
 __all__ = ["DivergenceError", "Method"]
 

@@ -25,8 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
-from smid.recursive.arx import Array
 from smid.recursive.gradient import check_gain, retake
 from smid.recursive.method import Method
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from smid.recursive.arx import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["RADIUS", "largest_pole", "put_inside", "stable"]
 

@@ -28,14 +28,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array, Index
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.models import ModelError
 
 __all__ = ["Polytope"]
 
-Mask = NDArray[np.bool_]
 
 OUTSIDE = 1e-9
 """A vertex violates a row by at least this share of the row's range over the box."""

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg.lapack import dgeqrf
 
-from smid.recursive.arx import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["triangular"]
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.display.style import BLUE, GRID, INK, RED, SKY, WIDTH, style
 from smid.recursive.set_history import SetHistory

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result, Tabular
 from smid.display.table import Table
 from smid.identification.estimate import round_down, round_up
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Change", "SetHistory"]
 

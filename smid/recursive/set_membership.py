@@ -30,7 +30,8 @@ from typing import Literal
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.search.hierarchy import Proof
 from smid.identification.estimate import ParameterInterval
 from smid.models import ModelError
@@ -200,7 +201,7 @@ class RecursiveSet:
         Raises
         ------
         DataError
-            If the sample is no finite number; the set stays as it was.
+            If the sample is not a finite number; the set stays as it was.
         """
         arx, change = self.arx, None
         # NaN fails the comparison too.

@@ -121,7 +121,7 @@ class SlidingWindow:
         Raises
         ------
         DataError
-            If the sample is no finite number; the window stays as it was.
+            If the sample is not a finite number; the window stays as it was.
         """
         k, change = len(self._lower), None
         if not (abs(u) < LARGEST and abs(y) < LARGEST):

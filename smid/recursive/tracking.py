@@ -14,19 +14,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
-from smid.recursive.arx import Array, Arx
+from smid.recursive.arx import Arx
 from smid.recursive.estimator import History, RecursiveEstimator
 from smid.recursive.free_run import FreeRun, free_run
 from smid.recursive.method import DivergenceError, Method
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Residual", "Tracking", "track"]
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from smid.recursive.arx import Array
+from relaxations.algebra.arrays import Array
 from smid.recursive.gradient import check_gain, retake
 from smid.recursive.method import Method
 
@@ -37,7 +37,7 @@ class UnnormalisedGradient(Method):
     Raises
     ------
     ModelError
-        If the gain is no positive number.
+        If the gain is not a positive number.
 
     Examples
     --------

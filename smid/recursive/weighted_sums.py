@@ -30,7 +30,8 @@ from itertools import product
 import numpy as np
 from scipy.signal import lfilter
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.recursive.polytope import Polytope
 
 __all__ = ["WeightedSums", "principal_axes"]

@@ -1,75 +1,45 @@
-"""What a page says, as data: sections of paragraphs, tables, equations and figures, for HTML and Markdown alike."""
+"""The content of a report as data: sections of paragraphs, tables, equations and figures, for HTML and Markdown."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 
 from smid.display.table import Table
 from smid.display.versions import versions
 
-__all__ = [
-    "Block",
-    "Equations",
-    "Facts",
-    "Heading",
-    "Items",
-    "Page",
-    "Picture",
-    "Remark",
-    "Rich",
-    "Section",
-    "coloured",
-    "joined",
-]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Rich(str):
-    """Text with a look of its own on an HTML page: a formula, a colour. Anywhere else it is plain text.
-
-    Parameters
-    ----------
-    html
-        Markup, as it goes into the page.
-
-    Examples
-    --------
-    >>> Rich("alpha", "<math><mi>α</mi></math>").upper()
-    'ALPHA'
-    """
+    """Text with markup for HTML pages, such as a formula or a colour; plain text in other formats."""
 
     __slots__ = ("_html",)
     _html: str
 
     def __new__(cls, text: str, html: str) -> Self:
-        """Keep both."""
+        """Keep the text and its markup."""
         rich = super().__new__(cls, text)
         rich._html = html
         return rich
 
     def __html__(self) -> str:
-        """Return the markup, for whatever escapes text."""
+        """Return the markup, for template engines that escape text."""
         return self._html
 
 
 def coloured(text: str, kind: str) -> Rich:
-    """Return text in a colour of the page.
-
-    Parameters
-    ----------
-    kind
-        "good", "bad" or "new".
-    """
+    """Return text in a colour of the page: "good", "bad" or "new"."""
     return Rich(text, f'<span class="{kind}">{escape(text)}</span>')
 
 
 def joined(*parts: str) -> Rich:
-    """Put texts together, rich ones or plain ones.
+    """Return the texts put together, with their markup.
 
     Examples
     --------
@@ -102,21 +72,16 @@ class Items:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and what belongs to them."""
+    """Names and their values."""
 
     rows: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Formulas, one below the other.
+    """Formulas, one below the other, in LaTeX aligned at ``&``, with MathML if they are :class:`Rich`.
 
-    Parameters
-    ----------
-    label
-        What they are, for readers who do not see them.
-    rows
-        LaTeX aligned at ``&``, and MathML where they are :class:`Rich`.
+    ``label`` is the description for screen readers.
     """
 
     label: str
@@ -125,13 +90,7 @@ class Equations:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of a page.
-
-    Parameters
-    ----------
-    label
-        What it shows, for readers who do not see it; empty where the caption says so.
-    """
+    """A figure of a page; ``label`` is its description for screen readers, empty if the caption is enough."""
 
     figure: Figure
     caption: str
@@ -143,13 +102,7 @@ Block = str | Remark | Heading | Items | Facts | Equations | Table | Picture
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands below it.
-
-    Parameters
-    ----------
-    blocks
-        A plain string is a paragraph.
-    """
+    """A heading and its blocks; a plain string is a paragraph."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -157,22 +110,20 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A report, whatever format it is written in.
+    """A report, in any format.
 
     Parameters
     ----------
     result
-        What was found, in a paragraph or a few.
+        The result, in one paragraph or several.
     document
-        The same as plain data: what its JSON twin holds.
+        The result as plain data, for the JSON format.
     simulated
-        Whether numbers on it come from a simulation; the page is labelled then.
+        Whether the page is labelled as simulated data.
     settings
-        What was asked for, in the user's words; shown at the end.
+        The user's options; shown at the end.
     links
-        Words -> address, relative to the page.
-    written
-        When.
+        Text -> address, relative to the page.
     """
 
     title: str
@@ -186,10 +137,10 @@ class Page:
 
     @property
     def versions(self) -> dict[str, str]:
-        """Return what computed it."""
+        """Return the versions of the packages that computed the result."""
         return versions()
 
     @property
     def closing(self) -> Section:
-        """Return the last section: what was asked for, and what computed it."""
+        """Return the last section: the user's options, and the versions."""
         return Section("Settings and versions", (Facts((*self.settings.items(), *self.versions.items())),))

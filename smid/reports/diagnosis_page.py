@@ -1,4 +1,4 @@
-"""The page of a diagnosis: what the simulation gets wrong, why, what to add, and what that gains."""
+"""The report of a diagnosis: what the simulation gets wrong, why, what to add, and by how much the error falls."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Re
 from smid.reports.documents import diagnose_document
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
 
-__all__ = ["diagnosis_page"]
-
-_TOLD_ODDS = 1e6
+_LARGEST_ODDS = 1e6
 _NO_FAULT = (
     "No fault found: no rounding, stuck sensor, glitch, irregular sampling, feedback from output to input, or lack of "
     "excitation."
@@ -30,13 +28,13 @@ def diagnosis_page(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Page:
-    """Return the page of a diagnosis; see :func:`smid.report`."""
+    """Return the report of a diagnosis; see :func:`smid.report`."""
     sections = (
         *_experiment(diagnosis),
         _misfit(diagnosis),
         Section("The evidence", tuple(_evidence(diagnosis))),
         *_rivals(diagnosis),
-        Section("The data themselves", (_faults(diagnosis),)),
+        Section("Faults in the data", (_faults(diagnosis),)),
         _model(diagnosis),
         _gain(diagnosis),
         *_skipped(diagnosis),
@@ -65,17 +63,17 @@ def _title(diagnosis: Diagnosis) -> str:
     return f"Diagnosis of {diagnosis.output}: {', then '.join(names) or 'no cause named'}"
 
 
-def _alternatives(diagnosis: Diagnosis) -> str:
-    return " or ".join(map(spoken, diagnosis.alternatives))
+def _alternatives(diagnosis: Diagnosis, word: str = "or") -> str:
+    return f" {word} ".join(map(spoken, diagnosis.alternatives))
 
 
 def _conclusion(diagnosis: Diagnosis) -> str:
-    """Return the verdict for the top of the page, where every sentence stands alone."""
+    """Return the verdict for the top of the page, in sentences that need no context."""
     if diagnosis.verdict is Verdict.AMBIGUOUS:
-        last = f"{diagnosis.verdict.sentence} It is {_alternatives(diagnosis)}; these data cannot tell which."
+        last = f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}."
         return " ".join([f"Cause: {spoken(c.effect)}. {c.sentence}" for c in diagnosis.causes[:-1]] + [last])
     if diagnosis.verdict is Verdict.NONE:
-        rest = "" if diagnosis.unexplained else " What the base model leaves looks like noise."
+        rest = "" if diagnosis.unexplained else " The error of the base model looks like noise."
         return f"{diagnosis.verdict.sentence}{rest}"
     words = ("Cause", "Then", "Then", "Then")
     return " ".join(f"{words[min(k, 3)]}: {spoken(c.effect)}. {c.sentence}" for k, c in enumerate(diagnosis.causes))
@@ -84,11 +82,11 @@ def _conclusion(diagnosis: Diagnosis) -> str:
 def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
     yield _conclusion(diagnosis)
     ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
-    rest = "see below which experiment would tell more" if ambiguous else "no effect of the library explains it"
-    left = f" What is left is still more than noise: {rest}." if diagnosis.unexplained else ""
+    rest = "the experiment below can decide between the causes" if ambiguous else "no effect of the library explains it"
+    left = f" The remaining error is not only noise: {rest}." if diagnosis.unexplained else ""
     yield diagnosis.gain_sentence + left
     if diagnosis.interrupted:
-        yield coloured("Ended early: effects that were not tried yet may explain more.", "bad")
+        yield coloured("Ended early: effects that were not tested yet may explain more.", "bad")
     yield from notes
 
 
@@ -100,7 +98,7 @@ def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
         sentence = sentence.replace(name, spoken(name))
     picture = Picture(
         experiment_figure(diagnosis.experiment, diagnosis),
-        "The input to apply. It stays within the range that the record covers.",
+        "The input to apply. It stays within the range of the record.",
         "The input of the experiment to do next",
     )
     yield Section("The experiment to do next", (sentence, picture))
@@ -114,14 +112,14 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             diagnosis.misfit.sentence,
             Picture(
                 before_and_after(diagnosis),
-                "Free runs: the models see the input only. Shaded: data that no fit has seen.",
+                "Free runs: the models use only the input. Shaded: held-out data.",
                 f"{diagnosis.output} measured and simulated, and the errors",
             ),
             Picture(
                 diagnosis.misfit.plot(),
-                "The error of the base model against what it may depend on. Squares: means of bins. Percentages: share "
-                "of the error's variance, corrected for chance.",
-                "The error of the base model against what it may depend on",
+                "The error of the base model against quantities that may explain it. Squares: means of bins. "
+                "Percentages: share of the error variance that the quantity explains, corrected for chance.",
+                "The error of the base model against quantities that may explain it",
             ),
         ),
     )
@@ -132,30 +130,27 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.proof:
         yield diagnosis.proof.sentence
         yield (
-            "This holds for every value of its free parameters, not only for the fitted ones. The certificate was "
-            "evaluated with every rounding error enclosed."
+            "The proof holds for all values of the free parameters, not only for the fitted values. It encloses every "
+            "rounding error."
         )
     elif bound is None:
-        yield "No noise bound was given. So it was not tried to prove that the base model cannot explain the data."
+        yield "No noise bound was given, so it was not tested whether the base model can explain the data."
     else:
         within = _number(bound, diagnosis.unit)
         yield f"There is no proof that the base model cannot explain the data within {within}."
     if not diagnosis.causes:
-        yield (
-            "No effect lowers the error on held-out data by more than chance would, with all that were tried taken "
-            "into account."
-        )
+        yield ("No effect reduces the held-out error significantly, given the number of effects that were tested.")
         return
     for cause in diagnosis.causes:
         yield Heading(capitalised(spoken(cause.effect)) + (f" ({cause.label})" if cause.label else ""))
         yield cause.sentence
         yield _facts(cause, diagnosis.unit)
         if cause.parameters:
-            header = ("parameter", "value", "interval", "no effect at", '"no effect" is', "interval from")
+            header = ("parameter", "value", "interval", "value for no effect", "this value is", "type of interval")
             yield Table("", header, tuple(_parameter(p) for p in cause.parameters), "lrrrrl")
     yield Remark(
-        "Confidence: against all other effects that were tried, and against chance. Effects that are not in the "
-        "library were not tried."
+        "Confidence: against all other effects that were tested, and against chance. Effects that are not in the "
+        "library were not tested."
     )
 
 
@@ -164,10 +159,10 @@ def _facts(cause: Cause, unit: str) -> Facts:
     facts = {"confidence": _confidence(cause.confidence)}
     if "chance" in evidence:
         before, after = evidence["rmse_before"], evidence["rmse_after"]
-        facts["held-out RMSE"] = f"{before:.4g} to {_number(after, unit)} ({_fall(before, after)})"
-        facts["chance of such a gain by accident"] = _chance(evidence["chance"])
+        facts["held-out RMSE"] = f"{before:.4g} before, {_number(after, unit)} after ({_fall(before, after)})"
+        facts["probability of this gain by chance"] = _chance(evidence["chance"])
         shares = [f"{100 * evidence[f'structure_{when}']:.0f} % {when}" for when in ("before", "after")]
-        facts["share of the error that follows from its own past"] = ", ".join(shares)
+        facts["error variance explained by its own past"] = ", ".join(shares)
     else:
         facts |= {spoken(k): f"{v:.4g}" for k, v in evidence.items() if k not in ("rmse_before", "rmse_after")}
     return Facts(tuple(facts.items()))
@@ -183,7 +178,7 @@ def _parameter(p: CauseParameter) -> tuple[str, ...]:
         parameter(p.name, p.unit, new=True),
         f"{p.value:.4g}",
         f"{p.lower:.4g} to {p.upper:.4g}" if known else "none",
-        "shapes the effect" if p.null is None else f"{p.null:.4g}",
+        "shape parameter" if p.null is None else f"{p.null:.4g}",
         verdict,
         kind if known else "",
     )
@@ -196,27 +191,27 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
             continue
         if len(diagnosis.causes) > 1:
             blocks.append(Heading(capitalised(spoken(cause.effect))))
-        beside = " beside those found before" if number else ""
+        beside = " added to the effects found before" if number else ""
         blocks += [
             Picture(
                 rivals_figure(cause, diagnosis.unit),
                 f"Held-out error of the model with each effect{beside}.",
-                f"Held-out error with {spoken(cause.effect)} and its rivals",
+                f"Held-out error with {spoken(cause.effect)} and with other effects",
             ),
             Table(
                 "",
-                (f"instead of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
+                (f"effect in place of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
                 tuple(_rival(rival, diagnosis.unit) for rival in cause.rivals),
                 "lrrl",
             ),
         ]
     ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
     if blocks:
-        yield Section("The effects it may be" if ambiguous else "The rivals, and why they lost", tuple(blocks))
+        yield Section("Possible effects" if ambiguous else "Other effects, and why they are rejected", tuple(blocks))
 
 
 def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
-    odds = "more than a million to 1" if rival.odds >= _TOLD_ODDS else f"{rival.odds:.3g} to 1"
+    odds = "more than a million to 1" if rival.odds >= _LARGEST_ODDS else f"{rival.odds:.3g} to 1"
     return spoken(rival.effect), _number(rival.rmse, unit), odds, rival.why
 
 
@@ -234,11 +229,11 @@ def _faults(diagnosis: Diagnosis) -> Block:
 def _model(diagnosis: Diagnosis) -> Section:
     better, marked = _is_better(diagnosis), diagnosis.new_parameters
     name = capitalised(diagnosis.model.name)
-    told = joined(f"{name}. What is new is ", coloured("highlighted", "new"), ".") if marked else f"{name}."
+    text = joined(f"{name}. New parameters are ", coloured("highlighted", "new"), ".") if marked else f"{name}."
     return Section(
         "The extended model" if better else "The model",
         (
-            joined(told, " A subscript is the sample."),
+            joined(text, " The subscript t is the sample number."),
             equations(diagnosis.model, marked),
             Table(
                 "",
@@ -256,7 +251,7 @@ def _columns(diagnosis: Diagnosis, first: str) -> tuple[str, ...]:
 
 def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
     value, before = diagnosis.model.values.get(p.name), diagnosis.base.values.get(p.name)
-    # A fixed parameter carries its value in its box.
+    # The box of a fixed parameter is its value.
     value = p.lower if value is None and p.lower == p.upper else value
     name = parameter(p.name, p.unit, new=new)
     cells = tuple("" if number is None else f"{number:.5g}" for number in (before, value))
@@ -265,23 +260,23 @@ def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
 
 def _gain(diagnosis: Diagnosis) -> Section:
     g, better, unit = diagnosis.gain, _is_better(diagnosis), diagnosis.unit
-    held = f"Free runs over {g.samples} held-out samples, which no fit has seen"
+    held = f"Free runs over {g.samples} held-out samples, which no fit uses"
     rows = [
         ("RMSE", _number(g.rmse_before, unit), _number(g.rmse_after, unit)),
         ("fit", _number(g.fit_percent_before, "%", ".2f"), _number(g.fit_percent_after, "%", ".2f")),
         (
-            "least noise bound that explains them (largest error)",
+            "largest error (least noise bound that explains them)",
             _number(g.noise_bound_before, unit),
             _number(g.noise_bound_after, unit),
         ),
     ]
     if g.violations_before is not None:
-        beyond = f"samples beyond {_number(diagnosis.misfit.noise_bound, unit)}"
-        rows.append((beyond, f"{g.violations_before} of {g.samples}", f"{g.violations_after} of {g.samples}"))
+        outside = f"samples outside {_number(diagnosis.misfit.noise_bound, unit)}"
+        rows.append((outside, f"{g.violations_before} of {g.samples}", f"{g.violations_after} of {g.samples}"))
     return Section(
-        "Before and after" if better else "How good the model is",
+        "Before and after" if better else "Fit of the model",
         (
-            f"{held}: the error is {_fall(g.rmse_before, g.rmse_after)}." if better else f"{held}.",
+            f"{held}: the RMSE is {_fall(g.rmse_before, g.rmse_after)}." if better else f"{held}.",
             Table(
                 "",
                 _columns(diagnosis, "held-out data"),
@@ -294,24 +289,23 @@ def _gain(diagnosis: Diagnosis) -> Section:
 
 def _skipped(diagnosis: Diagnosis) -> Iterator[Section]:
     rows = [
-        (spoken(name), f"not tried: it {why}" if why.startswith("does not") else f"not tried: it needs {why}")
+        (spoken(name), f"not tested: it {why}" if why.startswith("does not") else f"not tested: it needs {why}")
         for name, why in diagnosis.skipped.items()
     ]
-    rows += [(spoken(name), "named at first; not missed once the others were found") for name in diagnosis.dropped]
+    rows += [(spoken(name), "withdrawn: not needed with the later effects") for name in diagnosis.dropped]
     if rows:
-        yield Section("Not tried, or taken back", (Facts(tuple(rows)),))
+        yield Section("Effects not tested, and effects withdrawn", (Facts(tuple(rows)),))
 
 
 def _not_proven(diagnosis: Diagnosis) -> Section:
     named = (
-        "That the named cause is the true one. It is the effect of the library that explains these data best, and by "
-        "how much is told above."
+        "The cause. It is the effect of the library that explains these data best; another cause remains possible."
         if diagnosis.causes
-        else "That nothing is wrong. Effects outside the library were not tried, and an effect that these data do not "
-        "excite cannot be seen in them."
+        else "That the model lacks nothing. Effects outside the library were not tested. An effect that these data do "
+        "not excite is not visible in them."
     )
     model = "extended model" if _is_better(diagnosis) else "model"
-    elsewhere = f"That the {model} holds elsewhere: in ranges, temperatures or rates that the record does not cover."
+    elsewhere = f"The {model} outside the record: in ranges, temperatures or rates that the record does not cover."
     return Section("What this page does not prove", (Items((named, elsewhere)),))
 
 
@@ -328,14 +322,8 @@ def _chance(value: float) -> str:
 
 
 def _fall(before: float, after: float) -> str:
-    """Return how much smaller an error has become, in words."""
+    """Return by how much an error has fallen."""
     if not (before > 0 and after > 0 and math.isfinite(before / after)):
         return "no change"
-    ratio = before / after
-    return (
-        f"{ratio:.2g} times smaller"
-        if ratio >= 2
-        else f"{100 * (1 - 1 / ratio):.0f} % smaller"
-        if ratio > 1
-        else "not smaller"
-    )
+    share = 100 * (1 - after / before)
+    return "not smaller" if share <= 0 else f"{min(share, 99):.0f} % smaller"

@@ -17,17 +17,6 @@ from smid.models import Model
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
 
-__all__ = [
-    "IDENTIFY",
-    "Document",
-    "as_text",
-    "diagnose_document",
-    "empty_document",
-    "error_bound_document",
-    "identify_document",
-    "study_document",
-    "validate_document",
-]
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE = "smid.diagnose/1"
@@ -49,7 +38,7 @@ def identify_document(
 
 
 def empty_document(error: EmptyFeasibleSetError, error_bound: ErrorBound | None) -> Document:
-    """Return what ``smid identify --json`` writes where no parameters explain the data."""
+    """Return what ``smid identify --json`` writes if no parameters explain the data."""
     return {
         "schema": IDENTIFY,
         "empty": {
@@ -89,7 +78,7 @@ def diagnose_document(diagnosis: Diagnosis) -> Document:
 
 
 def study_document(name: str, content: Mapping[str, Any]) -> Document:
-    """Return the document of a study: ``study``, ``clutch-records`` and so on, and its own plain data."""
+    """Return the document of a study (``study``, ``clutch-records`` and so on) with its own plain data."""
     return {"schema": f"smid.{name}/1", **content, "versions": versions()}
 
 

@@ -1,4 +1,4 @@
-"""The page of an estimate: what was found, from what, and what of it is proven."""
+"""The report of an estimate: the intervals, the data, and what is proven."""
 
 from __future__ import annotations
 
@@ -11,35 +11,30 @@ import numpy as np
 from relaxations.search.hierarchy import Proof
 from smid.data import Dataset
 from smid.display.table import Table
-from smid.fitting.figures import simulation_figure
 from smid.fitting.validate import Score, Validation, validate
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
-from smid.identification.figures import intervals_figure
 from smid.models import Model, ModelError
 from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
 from smid.reports.documents import Document, identify_document
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
 
-__all__ = ["data_report", "estimate_page"]
-
 _CERTIFICATE = (
-    'For each end, a convex program gives multipliers that write "parameter minus bound" as a sum of squares plus '
-    "multiples of the constraints. The solver is not trusted: its multipliers are only a suggestion. The identity is "
-    "evaluated again in ball arithmetic, with every rounding error enclosed, and whatever it misses by is taken off "
-    "the bound. So each certified end is a theorem about the model and the data, even where the solver stopped early "
-    "or erred."
+    'For each bound, a convex program gives multipliers. They write "parameter minus bound" as a sum of squares plus '
+    "multiples of the constraints. The solver is not trusted: ball arithmetic evaluates the identity again and "
+    "encloses every rounding error. The error of the identity is subtracted from the bound. So each certified bound is "
+    "proven for the model and the data, even if the solver stopped early or was wrong."
 )
 _WITNESS = (
     "A witness is one set of parameters and noises that satisfies every equation and every bound, verified with "
-    "interval arithmetic. It shows that the certified interval cannot be made smaller than the witnessed one."
+    "interval arithmetic. So the certified interval cannot be smaller than the witnessed interval."
 )
 _NOT_PROVEN = (
-    "That the model has the right structure. The intervals say which of its parameters are consistent with the data.",
-    "That the noise bound is right. If the true noise was larger even once, the true parameters may lie outside.",
-    "That the model holds for other records. Validation shows examples; it proves nothing about the next one.",
-    "That every value inside an interval, or every combination of values, is possible.",
+    "The structure of the model. The intervals show which parameters of this model are consistent with the data.",
+    "The noise bound. If the true noise exceeded it at one sample, the true parameters may lie outside the intervals.",
+    "The model on other records. Validation shows examples; it proves nothing about the next record.",
+    "Each value in an interval. Some values, and some combinations of values, may be impossible.",
 )
 
 
@@ -53,7 +48,7 @@ def estimate_page(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Page:
-    """Return the page of an estimate; see :func:`smid.report`."""
+    """Return the report of an estimate; see :func:`smid.report`."""
     sections = (
         Section("Parameter intervals", tuple(_intervals(estimate, truth))),
         *_least_bound(error_bound),
@@ -86,19 +81,19 @@ def data_report(
     *,
     document: Document,
 ) -> Path:
-    """Write the page of an error bound or of validations alone; see :func:`smid.report`.
+    """Write the report of a noise bound or of validations alone; see :func:`smid.report`.
 
     Parameters
     ----------
-    title, sentence
-        Heading, and the result in one sentence.
+    sentence
+        The result in one sentence.
     document
-        The same as plain data.
+        The result as plain data.
 
     Raises
     ------
     ValueError, OSError
-        Where the path names no format, or cannot be written.
+        See :func:`check_report`.
 
     Examples
     --------
@@ -130,11 +125,11 @@ def _sentence(estimate: Estimate) -> str:
     )
     ranges = "; ".join(_range(i) for i in estimate.intervals)
     samples = estimate.data.n_samples
-    return f"Proven: whichever parameters explain the {samples} samples with {bounds}, they satisfy {ranges}."
+    return f"Proven: all parameters that explain the {samples} samples with {bounds} satisfy {ranges}."
 
 
 def _no_larger(value: float) -> str:
-    """Print a noise bound: never above the number, for the statement holds up to that number only."""
+    """Return a noise bound in print: never above the number, because the proof holds up to that number only."""
     text = f"{value:.6g}"
     return text if float(text) <= value else round_down(value, 6)
 
@@ -145,21 +140,23 @@ def _range(i: ParameterInterval) -> str:
 
 
 def _intervals(estimate: Estimate, truth: Mapping[str, float] | None) -> Iterator[Block]:
+    from smid.identification.figures import intervals_figure  # needs matplotlib
+
     yield Picture(
         intervals_figure(estimate, truth),
-        "Each row has its own scale. Printed ends are rounded outwards.",
+        "Each row has its own scale. Printed bounds are rounded outwards.",
         "Certified and witnessed interval and centre of each parameter",
     )
     header = ("parameter", "certified lower", "certified upper", "witnessed lower", "witnessed upper", "gap", "centre")
     header += (*(("true value",) if truth else ()), "set by")
     yield Table(
-        "Certified: no consistent parameter lies outside. Witnessed: values that verified parameters attain. Gap: what "
-        "is undecided between the two.",
+        "Certified: no parameter outside fits the data. Witnessed: verified parameters attain these values. Gap: the "
+        "undecided part between certified and witnessed bounds.",
         header,
         tuple(_interval_row(i, truth) for i in estimate.intervals),
         "l" + "r" * (len(header) - 2) + "l",
     )
-    derived = f" Box of {', '.join(estimate.derived)}: none was given; one was proven from the data."
+    derived = f" The model has no box for {', '.join(estimate.derived)}; a box was proven from the data."
     yield estimate.centre_text + (derived if estimate.derived else "")
     if estimate.nearest:
         nearest = ", ".join(f"{name} = {value:.8g}" for name, value in estimate.nearest.items())
@@ -174,7 +171,7 @@ def _interval_row(i: ParameterInterval, truth: Mapping[str, float] | None) -> tu
         parameter(i.name, i.unit),
         round_down(i.lower, digits),
         round_up(i.upper, digits),
-        # Rounded inwards, so that a printed inner end never claims more than its witness shows.
+        # Rounded inwards: a printed bound must not exceed the value of its witness.
         round_up(i.inner_lower, digits) if np.isfinite(i.inner_lower) else "none found",
         round_down(i.inner_upper, digits) if np.isfinite(i.inner_upper) else "none found",
         f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
@@ -198,13 +195,13 @@ def _least_bound(bound: ErrorBound | None) -> Iterator[Section]:
     yield Section(
         "Least noise bound",
         (
-            f"The least bound of the noise of {bound.channel} with which the model explains the data lies in {ends}. "
-            "With any bound below the lower end, no parameters explain the data (certified). With the upper end, some "
-            "do (witnessed).",
-            *(f"The noise of {channel} was bounded by {given:.6g}." for channel, given in bound.fixed.items()),
+            f"The least noise bound of {bound.channel} with which the model explains the data lies in {ends}. With a "
+            "noise bound below the lower value, no parameters explain the data (certified). With the upper value, some "
+            "parameters explain the data (witnessed).",
+            *(f"Noise bound of {channel}: {given:.6g}." for channel, given in bound.fixed.items()),
             Remark(
-                "At the least bound the feasible set shrinks to a point, whatever the truth is. Intervals are "
-                "therefore computed at a larger bound."
+                "With the least noise bound, the feasible set is a single point for any data. So the intervals are "
+                "computed with a larger noise bound."
             ),
         ),
     )
@@ -217,7 +214,7 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
     try:
         run = validate(estimate.model, estimate.data, estimate.noise_bound)
     except ModelError as error:
-        # An unstable central model is a finding: the page must still be written.
+        # The central model may be unstable; the report must still be written.
         yield f"The central model cannot be simulated: {error}."
         return
     noisy = [m.channel for m in estimate.model.measurements if m.noise and m.channel in estimate.model.input_channels]
@@ -225,7 +222,7 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
     many = "many" if noisy else "a few"
     yield _scores(
         [run],
-        "The central model over the data it was identified on. The run starts from the first measured outputs"
+        "The central model over the data of the identification. The run starts from the first measured outputs"
         f"{also}, noise included. So {many} errors may exceed the noise bound although the model is consistent with "
         "the data.",
     )
@@ -235,7 +232,7 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
 
 def _free_runs(validations: Sequence[Validation]) -> Iterator[Block]:
     if not validations:
-        yield "No other record was given. How well the model predicts is therefore not known from this page."
+        yield "No other record was given, so this report does not show how well the model predicts."
         return
     yield _scores(
         validations,
@@ -248,7 +245,7 @@ def _free_runs(validations: Sequence[Validation]) -> Iterator[Block]:
 
 
 def _scores(runs: Sequence[Validation], caption: str) -> Table:
-    header = ("record", "output", "samples", "RMSE", "fit [%]", "largest error", "beyond the bound")
+    header = ("record", "output", "samples", "RMSE", "fit [%]", "largest error", "outside noise bound")
     return Table(caption, header, tuple(_score_row(score) for run in runs for score in run.scores), "llrrrrr")
 
 
@@ -265,23 +262,26 @@ def _score_row(s: Score) -> tuple[str, ...]:
 
 
 def _simulation(run: Validation, number: int) -> Picture:
+    from smid.fitting.figures import simulation_figure  # needs matplotlib
+
     score = run.scores[number]
     bound = (
         ""
         if score.noise_bound is None
         else f"; band and dashed lines: noise bound of {score.noise_bound:.6g} {score.unit}".rstrip()
     )
+    # With several experiments, the source of the data names them all: take the name of this one.
+    record = score.experiment if len(run.data.experiments) > 1 else run.data.source or score.experiment
     return Picture(
         simulation_figure(run, number),
-        f"{run.data.source or score.experiment}: {score.channel} measured (points) and simulated freely from its first "
-        f"samples (line){bound}. Below, the error.",
+        f"{record}: {score.channel} measured (points), free run from the first samples (line){bound}. Bottom: error.",
         f"Measured {score.channel} and free run over time, with the error below: {score.experiment}",
     )
 
 
 def _noise_bounds(estimate: Estimate) -> str:
-    told = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
-    return f"Noise bounds: {', '.join(told)}."
+    bounds = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
+    return f"Noise bounds: {', '.join(bounds)}."
 
 
 def _model(model: Model, noise_bounds: str = "") -> Section:
@@ -289,7 +289,7 @@ def _model(model: Model, noise_bounds: str = "") -> Section:
     return Section(
         "Model",
         (
-            f"{name}. A subscript is the sample.",
+            f"{name}. The subscript t is the sample number.",
             equations(model),
             *((noise_bounds,) if noise_bounds else ()),
             Heading("Prior knowledge"),

@@ -1,4 +1,4 @@
-"""Which format a report is written in: the suffix of its path says so."""
+"""The format of a report: the suffix of its path selects it."""
 
 from __future__ import annotations
 
@@ -6,70 +6,49 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
-from smid.display.style import save_svg
 from smid.reports.content import Page, Picture
 from smid.reports.documents import as_text
-from smid.reports.html import as_html
 from smid.reports.markdown import as_markdown
 from smid.reports.pdf import print_pdf
 from smid.reports.writing import check_writable, write_text
-
-__all__ = ["check_report", "write_page"]
 
 SUFFIXES = (".html", ".pdf", ".md", ".json")
 
 
 def check_report(path: str | PathLike[str]) -> None:
-    """Raise an error that names the cure unless a report can be written there; call it before long work.
+    """Raise an error that names the cure if no report can be written there; call it before long work.
 
     Raises
     ------
     ValueError
-        Where the suffix names no format.
+        If the suffix is not a report format.
     OSError
-        As :func:`check_writable`.
+        See :func:`check_writable`.
 
     Examples
     --------
     >>> check_report("report.docx")
     Traceback (most recent call last):
     ...
-    ValueError: cannot write report.docx: no report is written as '.docx'; choose .html, .pdf, .md or .json
+    ValueError: cannot write report.docx: '.docx' is not a report format; choose .html, .pdf, .md or .json
     """
     target = Path(path)
     if target.suffix not in SUFFIXES:
         choices = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
-        raise ValueError(f"cannot write {target}: no report is written as {target.suffix!r}; choose {choices}")
+        raise ValueError(f"cannot write {target}: {target.suffix!r} is not a report format; choose {choices}")
     check_writable(target)
     if target.suffix == ".pdf":
         check_writable(target.with_suffix(".html"))
 
 
 def write_page(page: Page, path: str | PathLike[str]) -> Path:
-    """Write a page as HTML, PDF, Markdown or JSON.
+    """Write a page as HTML, PDF, Markdown or JSON; return its path, or that of the HTML if no PDF could be printed.
 
-    Parameters
-    ----------
-    path
-        Its suffix says which. Beside a PDF stands the HTML that it was printed from; the figures of ``a.md`` are in
-        the folder ``a_files``.
-
-    Returns
-    -------
-    Path
-        The file; the HTML where no PDF could be printed.
-
-    Raises
-    ------
-    ValueError, OSError
-        As :func:`check_report`.
-
-    Warns
-    -----
-    PdfWarning
-        Where no PDF could be printed: why, and what helps.
+    The HTML of a PDF is written beside it. The figures of ``a.md`` are in the folder ``a_files``.
     """
     check_report(path)
+    from smid.reports.html import as_html  # needs jinja2 and matplotlib
+
     target = Path(path)
     match target.suffix:
         case ".json":
@@ -84,6 +63,8 @@ def write_page(page: Page, path: str | PathLike[str]) -> Path:
 
 
 def _markdown(page: Page, target: Path) -> str:
+    from smid.display.style import save_svg  # needs matplotlib
+
     folder, numbers = target.with_name(f"{target.stem}_files"), count(1)
 
     def keep(picture: Picture) -> str:

@@ -1,4 +1,4 @@
-"""A page as one HTML file: no script, nothing from elsewhere, for light and dark screens, phones and paper."""
+"""A page as one HTML file, without scripts and without a network, for light and dark screens, phones and paper."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from markupsafe import Markup
 from smid.display.style import inline_svg
 from smid.display.table import Table
 from smid.reports.content import Equations, Facts, Heading, Items, Page, Picture, Remark
-
-__all__ = ["as_html"]
 
 _BLOCKS = (Equations, Facts, Heading, Items, Picture, Remark, Table)
 

@@ -8,27 +8,11 @@ from collections.abc import Callable, Iterable
 from smid.display.table import Table
 from smid.reports.content import Block, Equations, Facts, Heading, Items, Page, Picture, Remark, Section
 
-__all__ = ["as_markdown"]
-
 
 def as_markdown(page: Page, keep: Callable[[Picture], str]) -> str:
-    """Return the page in Markdown, with the tables and the formulas that GitHub shows.
+    """Return the page in Markdown, with tables and formulas as GitHub shows them.
 
-    Parameters
-    ----------
-    keep
-        Keeps a picture somewhere, and returns its address.
-
-    Examples
-    --------
-    >>> print(as_markdown(Page("A page", ("All is well.",), (), {}, written="today"), str)[:80])
-    # A page
-    <BLANKLINE>
-    Written today by smid 0.1.0.
-    <BLANKLINE>
-    > All is well.
-    <BLANKLINE>
-    ## Settings and versions
+    ``keep`` saves a picture and returns its address.
     """
     head = f"Written {page.written} by smid {page.versions['smid']}."
     blocks = [f"# {_plain(page.title)}", f"{head} **Simulated data, not measured.**" if page.simulated else head]
@@ -71,5 +55,5 @@ def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], align: str)
 
 
 def _plain(text: str) -> str:
-    """Put the text in one line, in which nothing reads as markup; an underscore within a word does not."""
+    """Return the text in one line, with every character escaped that Markdown would read as markup."""
     return re.sub(r"[\\`*<&|$]|(?<!\w)_|_(?!\w)", r"\\\g<0>", " ".join(text.split()))

@@ -1,4 +1,4 @@
-"""A model's equations in MathML, which browsers show without any script."""
+"""A model's equations in MathML, which browsers show without a script."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from smid.models.parts import Line, Measurement
 from smid.models.symbols import VALUE, signal, t
 
 _DIGITS = 6
-_LINE = 60  # letters of a formula that a page holds in one line
+_LINE = 60  # characters of a formula that fit on one line of a page
 
 
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
-    """Prints parameters that are new in a class of their own, and numbers as long as the eye can use them."""
+    """A printer that marks new parameters with a class, and shortens numbers to six digits."""
 
     def __init__(self, new: Collection[str]) -> None:
         super().__init__()
@@ -38,19 +38,11 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
 
 
 def equations(model: Model, new: Collection[str] = ()) -> list[str]:
-    """Return the lines and measurements of a model as rows of MathML.
-
-    Parameters
-    ----------
-    new
-        Parameters to highlight.
+    """Return the lines and measurements of a model as rows of MathML, with the parameters ``new`` highlighted.
 
     Examples
     --------
     >>> from smid.models import OutputError
-    >>> rows = equations(OutputError())
-    >>> len(rows), rows[0][:6]
-    (2, '<math>')
     >>> equations(OutputError(), ["b0"])[0].count('class="new"')
     1
     """
@@ -58,19 +50,12 @@ def equations(model: Model, new: Collection[str] = ()) -> list[str]:
 
 
 def priors(model: Model) -> list[str]:
-    """Return the constraints and the boxes of the parameters as rows of MathML.
-
-    Examples
-    --------
-    >>> from smid.models import OutputError
-    >>> len(priors(OutputError(na=2, stable=True)))
-    5
-    """
+    """Return the constraints and the boxes of the parameters as rows of MathML."""
     return [_relation(c, "≥", sympy.Integer(0)) for c in model.constraints] + [_box(p) for p in model.parameters]
 
 
 def symbol(name: str, new: Collection[str] = ()) -> str:
-    """Return a parameter's name as MathML: Greek letters and indices are shown as such.
+    """Return a parameter's name as MathML, with Greek letters and indices.
 
     Examples
     --------
@@ -92,7 +77,7 @@ def _relation(left: sympy.Expr, sign: str, right: sympy.Expr, new: Collection[st
 
 
 def _sum(head: str, expression: sympy.Expr, new: Collection[str]) -> str:
-    """Print each term as a formula of its own: a browser breaks lines between formulas only."""
+    """Return each term as a formula of its own, because a browser breaks lines only between formulas."""
     first, *others = expression.as_ordered_terms() if len(shown(expression)) > _LINE else [expression]
     rows = [f"<math>{head}{_content(first, new)}</math>"]
     for term in others:

@@ -1,27 +1,26 @@
-"""What pages share: the section on the data, that on a model's equations, and the label of simulated data."""
+"""Sections that several reports share: the data, the equations, and the label of simulated data."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from smid.data import Dataset
-from smid.display.style import WIDTH, style
 from smid.models import Model
 from smid.reports import mathml
 from smid.reports.content import Block, Equations, Facts, Picture, Rich, Section, joined
 
-__all__ = ["capitalised", "data_section", "equations", "is_simulated", "parameter", "priors"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def is_simulated(sources: Iterable[str]) -> bool:
-    """Tell whether one of the sources says that its numbers come from a simulation."""
+    """Tell whether one of the sources says that its data come from a simulation."""
     return any("simulated" in source.casefold() for source in sources)
 
 
 def capitalised(text: str) -> str:
-    """Return the text with a capital at its beginning, and the rest as it is."""
+    """Return the text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
@@ -32,7 +31,7 @@ def parameter(name: str, unit: str, *, new: bool = False) -> Rich:
 
 
 def equations(model: Model, new: Collection[str] = ()) -> Equations:
-    """Return the lines and measurements of a model, with parameters that are new highlighted."""
+    """Return the lines and measurements of a model, with the parameters ``new`` highlighted."""
     rows = mathml.equations(model, new)
     return Equations("Equations", _paired(model.equations().rows[: len(rows)], rows))
 
@@ -49,13 +48,7 @@ def _paired(latex: Iterable[str], rows: Iterable[str]) -> tuple[Rich, ...]:
 
 
 def data_section(data: Dataset, *, drawn: bool) -> Section:
-    """Return the section on the record, or on several that were put together.
-
-    Parameters
-    ----------
-    drawn
-        Whether to show the samples.
-    """
+    """Return the section on the record, or on several records merged; ``drawn`` adds the figure of the samples."""
     return Section("Data", tuple(_data(data, drawn)))
 
 
@@ -65,11 +58,12 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
         yield joined(
             label, " These data come from a simulation. They show that the method works, not how a real plant behaves."
         )
+    # Source, samples and channels.
     samples = f"{data.n_samples}, every {data.sampling_time:.6g} s"
     if len(data.experiments) > 1:
         samples += f", in {len(data.experiments)} experiments: {', '.join(run.name for run in data.experiments)}"
     if data.n_init:
-        samples += f"; the first {data.n_init} of each for warm-up"
+        samples += f"; the first {data.n_init} of each experiment are warm-up"
     roles = {channel: data.role(channel.name) for channel in data.channels}
     channels = ", ".join(f"{channel} ({role})" if role else str(channel) for channel, role in roles.items())
     yield Facts(
@@ -77,10 +71,11 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
             ("source", data.source or "arrays in memory"),
             ("samples", samples),
             ("channels", channels),
-            ("SHA-256 of the numbers", Rich(data.checksum, f"<code>{data.checksum}</code>")),
+            ("SHA-256 of the samples", Rich(data.checksum, f"<code>{data.checksum}</code>")),
         )
     )
-    for run, record in zip(data.experiments, data.resampling, strict=False):  # empty where there were no time stamps
+    # Resampling, if there were time stamps.
+    for run, record in zip(data.experiments, data.resampling, strict=False):
         if record.method != "none":
             added = "".join(
                 f" Interpolation adds up to about {error:.3g} {data.channel(name).unit} to the error of {name}."
@@ -89,7 +84,7 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
             yield (
                 f"Irregular time stamps ({run.name}): {record.n_original} samples were interpolated linearly. Mean "
                 f"interval {record.mean_interval:.4g} s, jitter up to {record.jitter_max:.3g} s (RMS "
-                f"{record.jitter_rms:.3g} s).{added} The noise bound must cover this too."
+                f"{record.jitter_rms:.3g} s).{added} The noise bound must include this error."
             )
     if drawn:
         yield Picture(data_figure(data), "The samples that were used.", "The samples over time")
@@ -97,6 +92,8 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
 
 def data_figure(dataset: Dataset) -> Figure:
     """Draw every channel over time, outputs on top."""
+    from smid.display.style import WIDTH, style
+
     with style():
         figure = dataset.plot()
         figure.set_size_inches(WIDTH, 0.6 + 1.3 * len(figure.axes))

@@ -1,4 +1,4 @@
-"""A page as PDF: printed by Chromium, which keeps figures as vectors and shows MathML as it should be."""
+"""A page as PDF, printed by Chromium, which keeps figures as vectors and shows MathML."""
 
 from __future__ import annotations
 
@@ -11,20 +11,18 @@ from pathlib import Path
 
 from smid.reports.writing import write_bytes
 
-__all__ = ["PdfWarning", "find_browser", "print_pdf"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 TIMEOUT = 60.0  # seconds
-# Of a page without scripts nothing is asked from elsewhere; these keep the browser itself from asking.
+# The page has no scripts and asks nothing from a network; these options keep the browser itself from asking.
 _OPTIONS = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync")
 
 
 class PdfWarning(UserWarning):
-    """No PDF could be printed; the HTML page is there.
+    """Warning that no PDF could be printed; the HTML page is written.
 
     Examples
     --------
-    Where a PDF is a must, make it an error:
+    To make it an error:
 
     >>> import warnings
     >>> with warnings.catch_warnings():
@@ -33,37 +31,20 @@ class PdfWarning(UserWarning):
 
 
 def find_browser() -> str | None:
-    """Return the path of a browser that prints, or None where there is none.
-
-    Returns
-    -------
-    str or None
-        The first of chromium, chromium-browser, google-chrome and chrome on the path.
-    """
+    """Return the path of the first of chromium, chromium-browser, google-chrome and chrome; None if there is none."""
     return next((path for path in map(shutil.which, BROWSERS) if path), None)
 
 
 def print_pdf(page: Path, target: Path) -> bool:
-    """Print an HTML page to a PDF file.
-
-    Returns
-    -------
-    bool
-        Whether the file was written.
-
-    Warns
-    -----
-    PdfWarning
-        Where it was not: why, and what helps.
-    """
+    """Print an HTML page to a PDF file; return whether it was written, and warn with the cause if not."""
     browser = find_browser()
     if browser is None:
         _warn(page, "no Chromium was found: install one (Debian: apt install chromium), or print from your own browser")
         return False
-    # A browser that is ended may still write to its profile.
+    # A browser that was ended may still write to its profile.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         printed = Path(folder) / "printed.pdf"
-        # As root, in a container say, Chromium runs without its sandbox only; the page is ours.
+        # As root, for example in a container, Chromium runs only without its sandbox. The page is our own.
         root = hasattr(os, "geteuid") and os.geteuid() == 0
         command = [browser, *_OPTIONS, *(["--no-sandbox"] if root else []), f"--user-data-dir={folder}/profile"]
         command += ["--no-pdf-header-footer", f"--print-to-pdf={printed}", page.resolve().as_uri()]

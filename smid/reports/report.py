@@ -1,4 +1,4 @@
-"""The one verb of this package: write a result as a page, in the format that the path names."""
+"""Write a result as a report, in the format that the path names."""
 
 from __future__ import annotations
 
@@ -44,12 +44,7 @@ def report(
 
 
 @overload
-def report(
-    result: Study,
-    path: str | PathLike[str],
-    *,
-    settings: Mapping[str, str] | None = None,
-) -> Path: ...
+def report(result: Study, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None) -> Path: ...
 
 
 def report(
@@ -63,45 +58,40 @@ def report(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write an estimate, a diagnosis or a study as one page.
+    """Write a report of an estimate, a diagnosis or a study, and return its path.
 
     Parameters
     ----------
     path
-        Its suffix names the format. ``.html``: one file that needs no network, for light and dark screens, phones and
-        paper. ``.pdf``: the same printed by Chromium, with the HTML beside it; where there is no Chromium, the HTML
-        alone. ``.md``: Markdown, its figures as SVG in a folder beside it. ``.json``: the same as data (docs/json.md).
+        Its suffix selects the format. ``.html``: one file without scripts, for screens, phones and paper. ``.pdf``: the
+        same page printed by Chromium, with the HTML beside it; only the HTML if there is no Chromium. ``.md``:
+        Markdown, with its figures as SVG in a folder beside it. ``.json``: plain data (docs/json.md).
     error_bound
-        Shown where it was computed; estimates only.
+        The least noise bound, for estimates only.
     validations
-        Free runs over other records; estimates only.
+        Free runs over other records, for estimates only.
     truth
-        The parameters that made simulated data; estimates only.
+        The parameters that made simulated data, for estimates only.
     notes
-        Remarks: on the validations of an estimate, on the verdict of a diagnosis.
+        Remarks on the validations of an estimate, or on the verdict of a diagnosis.
     settings
-        What was asked for, in the user's words; shown at the end.
+        The user's options; shown at the end.
     links
-        Other pages: words -> address, relative to the page.
-
-    Returns
-    -------
-    Path
-        The page.
+        Other pages: text -> address, relative to the page.
 
     Raises
     ------
     ValueError
-        Where the suffix of the path names no format.
+        If the suffix is not a report format.
     OSError
-        Where the path cannot be written; :func:`check_report` tells both before any long work.
+        If the path cannot be written; :func:`check_report` tests both before long work.
     TypeError
-        For a diagnosis or a study with what belongs to another result.
+        For a diagnosis or a study with an option of another result.
 
     Warns
     -----
     PdfWarning
-        Where no PDF could be printed: why, and what helps.
+        If no PDF could be printed, with the cause and the cure.
 
     Examples
     --------
@@ -119,7 +109,7 @@ def report(
         return write_page(page, path)
     if error_bound is not None or validations or truth is not None:
         raise TypeError("error_bound, validations and truth belong to an estimate: leave them out")
-    # A diagnosis and a study draw themselves in the look of this package: imported at the top, that would be a circle.
+    # Imported here, so that a report of an estimate loads neither diagnosis nor studies.
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.reports.diagnosis_page import diagnosis_page
     from smid.reports.study_page import study_page

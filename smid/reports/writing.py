@@ -1,4 +1,4 @@
-"""Write a file whole or not at all, and find out beforehand whether it can be written."""
+"""Write a whole file or nothing, and test beforehand whether it can be written."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 
 
 def check_writable(path: str | PathLike[str]) -> None:
-    """Raise an error that names the cure unless a file can be written there; call it before long work.
+    """Raise an error that names the cure if no file can be written there; call it before long work.
 
     Raises
     ------
     OSError
-        Where the path is a folder, its folder is missing, or nothing can be written there.
+        If the path is a folder, its folder is missing, or nothing can be written there.
 
     Examples
     --------
@@ -32,7 +32,7 @@ def check_writable(path: str | PathLike[str]) -> None:
     if target.exists() and not os.access(target, os.W_OK):
         raise OSError(f"cannot write {target}: it is read-only; change its permissions, or choose another path")
     try:
-        # Only trying tells: permissions say nothing of a file system that is mounted read-only.
+        # Write a temporary file, because permissions do not show a file system that is mounted read-only.
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
@@ -40,22 +40,7 @@ def check_writable(path: str | PathLike[str]) -> None:
 
 
 def write_text(path: str | PathLike[str], text: str) -> Path:
-    """Write a file by way of a temporary one beside it, so that no reader ever sees half of it.
-
-    Parameters
-    ----------
-    text
-        Written in UTF-8.
-
-    Returns
-    -------
-    Path
-        The path written.
-
-    Raises
-    ------
-    OSError
-        As :func:`check_writable`.
+    """Write text in UTF-8 through a temporary file, so that no reader sees half of it; return the path.
 
     Examples
     --------
@@ -67,7 +52,7 @@ def write_text(path: str | PathLike[str], text: str) -> Path:
 
 
 def write_bytes(path: str | PathLike[str], content: bytes) -> Path:
-    """Write bytes as :func:`write_text` does text."""
+    """Write bytes as :func:`write_text` writes text."""
     check_writable(path)
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")

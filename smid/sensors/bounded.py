@@ -1,18 +1,16 @@
-"""A sensor with an error bound: the measured position lies in [x - D, x + D], x what the sensor says.
+"""A sensor with an error bound: the measured position lies in [x - D, x + D], x the computed position.
 
     D_t = (1 + margin) (sum_j d_j hat_j(x_t) + d_v v_t),    v_t = lag of |x_t - x_{t-1}|
 
-The hats are piecewise linear between knots over the range of positions: where the curve is steep, an error of the
-pressure moves the position far.  v is the recent speed: a sensor errs most while the clutch moves.  The d_j are not
-negative.  Of all bounds that hold on every sample of records apart from those that trained the sensor, the one of the
-least mean is taken, a linear program:
+The hats are piecewise linear functions between knots over the range of positions, v is the recent speed, and the d_j
+are nonnegative. A linear program finds the d_j of the least mean bound that holds on every sample of records that did
+not train the sensor:
 
     min mean D   such that   |y_t - x_t| <= D_t  for every t,    d >= 0
 
-So the noise of the sensor of position is inside the bound.  What it promises: were all samples independent, another
-sample would leave the bound (without margin) with a mean probability of at most m / (N + 1), m the number of d's.
-Samples of one record are alike and records differ, so the bound is widened by a margin, which is stated; leaving each
-record out in turn shows what margin is needed.
+The bound includes the noise of the position sensor. If all samples were independent, another sample would exceed the
+bound without margin with a mean probability of at most m / (N + 1), m the number of d's. Samples of a record are not
+independent, so the bound is widened by the margin. Leaving out each record in turn shows which margin is needed.
 
 References: Campi, Calafiore, Garatti, "Interval predictor models: identification and reliability", Automatica 45
 (2009); Calafiore, Campi, "Uncertain convex programs: randomized solutions and confidence levels", Mathematical
@@ -28,11 +26,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.models import ModelError
-from smid.networks import Array
 from smid.sensors.lag import lag
 from smid.sensors.sensor import VirtualSensor, require_channels, trained
 from smid.sensors.stream import Stream
@@ -55,12 +53,12 @@ class IntervalPrediction(Result):
     position, lower, upper
         Shape (n,). In mm, one array per record.
     warnings
-        What limits the answer.
+        Limits of the answer.
 
     Examples
     --------
-    >>> told = IntervalPrediction(("20C_ramp_b",), (np.ones(2),), (np.zeros(2),), (np.full(2, 2.0),))
-    >>> told.records, told.upper[0] - told.lower[0]
+    >>> found = IntervalPrediction(("20C_ramp_b",), (np.ones(2),), (np.zeros(2),), (np.full(2, 2.0),))
+    >>> found.records, found.upper[0] - found.lower[0]
     (('20C_ramp_b',), array([2., 2.]))
     """
 
@@ -84,22 +82,12 @@ class IntervalPrediction(Result):
         return float(np.mean(np.concatenate(self.upper) - np.concatenate(self.lower)))
 
     def coverage(self, data: Dataset) -> dict[str, float]:
-        """Return which share of each record's measured positions lies inside.
-
-        Parameters
-        ----------
-        data
-            The same records, with the position.
-
-        Returns
-        -------
-        dict of str to float
-            From 0 to 1.
+        """Return the share of each record's measured positions, from 0 to 1, that lies inside the intervals.
 
         Raises
         ------
         DataError
-            If there is no position, or the records are others.
+            If there is no position, or the records are not those of the prediction.
         """
         require_channels(data, ("position",))
         if tuple(run.name for run in data.experiments) != self.records:
@@ -113,16 +101,7 @@ class IntervalPrediction(Result):
 
 @dataclass(frozen=True)
 class IntervalEstimate:
-    """The interval of the position at one instant.
-
-    Parameters
-    ----------
-    time
-        In seconds.
-    position, lower, upper
-        In mm.
-    warnings
-        What limits the answer.
+    """The interval of the position at one instant: time in seconds, positions in mm.
 
     Examples
     --------
@@ -144,16 +123,14 @@ class BoundedSensor:
 
     Parameters
     ----------
-    sensor
-        Trained.
     knots
-        Shape (m - 1,). Positions in mm, rising; outside, the bound is that of the nearest one.
+        Shape (m - 1,). Positions in mm, rising; beyond them the bound is constant.
     weights
-        Shape (m,). What the linear program found: of the hats in mm, then of the speed.
+        Shape (m,). Of the hats in mm, then of the speed.
     margin
-        By which share the bound is widened.
+        Share by which the bound is widened.
     n_samples
-        How many samples the bound holds on.
+        Number of samples on which the bound holds.
     """
 
     sensor: VirtualSensor
@@ -164,16 +141,11 @@ class BoundedSensor:
 
     @property
     def violation(self) -> float:
-        """Mean probability that another, independent sample leaves the bound without margin: at most this."""
+        """Largest mean probability that another, independent sample exceeds the bound without margin."""
         return self.weights.size / (self.n_samples + 1)
 
     def predict(self, data: Dataset) -> IntervalPrediction:
-        """Compute intervals of the position.
-
-        Parameters
-        ----------
-        data
-            With the sensor's channels.
+        """Return intervals of the position.
 
         Raises
         ------
@@ -191,25 +163,18 @@ class BoundedSensor:
         )
 
     def stream(self) -> IntervalStream:
-        """Return the sensor ready for samples one by one; what it answers is what `predict` says of them."""
+        """Return the sensor for samples one by one; its answers equal those of `predict`."""
         return IntervalStream(self.sensor.stream(), _Bound(self))
 
 
 class IntervalStream:
-    """A bounded sensor that is given one sample after the other.
-
-    Parameters
-    ----------
-    stream
-        The sensor's own.
-    bound
-        Gives half the width of the interval, from its memory of the speed.
+    """A bounded sensor that takes one sample after the other.
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> data = load_clutch_records("20C_ramp_a")
+    >>> data = load_clutch("20C_ramp_a")
     >>> sensor = PX(hidden=(3,)).fit(data, seed=1, starts=1)
     >>> now = bound_error(sensor, data, margin=0.0).stream().update(0.0, pressure=0.0)
     >>> now.lower <= now.position <= now.upper
@@ -220,14 +185,14 @@ class IntervalStream:
         self._stream, self._bound = stream, bound
 
     def update(self, time: float, **samples: float) -> IntervalEstimate:
-        """Take the samples of an instant, and give the interval; see `Stream.update`."""
+        """Take the samples of an instant and return the interval; see `Stream.update`."""
         said = self._stream.update(time, **samples)
         half = float(self._bound.advance(np.array([said.position]))[0])
         return IntervalEstimate(time, said.position, said.position - half, said.position + half, said.warnings)
 
 
 class _Bound:
-    """Half the width, with the speed that it remembers."""
+    """Half the width of the interval, with the recent speed as memory."""
 
     def __init__(self, sensor: BoundedSensor) -> None:
         self._sensor = sensor
@@ -254,16 +219,14 @@ class _Speed:
 
 
 def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN) -> BoundedSensor:
-    """Find the error bound of a sensor.
+    """Return a trained sensor with the bound of its error.
 
     Parameters
     ----------
-    sensor
-        Trained.
     data
         Records with the position that did not train the sensor.
     margin
-        By which share the bound is widened, for records that are not like these.
+        Share by which the bound is widened, for other records.
 
     Raises
     ------
@@ -274,11 +237,11 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> sensor = PX(hidden=(3,)).fit(load_clutch_records("20C_ramp_a"), seed=1, starts=1)
-    >>> bounded = bound_error(sensor, load_clutch_records("20C_ramp_b"), margin=0.0)
-    >>> bounded.predict(load_clutch_records("20C_ramp_b")).coverage(load_clutch_records("20C_ramp_b"))
+    >>> sensor = PX(hidden=(3,)).fit(load_clutch("20C_ramp_a"), seed=1, starts=1)
+    >>> bounded = bound_error(sensor, load_clutch("20C_ramp_b"), margin=0.0)
+    >>> bounded.predict(load_clutch("20C_ramp_b")).coverage(load_clutch("20C_ramp_b"))
     {'20C_ramp_b': 1.0}
     """
     trained(sensor.sampling_time, sensor)
@@ -294,7 +257,7 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
     hats = [np.interp(position, knots, row) for row in np.eye(KNOTS)]
     shape = np.stack([*hats, np.concatenate([_Speed().advance(x) for x in positions])], axis=1)
     solution = linprog(shape.mean(axis=0), A_ub=-shape, b_ub=-error, bounds=(0, None), method="highs")
-    # The solver meets its constraints within a tolerance only; the largest excess is taken up by all weights.
+    # The solver meets its constraints within a tolerance: raise all weights by the largest excess.
     found = np.asarray(solution.x, dtype=np.float64)
     weights = found * max(1.0, float(np.max(error / (shape @ found)))) * (1.0 + 1e-12)
     return BoundedSensor(sensor, knots, weights, margin, position.size)

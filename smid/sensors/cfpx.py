@@ -2,10 +2,9 @@
 
     x_t = sum_j c_j T_j((P_t - centre) / half_range),    j = 0..order
 
-The thesis writes powers of P.  Powers of a pressure of 30 bar to the order 100 are no numbers that a computer can tell
-apart; Chebyshev's polynomials on the range of the records span the same functions and stay within [-1, 1].  What the
-records do not tell (singular values below rounding) is set to zero.  Beyond the range of the records the polynomial of
-order 100 would leave every bound, so it is held at its end.
+The thesis has powers of P. Powers of 30 bar up to order 100 lose all digits, so Chebyshev polynomials over the range of
+the records are used: they span the same functions and stay within [-1, 1]. Beyond that range the polynomial is held at
+its end value.
 
 Reference: clutch thesis, (5.11) and table 5.3; Trefethen, "Approximation Theory and Approximation Practice", chapter 3.
 """
@@ -18,9 +17,10 @@ from typing import Self
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
 
 __all__ = ["CFPX", "scale_pressure"]
@@ -32,14 +32,12 @@ class CFPX(VirtualSensor):
 
     Parameters
     ----------
-    order
-        Of the polynomial.
     pressure_range
-        Lowest and highest pressure of the records that trained it, in bar.
+        Lowest and highest pressure of the training records, in bar.
     coefficients
-        Shape (order + 1,). What training found, in mm, of Chebyshev's polynomials on that range.
+        Shape (order + 1,). Of the Chebyshev polynomials on that range, in mm; None before training.
     sampling_time
-        Of the records that trained it, in seconds.
+        Of the training records, in seconds.
 
     Raises
     ------
@@ -48,8 +46,8 @@ class CFPX(VirtualSensor):
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
-    >>> data = load_clutch_records("20C_step_a")
+    >>> from smid.data.bundled import load_clutch
+    >>> data = load_clutch("20C_step_a")
     >>> errors = [CFPX(order).fit(data, seed=1).predict(data).mse(data) for order in (5, 20, 100)]
     >>> sorted(errors, reverse=True) == errors
     True
@@ -71,7 +69,7 @@ class CFPX(VirtualSensor):
 
     @property
     def n_parameters(self) -> int:
-        """Coefficients."""
+        """Number of coefficients."""
         return self.order + 1
 
     def fit(
@@ -82,7 +80,7 @@ class CFPX(VirtualSensor):
         starts: int = 1,  # noqa: ARG002
         progress: ProgressCallback | None = None,  # noqa: ARG002
     ) -> Self:
-        """Return this sensor, fitted by linear least squares, which has one minimum; see `VirtualSensor.fit`."""
+        """Return this sensor, fitted by linear least squares; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels)
         pressure = data.stacked("pressure")
         if self.n_parameters > pressure.size:
@@ -115,6 +113,6 @@ class _Run:
 
 
 def scale_pressure(pressure: Array, pressure_range: tuple[float, float]) -> Array:
-    """Bring a pressure to [-1, 1], held at the ends of the range."""
+    """Return a pressure scaled to [-1, 1] and held at the ends of the range."""
     low, high = pressure_range
     return np.asarray((np.clip(pressure, low, high) - 0.5 * (low + high)) / (0.5 * (high - low)))

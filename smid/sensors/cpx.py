@@ -1,8 +1,8 @@
-"""CPX: the position from two delayed samples of current and of pressure, by a network.
+"""CPX: the position from two past samples of current and of pressure, by a network.
 
     x_t = f(I_{t-1}, I_{t-2}, P_{t-1}, P_{t-2}),    f: ten tanh neurons, 61 parameters
 
-Before the first sample, current and pressure stood at it.
+Before the first sample, current and pressure have their first values.
 
 Reference: clutch thesis, (5.1)-(5.5).
 """
@@ -14,8 +14,9 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.networks import Array, ProgressCallback, TanhNetwork, delayed, train, weight_count
+from smid.networks import ProgressCallback, TanhNetwork, delayed, train, weight_count
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
 
 __all__ = ["CPX"]
@@ -32,14 +33,14 @@ class CPX(VirtualSensor):
     hidden
         Neurons of each hidden layer.
     network
-        What training found, from mA and bar to mm.
+        From mA and bar to mm; None before training.
     sampling_time
-        Of the records that trained it, in seconds.
+        Of the training records, in seconds.
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
-    >>> data = load_clutch_records("20C_step_a")
+    >>> from smid.data.bundled import load_clutch
+    >>> data = load_clutch("20C_step_a")
     >>> sensor = CPX(hidden=(4,)).fit(data, seed=1, starts=1)
     >>> sensor.n_parameters, sensor.predict(data).mse(data) < 0.02
     (25, True)
@@ -56,7 +57,7 @@ class CPX(VirtualSensor):
 
     @property
     def n_parameters(self) -> int:
-        """Weights and biases."""
+        """Number of weights and biases."""
         return weight_count((len(DELAYS) * len(self.channels), *self.hidden))
 
     def fit(

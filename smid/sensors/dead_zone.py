@@ -1,11 +1,11 @@
-"""A sensor with the dead zone enforced: where the pressure cannot move the clutch, the position is that of rest.
+"""A sensor with a dead zone: up to a threshold of the pressure, the position is the rest position.
 
-    x = rest  where  P <= threshold,   else what the sensor says
+    x = rest  where  P <= threshold,   else the output of the sensor
 
-Both are found from the records: of all thresholds, with the mean of the positions below it as rest, the one that lowers
-the sum of squared errors most.  Cumulative sums over the samples in the order of pressure try every one.
+The rest position is the mean of the positions below the threshold. Of all thresholds, the one that lowers the sum of
+squared errors most is taken; cumulative sums over the samples sorted by pressure try every one.
 
-Reference: clutch thesis, 5.3.3 and figures 5.19 to 5.21; it does not print its thresholds.
+Reference: clutch thesis, 5.3.3 and figures 5.19 to 5.21, which do not give the thresholds.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data
 
 __all__ = ["DeadZone"]
@@ -25,22 +26,22 @@ __all__ = ["DeadZone"]
 
 @dataclass(frozen=True, eq=False)
 class DeadZone(VirtualSensor):
-    """A sensor, and rest at low pressure.
+    """A sensor, and the rest position at low pressure.
 
     Parameters
     ----------
     sensor
-        What speaks above the threshold.
+        Gives the position above the threshold.
     threshold
-        Pressure in bar up to which the clutch rests; None before training, or if no threshold lowers the error.
+        In bar; None before training, or if no threshold lowers the error.
     rest
-        Position in mm there.
+        Position in mm up to the threshold.
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import CFPX
-    >>> data = load_clutch_records("20C_step_a")
+    >>> data = load_clutch("20C_step_a")
     >>> plain = CFPX(10).fit(data, seed=1)
     >>> sensor = DeadZone(CFPX(10)).fit(data, seed=1)
     >>> sensor.predict(data).mse(data) < plain.predict(data).mse(data)
@@ -74,9 +75,10 @@ class DeadZone(VirtualSensor):
         starts: int = 5,
         progress: ProgressCallback | None = None,
     ) -> Self:
-        """Return it with its sensor trained and the dead zone found; see `VirtualSensor.fit`."""
+        """Return this sensor, trained, with its dead zone; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels)
         sensor = self.sensor.fit(data, seed=seed, starts=starts, progress=progress)
+        # For every threshold: the fall of the squared error if the samples up to it get their mean.
         order = np.argsort(data.stacked("pressure"), kind="stable")
         pressure, position = data.stacked("pressure")[order], data.stacked("position")[order]
         spoken = np.concatenate(sensor.predict(data).position)[order]
@@ -102,7 +104,7 @@ class DeadZone(VirtualSensor):
         return np.where(samples["pressure"] <= self.threshold, self.rest, position)
 
     def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Those of the sensor."""
+        """Return the warnings of the sensor."""
         return self.sensor.cautions(samples)
 
 

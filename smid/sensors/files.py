@@ -1,134 +1,131 @@
-"""Sensors as JSON: what they are, and every number that training found, to the last bit."""
+"""Sensors as JSON files: the class and every trained number, exactly."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from smid.data import DataError
-from smid.networks import TanhNetwork
+from smid.display.plugins import find_subclass
 from smid.sensors.bounded import BoundedSensor
-from smid.sensors.cfpx import CFPX
-from smid.sensors.cpx import CPX
-from smid.sensors.dead_zone import DeadZone
-from smid.sensors.median_filtered import MedianFiltered
-from smid.sensors.ptx import PTX
-from smid.sensors.ptx_dynamics import Dynamics
-from smid.sensors.px import PX
 from smid.sensors.sensor import VirtualSensor
 
 __all__ = ["load_sensor", "save_sensor", "sensor_from_dict", "sensor_to_dict"]
 
 FORMAT = 1
+GROUP = "smid.sensors"
 Sensor = VirtualSensor | BoundedSensor
-KINDS: dict[str, Callable[..., Sensor]] = {
-    "BoundedSensor": BoundedSensor,
-    "CFPX": CFPX,
-    "CPX": CPX,
-    "DeadZone": DeadZone,
-    "MedianFiltered": MedianFiltered,
-    "PTX": PTX,
-    "PX": PX,
-}
 
 
 def sensor_to_dict(sensor: Sensor) -> dict[str, Any]:
     """Return plain numbers, strings, lists and dictionaries.
 
-    Parameters
-    ----------
-    sensor
-        Trained or not.
+    Raises
+    ------
+    DataError
+        If another class of sensors has the same name.
 
     Examples
     --------
+    >>> from smid.sensors import CFPX
     >>> sensor_to_dict(CFPX(order=3))["order"]
     3
     """
-    parts = {field.name: _plain(getattr(sensor, field.name)) for field in fields(sensor)}  # type: ignore[arg-type]
-    return {"format": FORMAT, "kind": type(sensor).__name__, **parts}
+    kind = type(sensor).__name__
+    if _class_named(kind) is not type(sensor):
+        raise DataError(f"two classes of sensors have the name {kind}: rename yours")
+    return {"format": FORMAT, "kind": kind, **_fields(sensor)}
+
+
+def _class_named(kind: object) -> type[Sensor] | None:
+    """Return the class of a sensor, also of another package."""
+    if kind == BoundedSensor.__name__:
+        return BoundedSensor
+    return find_subclass(VirtualSensor, str(kind), GROUP, lambda item: item.__name__)
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, (VirtualSensor, BoundedSensor)):
+    """Return a field as JSON can hold it."""
+    if isinstance(value, Sensor):
         return sensor_to_dict(value)
-    if isinstance(value, TanhNetwork):
+    if hasattr(value, "to_dict"):
         return value.to_dict()
-    if isinstance(value, Dynamics):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, (tuple, np.ndarray)):
-        return [_plain(part) for part in np.asarray(value).tolist()]
-    return value
+    if is_dataclass(value):
+        return _fields(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return [_plain(part) for part in value] if isinstance(value, tuple) else value
 
 
-def _dynamics(record: dict[str, Any]) -> Dynamics:
-    parts: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in record.items()}
-    return Dynamics(**parts)
+def _read(kind: Any, value: Any) -> Any:
+    """Return a field as the type that its class declares."""
+    choices = [item for item in get_args(kind) if item is not type(None)]
+    if value is None:
+        return None
+    if isinstance(kind, UnionType):  # such as Array | None
+        kind = choices[0]
+    made = get_origin(kind) or kind
+    if not isinstance(made, type):
+        return value
+    if issubclass(made, np.ndarray | tuple):
+        return np.array(value) if issubclass(made, np.ndarray) else tuple(value)
+    if issubclass(made, Sensor):
+        return sensor_from_dict(value)
+    if hasattr(made, "from_dict"):
+        return made.from_dict(value)
+    return made(**_read_fields(made, value)) if is_dataclass(made) else value
 
 
-READERS: dict[str, Callable[[Any], Any]] = {
-    "coefficients": np.array,
-    "dynamics": _dynamics,
-    "hidden": tuple,
-    "knots": np.array,
-    "network": TanhNetwork.from_dict,
-    "pressure_range": tuple,
-    "sensor": lambda record: sensor_from_dict(record),
-    "temperature_range": tuple,
-    "weights": np.array,
-}
+def _read_fields(made: type, record: Mapping[str, Any]) -> dict[str, Any]:
+    kinds = get_type_hints(made)
+    return {name: _read(kinds[name], value) for name, value in record.items()}
 
 
 def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
-    """Make the sensor that `sensor_to_dict` described.
-
-    Returns
-    -------
-    VirtualSensor or BoundedSensor
-        What it predicts is the same to the last bit.
+    """Return the sensor that `sensor_to_dict` described; its predictions are the same to the last bit.
 
     Raises
     ------
     DataError
-        If the record is of no known sensor.
+        If no known class has this name, or the record is damaged.
 
     Examples
     --------
+    >>> from smid.sensors import CFPX
     >>> sensor_from_dict(sensor_to_dict(CFPX(order=3))).order
     3
     """
     kind = record.get("kind")
-    if record.get("format") != FORMAT or kind not in KINDS:
+    made = _class_named(kind)
+    if record.get("format") != FORMAT or made is None:
         raise DataError(
-            f"this is no sensor of format {FORMAT}, but kind {kind!r}, format {record.get('format')!r}: "
-            "give a file that save_sensor wrote"
+            f"this is not a sensor of format {FORMAT}, but kind {kind!r}, format {record.get('format')!r}: "
+            "give a file that save_sensor wrote, and import the package that defines its class"
         )
     parts = {name: value for name, value in record.items() if name not in ("format", "kind")}
     try:
-        read = {name: READERS[name](v) if name in READERS and v is not None else v for name, v in parts.items()}
-        return KINDS[kind](**read)
-    except (TypeError, KeyError) as error:
+        return made(**_read_fields(made, parts))
+    except (AttributeError, TypeError, KeyError) as error:
         raise DataError(f"the record of a {kind} is damaged ({error}): give a file that save_sensor wrote") from None
 
 
 def save_sensor(sensor: Sensor, path: str | Path) -> None:
-    """Write a sensor to a file.
-
-    Parameters
-    ----------
-    sensor
-        Trained or not.
-    path
-        Of the JSON file.
+    """Write a sensor, trained or not, to a JSON file.
 
     Examples
     --------
     >>> import tempfile
+    >>> from smid.sensors import CPX
     >>> file = Path(tempfile.mkdtemp()) / "sensor.json"
     >>> save_sensor(CPX(hidden=(5,)), file)
     >>> load_sensor(file).n_parameters
@@ -138,12 +135,7 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
 
 
 def load_sensor(path: str | Path) -> Sensor:
-    """Read a sensor from a file.
-
-    Parameters
-    ----------
-    path
-        Of a file that `save_sensor` wrote.
+    """Return the sensor of a file that `save_sensor` wrote.
 
     Raises
     ------
@@ -153,6 +145,7 @@ def load_sensor(path: str | Path) -> Sensor:
     Examples
     --------
     >>> import tempfile
+    >>> from smid.sensors import CPX
     >>> file = Path(tempfile.mkdtemp()) / "sensor.json"
     >>> save_sensor(CPX(hidden=(5,)), file)
     >>> load_sensor(file).n_parameters
@@ -163,7 +156,7 @@ def load_sensor(path: str | Path) -> Sensor:
     except OSError:
         raise DataError(f"no file {str(path)!r} to read: give one that save_sensor wrote") from None
     except json.JSONDecodeError as error:
-        raise DataError(f"{Path(path).name} is no JSON ({error}): give a file that save_sensor wrote") from None
+        raise DataError(f"{Path(path).name} is not valid JSON ({error}): give a file that save_sensor wrote") from None
     if not isinstance(record, dict):
         raise DataError(f"{Path(path).name} holds no sensor: give a file that save_sensor wrote")
     return sensor_from_dict(record)

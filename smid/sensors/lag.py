@@ -2,12 +2,11 @@
 
     y_t = g_t + a_t (y_{t-1} - g_t),    a_t = exp(-T_s / tau_t)
 
-It is stable and has the gain one however tau changes.  Derivatives obey the same recursion,
+It is stable and has gain one for any tau. Its derivatives satisfy the same recursion,
 
     d_t = a_t d_{t-1} + source_t,    source_t = (1 - a_t) g_t' + (y_{t-1} - g_t) a_t',    d = y'
 
-which is solved for all samples at once by recursive doubling: after k passes, d holds what the last 2^k sources gave.
-Poles fade, so a few passes suffice.
+which is solved for all samples at once by recursive doubling: after k passes, d has the effect of the last 2^k sources.
 
 Reference: Kogge, Stone, "A parallel algorithm for the efficient solution of a general class of recurrence equations",
 IEEE Trans. Computers C-22 (1973).
@@ -17,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from smid.networks import Array
+from relaxations.algebra.arrays import Array
 
 __all__ = ["lag", "lag_derivatives"]
 
@@ -25,20 +24,16 @@ _FADED = 1e-17
 
 
 def lag(signal: Array, decay: Array, before: float) -> Array:
-    """Let a lag follow a signal.
+    """Return the lagged signal, shape (n,).
 
     Parameters
     ----------
     signal
-        Shape (n,). What is followed, g.
+        Shape (n,). The input g.
     decay
         Shape (n,). The pole a at each sample, from 0 to 1.
     before
-        Where the lag was before the first sample.
-
-    Returns
-    -------
-    ndarray, shape (n,)
+        Output before the first sample.
 
     Examples
     --------
@@ -53,18 +48,7 @@ def lag(signal: Array, decay: Array, before: float) -> Array:
 
 
 def lag_derivatives(sources: Array, decay: Array) -> Array:
-    """Solve ``d_t = a_t d_{t-1} + source_t`` from zero.
-
-    Parameters
-    ----------
-    sources
-        Shape (p, n). One row per parameter.
-    decay
-        Shape (n,). The pole a at each sample.
-
-    Returns
-    -------
-    ndarray, shape (p, n)
+    """Return ``d_t = a_t d_{t-1} + source_t`` from zero, for sources of shape (p, n) and poles of shape (n,).
 
     Examples
     --------

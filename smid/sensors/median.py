@@ -1,8 +1,8 @@
-"""The running median: a window of samples kept in order, into which one comes and out of which one goes.
+"""The running median, over a window of samples that is kept sorted.
 
 The centred filter of order n replaces sample t by the median of samples ``t - floor(n/2)`` to ``t + ceil(n/2) - 1``,
-and needs samples that are still to come.  The causal one takes the last n samples: what it gives of a rise or fall is
-``(n - 1) / 2`` samples late.  At the ends of a record both take the samples there are.
+so it needs future samples. The causal filter takes the last n samples and delays a rise or fall by ``(n - 1) / 2``
+samples. At the ends of a record the window is shorter.
 
 Reference: clutch thesis, 5.2.4 (orders 50 and 250).
 """
@@ -14,20 +14,15 @@ from collections import deque
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
-from smid.networks import Array
 
 __all__ = ["RunningMedian", "causal_median", "centred_median", "check_order", "check_record"]
 
 
 class RunningMedian:
-    """The median of the last samples.
-
-    Parameters
-    ----------
-    order
-        How many samples.
+    """The median of the last `order` samples.
 
     Examples
     --------
@@ -50,7 +45,7 @@ class RunningMedian:
         return self.value
 
     def drop(self) -> None:
-        """Forget the oldest sample."""
+        """Remove the oldest sample."""
         del self._sorted[bisect_left(self._sorted, self._window.popleft())]
 
     @property
@@ -61,27 +56,13 @@ class RunningMedian:
 
 
 def check_order(order: int) -> None:
-    """Refuse a median of no samples.
-
-    Raises
-    ------
-    ModelError
-        If the order is no whole number, or less than one.
-    """
+    """Raise a `ModelError` if the order is not a whole number of at least 1."""
     if not isinstance(order, int | np.integer) or order < 1:
         raise ModelError(f"order = {order} of the median: give a number of samples, such as 50")
 
 
 def check_record(n: int, order: int) -> None:
-    """Refuse a median of no samples, or one that is longer than the record.
-
-    Raises
-    ------
-    DataError
-        If the order exceeds the number of samples.
-    ModelError
-        If it is no whole number, or less than one.
-    """
+    """Raise a `DataError` if the order exceeds the n samples of a record, a `ModelError` as `check_order` does."""
     check_order(order)
     if order > n:
         raise DataError(
@@ -91,23 +72,7 @@ def check_record(n: int, order: int) -> None:
 
 
 def centred_median(signal: Array, order: int) -> Array:
-    """Filter a whole record with the centred median.
-
-    Parameters
-    ----------
-    signal
-        Shape (n,). Samples.
-    order
-        Samples in the window.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    DataError
-        If the order exceeds the number of samples.
+    """Return a record filtered by the centred median, shape (n,); raise as `check_record` does.
 
     Examples
     --------
@@ -128,23 +93,7 @@ def centred_median(signal: Array, order: int) -> Array:
 
 
 def causal_median(signal: Array, order: int) -> Array:
-    """Filter a whole record with the median of the last samples.
-
-    Parameters
-    ----------
-    signal
-        Shape (n,). Samples.
-    order
-        Samples in the window.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    DataError
-        If the order exceeds the number of samples.
+    """Return a record filtered by the median of the last samples, shape (n,); raise as `check_record` does.
 
     Examples
     --------

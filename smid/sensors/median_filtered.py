@@ -1,7 +1,4 @@
-"""A sensor behind a median filter, which takes the glitches out.
-
-Reference: clutch thesis, 5.2.4 and figure 5.10.
-"""
+"""A sensor with a median filter, which removes short spikes (clutch thesis, 5.2.4 and figure 5.10)."""
 
 from __future__ import annotations
 
@@ -10,9 +7,10 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.median import RunningMedian, centred_median, check_order, check_record
 from smid.sensors.sensor import Run, Samples, VirtualSensor, trained
 
@@ -21,21 +19,19 @@ __all__ = ["MedianFiltered"]
 
 @dataclass(frozen=True, eq=False)
 class MedianFiltered(VirtualSensor):
-    """A sensor and the median of what it says.
+    """A sensor and the median of its output.
 
     Parameters
     ----------
-    sensor
-        What is filtered.
     order
         Samples in the window; the thesis has 50 for CPX and 250 for CFPX.
     causal
-        Whether the window ends at the present sample, as a filter for real time must, or is centred, as in the thesis.
+        Whether the window ends at the present sample, as real time needs, or is centred, as in the thesis.
 
     Raises
     ------
     ModelError
-        If the order is no whole number, or less than one.
+        If the order is not a whole number of at least 1.
 
     Examples
     --------
@@ -53,12 +49,12 @@ class MedianFiltered(VirtualSensor):
 
     @property
     def delay(self) -> float:
-        """By how many samples the filter is late where the position rises or falls."""
+        """Delay of a rise or fall, in samples."""
         return (self.order - 1) / 2.0 if self.causal else 0.0
 
     @property
     def delay_ms(self) -> float:
-        """The same in milliseconds; the sensor must be trained."""
+        """Delay in milliseconds; the sensor must be trained."""
         return 1e3 * self.delay * trained(self.sampling_time, self)
 
     @property
@@ -68,7 +64,7 @@ class MedianFiltered(VirtualSensor):
 
     @property
     def n_parameters(self) -> int:
-        """Those of the sensor: the order is chosen, not found."""
+        """Those of the sensor; the order is chosen, not trained."""
         return self.sensor.n_parameters
 
     @property
@@ -84,13 +80,13 @@ class MedianFiltered(VirtualSensor):
         starts: int = 5,
         progress: ProgressCallback | None = None,
     ) -> Self:
-        """Return it with its sensor trained; see `VirtualSensor.fit`."""
+        """Return this sensor, trained; see `VirtualSensor.fit`."""
         return replace(self, sensor=self.sensor.fit(data, seed=seed, starts=starts, progress=progress))
 
     def run(self) -> Run:
         """Return the sensor at rest; see `VirtualSensor.run`."""
         if not self.causal:
-            raise ModelError("a centred median needs samples that are still to come: take causal=True, which is late")
+            raise ModelError("a centred median needs future samples: take causal=True, which has a delay")
         return _Run(self.sensor.run(), RunningMedian(self.order))
 
     def evaluate(self, samples: Samples) -> Array:
@@ -101,7 +97,7 @@ class MedianFiltered(VirtualSensor):
         return super().evaluate(samples)
 
     def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Those of the sensor."""
+        """Return the warnings of the sensor."""
         return self.sensor.cautions(samples)
 
 

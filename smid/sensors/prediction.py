@@ -1,4 +1,4 @@
-"""The position that a sensor computed, record by record, and how far it is from the measured one."""
+"""The computed positions of records, and their errors."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
-from smid.networks import Array
 
 __all__ = ["Prediction"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction(Result):
-    """Positions of records.
+    """Computed positions of records.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Prediction(Result):
     position
         Shape (n,). In mm, one array per record.
     warnings
-        What limits the answer, such as a temperature outside the trained range.
+        Limits of the answer, such as a temperature outside the trained range.
 
     Examples
     --------
@@ -47,22 +47,12 @@ class Prediction(Result):
         yield from self.warnings
 
     def residuals(self, data: Dataset) -> tuple[Array, ...]:
-        """Return measured minus computed positions, in mm.
-
-        Parameters
-        ----------
-        data
-            The same records, with the position; warm-up samples are left out.
-
-        Returns
-        -------
-        tuple of ndarray
-            One array per record.
+        """Return measured minus computed positions in mm, one array per record, without the warm-up samples.
 
         Raises
         ------
         DataError
-            If there is no position, or the records are others.
+            If there is no position, or the records are not those of the prediction.
         """
         if "position" not in data.names:
             raise DataError("the records have no channel 'position' to compare with: give records that have it")

@@ -1,20 +1,18 @@
-"""PTX: one sensor for every temperature, with hysteresis: from pressure and temperature to position.
+"""PTX: the position from pressure and temperature, with hysteresis, by one sensor for all temperatures.
 
     s = lag of P,    q = gain(T) (s - sum_k w_k g_k) + shift(T),    z = f(q),    x = lag(T) of z
 
-Friction takes its share of the pressure, by play operators g_k; the temperature schedules what is left, by a gain and a
-shift; the network f is the static curve; and a lag follows, the piston's way through the oil, shorter when warm.  With
-two plays and six neurons it has 28 parameters, CPX has 61 for each temperature.  It needs no median filter, hence no
-delay.
+The play operators g_k model friction, gain and shift the effect of the temperature, the network f the static curve, and
+the last lag the motion of the piston through the oil, which is faster when warm. With two plays and six neurons there
+are 28 parameters; CPX has 61 for each temperature. PTX needs no median filter, so it has no delay.
 
-Temperature and plays might be inputs of the network instead.  That costs a weight for each neuron, and records of three
-temperatures leave open what a network does between them: trained like this one, it erred three times as much at 0 and
-40 degC as at -20, 20 and 60.
+With temperature and plays as inputs of the network instead, each neuron needs more weights, and the network between the
+three trained temperatures is undetermined: the error was three times as large at 0 and 40 degC as at -20, 20 and 60.
 
-All are trained together (`smid.sensors.ptx_training`).
+All parameters are trained together (`smid.sensors.ptx_training`).
 
-Reference: clutch thesis, section 6.2, asks for it; Brokate, Sprekels, "Hysteresis and Phase Transitions" (1996), for
-the plays.
+Reference: clutch thesis, section 6.2 (asks for such a sensor); Brokate, Sprekels, "Hysteresis and Phase Transitions"
+(1996), for the plays.
 """
 
 from __future__ import annotations
@@ -24,9 +22,10 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback, TanhNetwork, weight_count
+from smid.networks import ProgressCallback, TanhNetwork, weight_count
 from smid.sensors.lag import lag
 from smid.sensors.ptx_dynamics import Dynamics, Memory
 from smid.sensors.ptx_training import SCHEDULED, train_ptx
@@ -44,15 +43,13 @@ class PTX(VirtualSensor):
     hidden
         Neurons of each hidden layer.
     plays
-        How many play operators.
-    dynamics
-        What training found: time constants, schedules, thresholds and forces.
-    network
-        What training found, from bar to mm: the static curve at 20 degC.
+        Number of play operators.
+    dynamics, network
+        None before training; the network, from bar to mm, is the static curve at 20 degC.
     temperature_range
-        Lowest and highest temperature of the records that trained it, in degC.
+        Lowest and highest temperature of the training records, in degC.
     sampling_time
-        Of the records that trained it, in seconds.
+        Of the training records, in seconds.
 
     Raises
     ------
@@ -111,7 +108,7 @@ class PTX(VirtualSensor):
         return _Run(trained(self.dynamics, self), trained(self.network, self), trained(self.sampling_time, self))
 
     def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Say where the temperature is outside the range of the training."""
+        """Return a warning where the temperature is outside the range of the training."""
         low, high = trained(self.temperature_range, self)
         coldest, warmest = float(samples["temperature"].min()), float(samples["temperature"].max())
         if low <= coldest and warmest <= high:

@@ -1,15 +1,15 @@
-"""Training of PTX: all its numbers at once, by least squares with analytic sensitivities.
+"""Training of PTX: all parameters at once, by least squares with analytic sensitivities.
 
     theta = (log tau_s, log tau_20, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
 
-R and S are half the ranges of temperature and pressure.  Logarithms keep time constants, thresholds and forces
-positive: friction opposes motion, and two plays cannot cancel each other.
+R and S are half the ranges of temperature and pressure. The logarithms keep time constants, thresholds and forces
+positive, so that friction opposes motion and two plays cannot cancel each other.
 
 With s' the derivative of the smoothed pressure, the plays have ``h' = s'(last contact) + side r'`` and
 ``g' = (s' - h' - g r') / r`` (`play`), the network adds ``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
-The play is not differentiable where a contact begins; these are single samples.
+The play is not differentiable at the samples where a contact begins.
 
-70 % of the samples are fitted, 15 % stop the training; the state runs over all of them.
+70 % of the samples are fitted, 15 % stop the training; the simulation runs over all samples.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.networks import (
-    Array,
     NormalEquations,
     ProgressCallback,
     Scaling,
@@ -48,18 +48,16 @@ SMALLEST_PLAY, LARGEST_PLAY = 0.02, 0.06  # of the range of the pressure, where 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What training needs of a record.
+    """A record for training.
 
     Parameters
     ----------
-    pressure
-        Shape (n,). In bar.
-    temperature
-        Shape (n,). In degC.
+    pressure, temperature
+        Shape (n,). In bar and degC.
     target
-        Shape (n,). Position, scaled.
+        Shape (n,). Scaled position.
     rows
-        Which samples count.
+        Numbers of the samples that count.
     """
 
     pressure: Array
@@ -77,9 +75,9 @@ class PTXError:
     sizes
         Of the network.
     plays
-        How many.
+        Number of play operators.
     scaling
-        Of the network's inputs, the pressure first.
+        Of the pressure.
     warmth
         Half the range of the temperature, in degC.
     sampling_time
@@ -94,7 +92,7 @@ class PTXError:
     sampling_time: float
 
     def dynamics(self, theta: Array) -> Dynamics:
-        """Return the time constants and thresholds that a vector stands for."""
+        """Return the dynamics of a parameter vector."""
         m, unit = self.plays, float(self.scaling.half_range[0])
         smoothing, lag_20 = np.exp(theta[:2]).tolist()
         lag_slope, gain_slope, shift_slope = (theta[2:SCHEDULED] / self.warmth).tolist()
@@ -103,12 +101,12 @@ class PTXError:
         return Dynamics(smoothing, lag_20, lag_slope, gain_slope, unit * shift_slope, tuple(thresholds), tuple(forces))
 
     def network(self, theta: Array) -> TanhNetwork:
-        """Return the network of scaled inputs that a vector stands for."""
+        """Return the network, of scaled inputs, of a parameter vector."""
         return TanhNetwork(self.sizes, theta[SCHEDULED + 2 * self.plays :])
 
     def error(self, theta: Array) -> float:
         """Return the mean squared error of the samples that count."""
-        # A step too long makes exponentials overflow; then there is no error, and the step is refused.
+        # After a too long step exponentials overflow: the error is then not finite, and the step is rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             residuals = [self.positions(theta, record) - record.target for record in self.records]
         counted = np.concatenate([e[record.rows] for e, record in zip(residuals, self.records, strict=True)])
@@ -135,6 +133,7 @@ class PTXError:
 
     def sensitivities(self, theta: Array, record: Record) -> tuple[Array, Array]:
         """Return the scaled positions, shape (n,), and their derivatives, shape (n, p)."""
+        # The smoothed pressure and its derivative by log tau_s.
         dynamics, m, interval = self.dynamics(theta), self.plays, self.sampling_time
         pressure, n = record.pressure, record.pressure.size
         memory = dynamics.rest(float(pressure[0]))
@@ -145,6 +144,7 @@ class PTXError:
         before = np.concatenate([[memory.smoothed], smoothed[:-1]])
         by_smoothing = lag_derivatives((gain * (before - pressure))[None, :], np.full(n, decay))[0]
 
+        # The network's input, and the derivatives of the network's output.
         plays = dynamics.push(smoothed, memory)
         states, unit = dynamics.states(smoothed, plays), self.scaling.half_range[0]
         acting = dynamics.acting(smoothed, states, record.temperature)
@@ -162,6 +162,7 @@ class PTXError:
             sources[SCHEDULED + m + k] = -by_pressure * w * states[k]
         sources[SCHEDULED + 2 * m :] = part.by_weights.T
 
+        # The lag filters all derivatives; its own two parameters act through the pole.
         decays = dynamics.lag_decay(record.temperature, interval)
         position = lag(part.outputs, decays, float(part.outputs[0]))
         behind = np.concatenate([part.outputs[:1], position[:-1]]) - part.outputs
@@ -183,28 +184,7 @@ def train_ptx(
     starts: int,
     progress: ProgressCallback | None = None,
 ) -> tuple[Dynamics, TanhNetwork]:
-    """Train the parts of a PTX.
-
-    Parameters
-    ----------
-    data
-        Records with pressure in bar, temperature in degC and position in mm.
-    hidden
-        Neurons of each hidden layer.
-    plays
-        How many play operators.
-    seed
-        Of the split and of the starts.
-    starts
-        How many random starts.
-    progress
-        Called after each step.
-
-    Returns
-    -------
-    Dynamics
-    TanhNetwork
-        From bar to mm.
+    """Return the trained dynamics and network, from bar to mm, of a PTX.
 
     Raises
     ------
@@ -215,6 +195,7 @@ def train_ptx(
     """
     if starts < 1:
         raise ModelError(f"starts = {starts}: give a positive number")
+    # Scale and split the samples.
     generator = np.random.default_rng(seed)
     sizes = (1, *hidden)
     pressure, temperature, position = (data.stacked(name) for name in ("pressure", "temperature", "position"))
@@ -226,6 +207,7 @@ def train_ptx(
         PTXError(sizes, plays, _records(data, output, rows), inputs, warmth, data.sampling_time)
         for rows in (split.training, split.validation)
     )
+    # Start from short time constants, small plays and random networks.
     slack = np.log(2.0 * float(ranges.half_range[0]) * np.geomspace(SMALLEST_PLAY, LARGEST_PLAY, plays))
     times = np.log([data.sampling_time, 2.0 * data.sampling_time])
     known = np.concatenate([times, np.zeros(SCHEDULED - times.size), slack, slack])
@@ -248,7 +230,7 @@ def train_ptx(
 
 
 def _records(data: Dataset, output: Scaling, rows: NDArray[np.intp]) -> tuple[Record, ...]:
-    """Return the records with those of the rows, numbered through all records, that are theirs."""
+    """Return the records, each with its own among the row numbers, which count through all records."""
     result, begin = [], 0
     for run in data.experiments:
         mine = rows[(rows >= begin) & (rows < begin + run.n_samples)] - begin

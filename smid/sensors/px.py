@@ -12,8 +12,9 @@ from typing import Self
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.networks import Array, ProgressCallback, TanhNetwork, train, weight_count
+from smid.networks import ProgressCallback, TanhNetwork, train, weight_count
 from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
 
 __all__ = ["PX"]
@@ -28,9 +29,9 @@ class PX(VirtualSensor):
     hidden
         Neurons of each hidden layer.
     network
-        What training found, from bar to mm.
+        From bar to mm; None before training.
     sampling_time
-        Of the records that trained it, in seconds.
+        Of the training records, in seconds.
 
     Examples
     --------
@@ -49,7 +50,7 @@ class PX(VirtualSensor):
 
     @property
     def n_parameters(self) -> int:
-        """Weights and biases."""
+        """Number of weights and biases."""
         return weight_count((1, *self.hidden))
 
     def fit(

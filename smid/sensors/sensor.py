@@ -1,9 +1,8 @@
-"""What every virtual sensor does: be fitted to records, predict records, and run along with the plant.
+"""The interface of virtual sensors: fit to records, predict records, and run sample by sample.
 
-A sensor computes the position from channels that are measured in the real application.  `VirtualSensor.run` gives an
-object that is fed with blocks of samples and keeps what must be remembered between them; a record is one block, and a
-stream is made of blocks of one sample.  The same arithmetic in the same order serves both, so they agree to the last
-bit.
+A sensor computes the position from channels that are measured in the application. `VirtualSensor.run` returns an object
+that takes blocks of samples and keeps the state between them. A record is one block, and a stream is made of blocks of
+one sample, so both give the same result to the last bit.
 
 Reference: clutch thesis, chapter 5.
 """
@@ -16,10 +15,11 @@ from typing import Protocol, Self, TypeVar
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.data.channel import name_hint
 from smid.models import ModelError
-from smid.networks import Array, ProgressCallback
+from smid.networks import ProgressCallback
 from smid.sensors.prediction import Prediction
 from smid.sensors.stream import Stream
 
@@ -32,7 +32,7 @@ Samples = Mapping[str, Array]
 
 
 class Run(Protocol):
-    """A sensor at work, with what it remembers."""
+    """A running sensor, with its state."""
 
     def advance(self, samples: Samples) -> Array:
         """Return the positions, shape (n,) in mm, of the next n samples."""
@@ -40,7 +40,7 @@ class Run(Protocol):
 
 
 class VirtualSensor(ABC):
-    """A sensor of the position.  Frozen: `fit` returns another one, trained."""
+    """A sensor of the position. It is frozen: `fit` returns another, trained sensor."""
 
     @property
     @abstractmethod
@@ -50,12 +50,12 @@ class VirtualSensor(ABC):
     @property
     @abstractmethod
     def n_parameters(self) -> int:
-        """How many numbers training finds."""
+        """Number of trained parameters."""
 
     @property
     @abstractmethod
     def sampling_time(self) -> float | None:
-        """Of the records that trained it, in seconds; None before."""
+        """Of the training records, in seconds; None before training."""
 
     @abstractmethod
     def fit(
@@ -75,7 +75,7 @@ class VirtualSensor(ABC):
         seed
             Of the split and of the starts.
         starts
-            How many random starts, where training has local minima.
+            Number of random starts, where training has local minima.
         progress
             Called after each step of training.
 
@@ -87,12 +87,12 @@ class VirtualSensor(ABC):
 
     @abstractmethod
     def run(self) -> Run:
-        """Return the sensor at rest, ready to be fed.
+        """Return the sensor at rest, ready for samples.
 
         Raises
         ------
         ModelError
-            If it is not trained, or needs samples that are still to come.
+            If it is not trained, or needs future samples.
         """
 
     def evaluate(self, samples: Samples) -> Array:
@@ -100,16 +100,11 @@ class VirtualSensor(ABC):
         return self.run().advance(samples)
 
     def cautions(self, samples: Samples) -> tuple[str, ...]:  # noqa: ARG002
-        """Return what must be said about an answer to these samples."""
+        """Return warnings about the answer to these samples."""
         return ()
 
     def predict(self, data: Dataset) -> Prediction:
-        """Compute the position of every record.
-
-        Parameters
-        ----------
-        data
-            With the sensor's channels; the position is not looked at.
+        """Return the computed position of every record; the measured position is not used.
 
         Raises
         ------
@@ -132,29 +127,18 @@ class VirtualSensor(ABC):
         )
 
     def stream(self) -> Stream:
-        """Return the sensor ready for samples one by one.
-
-        Returns
-        -------
-        Stream
-            What it answers is what `predict` says of the same samples.
+        """Return the sensor for samples one by one; its answers equal those of `predict`.
 
         Raises
         ------
         ModelError
-            If the sensor is not trained, or needs samples that are still to come.
+            If the sensor is not trained, or needs future samples.
         """
         return Stream(self.run(), self.channels, trained(self.sampling_time, self), self.cautions)
 
 
 def trained(value: T | None, sensor: VirtualSensor) -> T:
-    """Return what training found, or say that there was none.
-
-    Raises
-    ------
-    ModelError
-        If the value is None.
-    """
+    """Return a trained value; raise a `ModelError` if it is None."""
     if value is None:
         raise ModelError(
             f"this {type(sensor).__name__} is not trained: take what its fit(data, seed=...) returns, or load a sensor"
@@ -163,13 +147,7 @@ def trained(value: T | None, sensor: VirtualSensor) -> T:
 
 
 def require_channels(data: Dataset, channels: tuple[str, ...]) -> None:
-    """Refuse records without a channel.
-
-    Raises
-    ------
-    DataError
-        With the channel that is missing, and what it is for.
-    """
+    """Raise a `DataError` if the records lack a channel."""
     for channel in channels:
         if channel not in data.names:
             raise DataError(
@@ -179,13 +157,7 @@ def require_channels(data: Dataset, channels: tuple[str, ...]) -> None:
 
 
 def require_training_data(data: Dataset, channels: tuple[str, ...]) -> None:
-    """Refuse records that cannot train a sensor of these channels.
-
-    Raises
-    ------
-    DataError
-        If a channel or the position is missing, or does not vary.
-    """
+    """Raise a `DataError` if a channel or the position is missing or does not vary."""
     require_channels(data, (*channels, "position"))
     for channel in (*channels, "position"):
         samples = data.stacked(channel)

@@ -1,4 +1,4 @@
-"""A sensor that runs along with the plant, sample by sample."""
+"""A sensor that runs with the plant, sample by sample."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.networks import Array
 
 if TYPE_CHECKING:
     from smid.sensors.sensor import Run
@@ -19,17 +19,7 @@ __all__ = ["Estimate", "Stream"]
 
 @dataclass(frozen=True)
 class Estimate:
-    """The position at one instant.
-
-    Parameters
-    ----------
-    time
-        In seconds.
-    position
-        In mm.
-    warnings
-        What limits the answer.
-    """
+    """The position at one instant: time in seconds, position in mm, and limits of the answer."""
 
     time: float
     position: float
@@ -37,24 +27,24 @@ class Estimate:
 
 
 class Stream:
-    """A sensor that is given one sample after the other.
+    """A sensor that takes one sample after the other.
 
     Parameters
     ----------
     run
         The sensor at rest.
     channels
-        Which samples it needs.
+        Channels that it needs.
     sampling_time
         In seconds.
     cautions
-        What must be said about samples.
+        Returns warnings about samples.
 
     Examples
     --------
-    >>> from smid.data.bundled import load_clutch_records
+    >>> from smid.data.bundled import load_clutch
     >>> from smid.sensors import PX
-    >>> sensor = PX(hidden=(3,)).fit(load_clutch_records("20C_ramp_a"), seed=1, starts=1)
+    >>> sensor = PX(hidden=(3,)).fit(load_clutch("20C_ramp_a"), seed=1, starts=1)
     >>> stream = sensor.stream()
     >>> stream.update(0.0, pressure=0.0).time
     0.0
@@ -71,20 +61,19 @@ class Stream:
         self._last: float | None = None
 
     def update(self, time: float, **samples: float) -> Estimate:
-        """Take the samples of an instant, and give the position.
+        """Take the samples of an instant and return the position.
 
         Parameters
         ----------
         time
-            Of the samples, in seconds: one sampling time after those before, give or take half of it.
+            In seconds: one sampling time after the last, within half a sampling time.
         **samples
-            By channel: current in mA, pressure in bar, temperature in degC.  Others than the sensor needs may be among
-            them.
+            By channel: current in mA, pressure in bar, temperature in degC; other channels are ignored.
 
         Raises
         ------
         DataError
-            If a channel is missing, a sample is not finite, or the time is not the next.  The sensor is then as before.
+            If a channel is missing, a sample is not finite, or the time is not the next one. The state stays the same.
         """
         for channel in self._channels:
             if channel not in samples:
@@ -101,7 +90,7 @@ class Stream:
 
     def _check_time(self, time: float) -> None:
         if not np.isfinite(time):
-            raise DataError(f"time = {time} s is no instant: give the seconds of the sample")
+            raise DataError(f"time = {time} s is not a finite time: give the seconds of the sample")
         if self._last is None:
             return
         step = time - self._last

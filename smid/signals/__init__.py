@@ -1,9 +1,10 @@
-"""Input signals to excite a plant with, each a pure function of its options and its seed."""
+"""Input signals for a plant, each a function of its options and its seed, and a filter for measured signals."""
 
 from collections.abc import Callable
 
+from relaxations.algebra.arrays import Array
 from smid.signals.constant import constant
-from smid.signals.generators import Array
+from smid.signals.modulating_filter import ModulatingFilter
 from smid.signals.multisine import multisine
 from smid.signals.noise import noise
 from smid.signals.noisy_staircase import noisy_staircase
@@ -30,6 +31,7 @@ SIGNALS: dict[str, Callable[..., Array]] = {
 __all__ = [
     "SIGNALS",
     "TABLE_F1",
+    "ModulatingFilter",
     "Sines",
     "constant",
     "multisine",

@@ -1,33 +1,27 @@
-"""A constant: it excites the gain and nothing else."""
+"""A constant input, which excites the static gain alone."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from smid.signals.generators import Array, check_samples
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import check_samples
 
 __all__ = ["constant"]
 
 
 def constant(n: int, *, offset: float = 1.0) -> Array:
-    """Give a constant signal.
+    """Return a constant signal, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
     offset
         Its value, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
 
     Raises
     ------
     DataError
-        If n is no number of samples.
+        If n is not a number of samples.
 
     Examples
     --------

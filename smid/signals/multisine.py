@@ -1,7 +1,8 @@
-"""A multisine: sines of equal amplitude on a grid of frequencies, with random phases.
+"""A multisine: sines of equal amplitude at chosen harmonics, with random phases.
 
-With n samples as one period every line of the grid is met exactly, so the spectrum is flat on the chosen lines and zero
-elsewhere.  Random phases keep the peaks low: the range grows with the root of the number of sines.
+The record is one period, so the spectrum is flat at the chosen harmonics and zero elsewhere. Random phases keep the
+peaks low: the range grows with the square root of the number of sines.
+
 Reference: Pintelon, Schoukens, "System Identification: A Frequency Domain Approach", section 5.3.
 """
 
@@ -11,8 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, Seed, check_samples, generator
+from smid.signals.generators import Seed, check_samples, generator
 
 __all__ = ["multisine"]
 
@@ -25,30 +27,21 @@ def multisine(
     amplitude: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    """Give a sum of sines with random phases, one period long.
+    """Return one period of a sum of sines with random phases, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples, which is the period.
-    seed
-        Of the phases.
     lines
-        Frequencies in periods per record, 1 to below n/2.
+        Frequencies in periods per record, from 1 to below n/2.
     amplitude
-        Half the range, in the input's unit: the sum is scaled so that its largest deviation from the offset is this.
+        Largest deviation from the offset, in the input's unit.
     offset
         The mean, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
 
     Raises
     ------
     DataError
-        If a line is out of reach, or there is none.
+        If there is no frequency, or one is out of range.
 
     Examples
     --------

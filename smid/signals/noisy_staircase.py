@@ -1,11 +1,12 @@
-"""A staircase with noise on it: the stairs show the static curve, the noise the dynamics.
+"""A staircase plus noise: the stairs show the static curve, the noise excites the dynamics.
 
 Reference: hybrid thesis, section 2.4.2 and listing K.1: noise of +-0.05 on steps of 0.1.
 """
 
 from __future__ import annotations
 
-from smid.signals.generators import Array, Seed
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import Seed
 from smid.signals.noise import noise
 from smid.signals.staircase import staircase
 
@@ -23,23 +24,14 @@ def noisy_staircase(
     offset: float = 0.0,
     noise_amplitude: float = 0.1,
 ) -> Array:
-    """Give a staircase plus uniform noise.
+    """Return a staircase plus uniform noise, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
-    seed
-        Of the noise.
     sampling_time, period, steps, amplitude, offset
         Of the staircase, see `staircase`.
     noise_amplitude
-        Largest deviation from the staircase, in the input's unit; half a step fills the range.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit, within ``offset +- (amplitude + noise_amplitude)``.
+        Largest deviation from the staircase, in the input's unit.
 
     Raises
     ------

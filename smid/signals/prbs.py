@@ -1,19 +1,20 @@
-"""Pseudo-random binary signals: two levels, switched at the ticks of a clock.
+"""Pseudo-random binary signals: two levels that may switch at the ticks of a clock.
 
-- of maximum length: a shift register of `order` bits whose feedback polynomial is primitive runs through all its
-  ``2^order - 1`` states; over one period the autocorrelation is that of white noise, up to one part in the period.
-- random: a coin is tossed at each tick, as in the hybrid thesis (listing K.1).
+- Maximum length: a shift register of `order` bits with a primitive feedback polynomial. Its period is ``2^order - 1``
+  ticks, and the autocorrelation over a period is nearly that of white noise.
+- Random: each tick draws one of the two levels (hybrid thesis, listing K.1).
 
-Reference: Godfrey, "Perturbation Signals for System Identification", chapter 1 (taps there and in Ljung, "System
-Identification", table 13.1).
+Reference: Godfrey, "Perturbation Signals for System Identification", chapter 1; Ljung, "System Identification", table
+13.1 (taps).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+from smid.signals.generators import Seed, check_samples, clock_samples, generator
 
 __all__ = ["prbs"]
 
@@ -46,32 +47,23 @@ def prbs(
     amplitude: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    """Give a pseudo-random binary signal.
+    """Return a pseudo-random binary signal, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
     seed
-        Of the coin, or of the register's first state, that is, where in its period the signal starts.
+        Of the random levels, or of the register's first state.
     order
-        Bits of the register, 2 to 15, for a signal of period ``2^order - 1`` ticks; None tosses a coin.
-    sampling_time
-        In seconds.
+        Bits of the register, 2 to 15; None draws each level at random.
     clock_period
         Seconds between ticks, a multiple of the sampling time.
     amplitude, offset
         Half the distance of the levels, and their centre, in the input's unit.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
-
     Raises
     ------
     DataError
-        If the order or the clock cannot be had.
+        If the order or the clock period is not allowed.
 
     Examples
     --------
@@ -87,7 +79,7 @@ def prbs(
     elif order in TAPS:
         bits = _register(order, ticks, int(generator(seed).integers(1, 2**order)))
     else:
-        raise DataError(f"order = {order!r} has no register here: give 2 to 15, or None for a coin")
+        raise DataError(f"order = {order!r} is not supported: give 2 to 15, or None for random levels")
     return offset + amplitude * np.repeat(2.0 * bits - 1.0, held)[:n]
 
 

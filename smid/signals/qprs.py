@@ -1,6 +1,6 @@
-"""The quantised pseudo-random signal: a random staircase of any levels, held for whole stairs.
+"""The quantised pseudo-random signal: random levels, each held for a random number of samples.
 
-`prbs` with a coin is the case of two levels, and `qprts` a sum of three such signals of three levels each.
+A random `prbs` has two levels; `qprts` is a sum of three such signals of three levels each.
 Reference: hybrid thesis, section 2.4.2.
 """
 
@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+from smid.signals.generators import Seed, check_samples, clock_samples, generator
 
 __all__ = ["qprs"]
 
@@ -25,32 +26,21 @@ def qprs(
     periods: Sequence[float] = (1.0,),
     offset: float = 0.0,
 ) -> Array:
-    """Give stairs whose levels, and whose lengths, are drawn with equal chance.
+    """Return a signal, shape (n,), whose levels and stair lengths are drawn with equal probability.
 
     Parameters
     ----------
-    n
-        Number of samples.
-    seed
-        Of levels and lengths.
     levels
         In the input's unit.
-    sampling_time
-        In seconds.
     periods
         Lengths of a stair in seconds, multiples of the sampling time; one length gives a regular clock.
     offset
-        Added throughout, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
+        Added to all samples, in the input's unit.
 
     Raises
     ------
     DataError
-        If there are no levels or no lengths, or a length is no multiple of the sampling time.
+        If there are no levels or no lengths, or a length is not a multiple of the sampling time.
 
     Examples
     --------

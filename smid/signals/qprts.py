@@ -1,7 +1,7 @@
-"""The quantised pseudo-random trinary signal: three random staircases of three levels each, added.
+"""The quantised pseudo-random trinary signal: a sum of three random staircases of three levels each.
 
-Long stairs far apart show the static curve, short ones close together the dynamics.  Reference: hybrid thesis, section
-2.4.2 and listing K.1, where the stairs last 20, 5 and 1 s and lie 0.2, 0.1 and 0.05 apart around 0.5.
+The long stairs show the static curve, the short ones the dynamics. Reference: hybrid thesis, section 2.4.2 and listing
+K.1: stairs of 20, 5 and 1 s, with levels 0.2, 0.1 and 0.05 apart, around 0.5.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, Seed, check_samples, clock_samples, generator
+from smid.signals.generators import Seed, check_samples, clock_samples, generator
 
 __all__ = ["qprts"]
 
@@ -25,32 +26,21 @@ def qprts(
     spacings: Sequence[float] = (0.2, 0.1, 0.05),
     offset: float = 0.5,
 ) -> Array:
-    """Give a sum of random staircases that take the levels -spacing, 0 and +spacing with equal chance.
+    """Return a sum of random staircases, shape (n,), with levels -spacing, 0 and +spacing of equal probability.
 
     Parameters
     ----------
-    n
-        Number of samples.
-    seed
-        Of the levels.
-    sampling_time
-        In seconds.
     periods
-        Length of a stair of each staircase, in seconds.
+        Length of the stairs of each staircase, in seconds.
     spacings
-        Distance of its levels, in the input's unit.
+        Distance of the levels of each staircase, in the input's unit.
     offset
         The middle level, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit, within ``offset +- sum(spacings)``.
 
     Raises
     ------
     DataError
-        If periods and spacings differ in number, or a period is no multiple of the sampling time.
+        If periods and spacings differ in number, or a period is not a multiple of the sampling time.
 
     Examples
     --------

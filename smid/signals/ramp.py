@@ -1,4 +1,4 @@
-"""Ramps: straight lines between corners; the clutch thesis measured its actuator with them (section 3.1)."""
+"""Ramps: straight lines between corners (clutch thesis, section 3.1)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["ramp"]
 
@@ -21,29 +22,19 @@ def ramp(
     amplitude: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    """Give straight lines between corners; without corners one ramp up and down again.
+    """Return straight lines between corners, shape (n,); by default one ramp up and down.
 
     Parameters
     ----------
-    n
-        Number of samples.
     corners
-        Times in seconds, rising, and values between 0 and 1; before the first and after the last the signal stays.
-        By default up to the middle of the record, and down to its end.
-    sampling_time
-        In seconds.
+        Rising times in seconds, and values between 0 and 1; before the first and after the last the signal is constant.
     amplitude, offset
-        What the values are multiplied by, and what is added, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
+        Factor of the values, and what is added, in the input's unit.
 
     Raises
     ------
     DataError
-        If the corners' times do not rise.
+        If the times do not rise.
 
     Examples
     --------

@@ -1,10 +1,11 @@
-"""A sine: one frequency, with much energy.  Reference: hybrid thesis, section 2.4.2 and listing K.1."""
+"""A sine (hybrid thesis, section 2.4.2 and listing K.1)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from smid.signals.generators import Array, check_samples
+from relaxations.algebra.arrays import Array
+from smid.signals.generators import check_samples
 
 __all__ = ["sine"]
 
@@ -18,30 +19,19 @@ def sine(
     offset: float = 0.0,
     phase: float = 0.0,
 ) -> Array:
-    """Give ``offset + amplitude sin(2 pi frequency t + phase)``.
+    """Return ``offset + amplitude sin(2 pi frequency t + phase)``, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
-    sampling_time
-        In seconds.
     frequency
         In Hz; by default 0.2 rad/s, as in the thesis.
-    amplitude, offset
-        Half the range, and its centre, in the input's unit.
     phase
         At time zero, in rad.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
 
     Raises
     ------
     DataError
-        If n or the sampling time make no record.
+        If n or the sampling time is not positive.
 
     Examples
     --------

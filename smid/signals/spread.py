@@ -1,21 +1,22 @@
-"""The spread of an experiment: all input-output pairs that it visited, beside the input and its autocovariance.
+"""The spread of an experiment: the pairs of input and output, beside the input and its autocovariance.
 
-What the pairs do not cover, the model has to extrapolate; what the autocovariance repeats, the input has shown before.
-Reference: hybrid thesis, section 2.4.2, figure 2.5.
+The model has to extrapolate where there are no pairs. Reference: hybrid thesis, section 2.4.2, figure 2.5.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from smid.data import DataError, excitation
-from smid.display.style import BLUE, GRID, ORANGE, WIDTH, style
 from smid.signals.generators import check_samples
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["plot_spread"]
 
@@ -29,26 +30,21 @@ def plot_spread(
     input_label: str = "input",
     output_label: str = "output",
 ) -> Figure:
-    """Draw each experiment in a row: its input, the pairs of input and output, and the input's autocovariance.
+    """Draw a row for each experiment: input, pairs of input and output, autocovariance and order of excitation.
 
     Parameters
     ----------
     records
-        Arrays of shape (n,), of one length each.
+        Input and output of each experiment, shape (n,) each.
     sampling_time
         In seconds.
     input_label, output_label
         With their units.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above the autocovariance stands the order up to which the input is persistently exciting.
-
     Raises
     ------
     DataError
-        If there is no record, or its input and output do not fit together.
+        If there is no record, or input and output differ in length.
 
     Examples
     --------
@@ -56,6 +52,10 @@ def plot_spread(
     >>> len(plot_spread({"sine": (u, np.roll(u, 3))}, 1.0).axes)
     3
     """
+    from matplotlib.figure import Figure
+
+    from smid.display.style import BLUE, GRID, ORANGE, WIDTH, style
+
     pairs = {name: (np.asarray(u, dtype=float), np.asarray(y, dtype=float)) for name, (u, y) in records.items()}
     if not pairs:
         raise DataError("no record to draw: give at least one")

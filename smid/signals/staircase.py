@@ -1,15 +1,15 @@
-"""A staircase over the input's range, up and down again: it shows the static curve.
+"""A periodic staircase over the range of the input, which shows the static curve.
 
-Reference: hybrid thesis, section 2.4.2 and listing K.1: steps of 20 samples, 0.2 apart (0.1 in the noisy one), from the
-middle up, down and up again.
+Reference: hybrid thesis, section 2.4.2 and listing K.1: steps of 20 samples, 0.2 apart.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples, clock_samples
+from smid.signals.generators import check_samples, clock_samples
 
 __all__ = ["staircase"]
 
@@ -23,30 +23,21 @@ def staircase(
     amplitude: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    """Give a periodic staircase that starts at the offset and goes up first.
+    """Return a staircase, shape (n,), that starts at the offset and goes up first.
 
     Parameters
     ----------
-    n
-        Number of samples.
-    sampling_time
-        In seconds.
     period
-        Length of a step in seconds; long enough for the plant to settle.
+        Length of a step in seconds, a multiple of the sampling time; long enough for the plant to settle.
     steps
-        Levels between the offset and the top, so there are ``2 steps + 1`` in all.
+        Levels between the offset and the top: there are ``2 steps + 1`` levels.
     amplitude, offset
         Half the range, and its centre, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
 
     Raises
     ------
     DataError
-        If the period is no multiple of the sampling time, or there is no level.
+        If the period is not a multiple of the sampling time, or there is no level.
 
     Examples
     --------

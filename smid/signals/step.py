@@ -1,4 +1,4 @@
-"""A step, or several: levels that begin at given times (clutch thesis, section 3.1, second set)."""
+"""Steps to levels at given times (clutch thesis, section 3.1, second set)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["step"]
 
@@ -20,23 +21,14 @@ def step(
     amplitude: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    """Give steps to levels; without levels one step up after a tenth of the record.
+    """Return steps to levels, shape (n,); by default one step up after a tenth of the record.
 
     Parameters
     ----------
-    n
-        Number of samples.
     levels
-        Times in seconds, rising, and the values from then on; before the first the value is 0.
-    sampling_time
-        In seconds.
+        Rising times in seconds, and the value from each time on; before the first time the value is 0.
     amplitude, offset
-        What the values are multiplied by, and what is added, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
+        Factor of the values, and what is added, in the input's unit.
 
     Raises
     ------

@@ -1,11 +1,10 @@
-r"""A sum of sines with given frequencies and amplitudes, and the exact sums that the hybrid thesis tried on its arm.
+"""A sum of sines with given frequencies and amplitudes, and the sums of the hybrid thesis.
 
-n sines excite order 2n and not one more (Ljung, "System Identification", section 13.2), so a sum is the leanest signal
-for a linear model of known order; `multisine` is the same on a grid of frequencies, with random phases.
+n sines are persistently exciting of order 2n (Ljung, "System Identification", section 13.2). `multisine` has a grid of
+frequencies and random phases instead.
 
-Table F.1 came to us by OCR.  Listing K.13 settles it: what is printed with a fraction at every sine stands there
-multiplied by half the range, 0.5 V (figure F.2 has the same axis); where one factor stands before the whole sum it is
-that factor.  So read, the sum of eleven sines and the one with changed signs leave the +-1 V of section 5.3.
+Table F.1 is read with listing K.13: where the table prints a fraction at every sine, the fraction is multiplied by half
+the range, 0.5 V; one factor before the whole sum is that factor. Two of the sums then exceed the +-1 V of section 5.3.
 
 Reference: hybrid thesis, table F.1 and listing K.13.
 """
@@ -18,27 +17,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples
+from smid.signals.generators import check_samples
 
 __all__ = ["TABLE_F1", "Sines", "sum_of_sines"]
 
 
 @dataclass(frozen=True)
 class Sines:
-    """Frequencies in rad/s and amplitudes in V of one row of table F.1.
-
-    Parameters
-    ----------
-    frequencies, amplitudes
-        As above, one of each for every sine.
-    """
+    """Frequencies in rad/s and amplitudes in V of one row of table F.1."""
 
     frequencies: tuple[float, ...]
     amplitudes: tuple[float, ...]
 
     def signal(self, n: int, sampling_time: float) -> Array:
-        """Return n samples of the sum, the sampling time in seconds."""
+        """Return n samples of the sum; the sampling time is in seconds."""
         return sum_of_sines(n, frequencies=self.frequencies, amplitudes=self.amplitudes, sampling_time=sampling_time)
 
 
@@ -50,30 +44,19 @@ def sum_of_sines(
     sampling_time: float = 1.0,
     offset: float = 0.0,
 ) -> Array:
-    r"""Give ``offset + sum_i amplitude_i sin(frequency_i t)``.
+    """Return ``offset + sum_i amplitude_i sin(frequency_i t)``, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
     frequencies
-        In rad/s; by default the thesis's six.
+        In rad/s; by default the six of the thesis.
     amplitudes
-        In the input's unit, one for all or one for each; negative ones start downwards.
-    sampling_time
-        In seconds.
-    offset
-        Added, in the input's unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
+        In the input's unit, one for all or one for each.
 
     Raises
     ------
     DataError
-        If a frequency is beyond half the sampling rate, or the numbers of both differ.
+        If a frequency is beyond half the sampling rate, or the amplitudes differ in number.
 
     Examples
     --------
@@ -118,4 +101,4 @@ TABLE_F1: dict[str, Sines] = {
     "six_signs": _six(1, 1, -1, -1, -1, 1),
     "six_unequal": _six(2, 2.1, 5, 2.2, 4, 1.8),
 }
-"""The sums of table F.1, from top to bottom; the single sine stands there three times."""
+"""The sums of table F.1, from top to bottom; the table has the single sine three times."""

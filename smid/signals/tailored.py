@@ -1,9 +1,8 @@
-r"""A tailored signal: a sine, then a constant, then a switching part, each for the parameters that it excites.
+"""A tailored signal: a sine, a constant and a switching part, each for parameters that it excites.
 
-For the rotating arm: the sine's varying acceleration tells the inertia, the constant speed under a constant voltage the
-drag, and switching around zero speed the friction.  That the last part shows *sticking* takes physical insight: the
-arm must not break away, so the torque of the switching level must stay below the friction, and each half must last
-until the creeping arm has moved visibly.
+For the rotating arm: the acceleration under the sine shows the inertia, the constant speed the drag, and switching
+around zero speed the friction. To show static friction, the torque of the switching level must stay below the friction,
+and each half period must be long enough for a visible motion.
 
 Reference: hybrid thesis, section 7.4.
 """
@@ -12,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import Array, check_samples, clock_samples
+from smid.signals.generators import check_samples, clock_samples
 
 __all__ = ["tailored"]
 
@@ -30,38 +30,27 @@ def tailored(
     shares: tuple[float, float] = (1 / 3, 1 / 3),
     offset: float = 0.0,
 ) -> Array:
-    """Give a sine, then a constant, then a square wave.
+    """Return a sine, then a constant, then a square wave, shape (n,).
 
     Parameters
     ----------
-    n
-        Number of samples.
-    sampling_time
-        In seconds.
-    frequency
-        Of the sine, in Hz.
-    amplitude
-        Of the sine, in the input's unit.
+    frequency, amplitude
+        Of the sine, in Hz and in the input's unit.
     level
         Of the constant part.
     switching
-        Half the distance of the levels of the switching part.
+        Half the distance of the levels of the square wave.
     half_period
         Seconds between switches, a multiple of the sampling time.
     shares
-        Shares of the record that the sine and the constant take; the switching part has what is left.
+        Shares of the record for the sine and the constant; the square wave has the rest.
     offset
-        Added throughout.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the input's unit.
+        Added to all samples.
 
     Raises
     ------
     DataError
-        If the shares leave no room, or the half period is no multiple of the sampling time.
+        If the shares exceed the record, or the half period is not a multiple of the sampling time.
 
     Examples
     --------

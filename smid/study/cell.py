@@ -1,4 +1,4 @@
-"""A cell of a study: one identification among the combinations that are asked for, and the key it is kept under."""
+"""A cell of a study: one identification of the grid, and the key under which its outcome is saved."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ from smid.data import Dataset
 from smid.models import Model
 from smid.study.versions import computing_versions
 
-__all__ = ["Cell", "Job", "Settings"]
-
 
 @dataclass(frozen=True)
 class Settings:
-    """What all cells of a study share; see :func:`smid.identify`.
+    """The settings that all cells of a study share; see :func:`smid.identify`.
 
     Examples
     --------
@@ -33,14 +31,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Cell:
-    """One combination.
+    """One combination of record, samples, noise bound, method and order.
 
     Parameters
     ----------
-    record
-        Name of the record.
     samples
-        So many first samples of each of the record's experiments.
+        Number of first samples of each experiment of the record.
     noise_bound
         Of every noisy channel, in the channel's unit.
 
@@ -58,7 +54,7 @@ class Cell:
 
     @property
     def bound_text(self) -> str:
-        """Return the noise bounds in words; one alone needs no channel."""
+        """Return the noise bounds in words, without the channel if there is only one."""
         if len(self.noise_bound) == 1:
             return f"{self.noise_bound[0][1]:.6g}"
         return ", ".join(f"{bound:.6g} on {channel}" for channel, bound in self.noise_bound)
@@ -68,27 +64,14 @@ class Cell:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return {
-            "record": self.record,
-            "samples": self.samples,
-            "noise_bound": dict(self.noise_bound),
-            "method": self.method,
-            "order": self.order,
-        }
+        return {**vars(self), "noise_bound": dict(self.noise_bound)}
 
 
 @dataclass(frozen=True)
 class Job:
-    """A cell with all that its computation needs, ready to travel to a worker.
+    """A cell with all that its computation needs, for a worker process.
 
-    Parameters
-    ----------
-    model
-        Bound to the data.
-    data
-        The samples of this cell.
-    versions
-        Of the process that keeps the results: a worker with others must not compute.
+    ``versions`` are those of the process that saves the results; a worker with other versions must not compute.
     """
 
     cell: Cell
@@ -99,12 +82,12 @@ class Job:
 
     @staticmethod
     def of(cell: Cell, model: Model, record: Dataset, settings: Settings) -> Job:
-        """Cut the cell's samples from its record."""
+        """Return the job of a cell, with the samples of its record."""
         return Job(cell, model, record.crop(0, cell.samples), settings, computing_versions())
 
     @property
     def key(self) -> str:
-        """Return the SHA-256 of data, model, settings and versions: equal keys stand for equal intervals."""
+        """Return the SHA-256 of data, model, settings and versions; equal keys mean equal intervals."""
         content = {
             "data": self.data.checksum,
             "model": self.model.to_dict(),

@@ -8,14 +8,12 @@ from contextlib import contextmanager
 
 from smid.study.errors import StudyError
 
-__all__ = ["dask_executor"]
-
 _PATIENCE = 10.0  # seconds
 
 
 @contextmanager
 def dask_executor(address: str, timeout: float = _PATIENCE) -> Iterator[Executor]:
-    """Connect to the scheduler of a Dask cluster.
+    """Connect to the scheduler of a Dask cluster; yield an executor that runs on its workers.
 
     Parameters
     ----------
@@ -24,15 +22,10 @@ def dask_executor(address: str, timeout: float = _PATIENCE) -> Iterator[Executor
     timeout
         Seconds to wait for the scheduler, and for a first worker.
 
-    Yields
-    ------
-    Executor
-        Its functions run on the workers of the cluster.
-
     Raises
     ------
     StudyError
-        Where Dask is not installed, nobody answers, or there are no workers.
+        If Dask is not installed, no scheduler answers, or there are no workers.
 
     Examples
     --------

@@ -1,12 +1,10 @@
-"""What goes wrong around a study: its folder, the disk, the workers, the cluster."""
+"""The error of a study that cannot run: its folder, the disk, the workers or the cluster."""
 
 from __future__ import annotations
 
-__all__ = ["StudyError"]
-
 
 class StudyError(OSError):
-    """A study cannot begin or go on where it runs; the message names the cause and the cure.
+    """A study cannot begin or continue where it runs; the message names the cause and the cure.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The figure of a study: bounds against order, width against noise bound and number of samples, time against samples.
+"""The figure of a study: bounds against order, width against noise bound and samples, time against samples.
 
-A panel shows one factor. Of the others it takes the most telling value: the least noise bound, the most samples. Orders
-are told by colour, methods by the style of the line; later ones are thinner, for good relaxations often coincide.
+A panel shows one factor. Of the other factors it takes the least noise bound and the most samples. Colours show orders,
+line styles show methods. Later lines are thinner, because good relaxations often coincide.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from smid.study.outcome import Outcome
 if TYPE_CHECKING:
     from smid.study.study import Study
 
-__all__ = ["study_figure"]
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 _STYLES, _MARKERS = ("-", "--", ":", "-."), ("o", "s", "^", "D")
@@ -33,7 +32,7 @@ Pair = tuple[Cell, Outcome]
 
 @dataclass(frozen=True)
 class _Series:
-    """The cells of one order and method, and how they are drawn."""
+    """The cells of one order and method, with their line style."""
 
     order: int
     method: str
@@ -46,36 +45,18 @@ class _Series:
 
 
 def study_figure(study: Study, record: str) -> Figure:
-    """Draw what varies in a study, for one record.
+    """Draw the factors that vary in a study, for one record.
 
-    Returns
-    -------
-    Figure
-        A row of panels for each parameter: certified ends (thin) and witnessed ones (thick) against the order, the
-        certified width against the noise bound and against the number of samples; below, the time against samples.
+    Each parameter has a row of panels: certified bounds (thin) and witnessed bounds (thick) against the order, and the
+    certified width against the noise bound and against the number of samples. The bottom panel shows the time.
     """
     cells = [cell for cell in study.cells if cell.record == record]
-    sizes, bounds = sorted({c.samples for c in cells}), sorted({c.noise_bound for c in cells}, key=_level)
-    most, least = sizes[-1], bounds[0]
+    bounds = sorted({c.noise_bound for c in cells}, key=_level)
     orders, methods = sorted({c.order for c in cells}), list(dict.fromkeys(c.method for c in cells))
     series = list(_series(study, record, orders, methods))
-    panels: list[tuple[str, Callable[[Axes, int], None]]] = []
-    if len(orders) > 1 or len(sizes) == len(bounds) == 1:
-        at = _fixed((bounds, _text(study, least)), (sizes, f"N = {most}"))
-        draw = _ends(series, lambda c: (c.noise_bound, c.samples) == (least, most), orders)
-        panels.append((f"bounds{at}", draw))
-    if len(bounds) > 1:
-        at = _fixed((sizes, f"N = {most}"))
-        draw = _widths(
-            series, lambda c: c.samples == most, lambda c: _level(c.noise_bound), f"noise bound{_unit(study, least)}"
-        )
-        panels.append((f"width{at}", draw))
-    if len(sizes) > 1:
-        at = _fixed((bounds, _text(study, least)))
-        draw = _widths(series, lambda c: c.noise_bound == least, lambda c: c.samples, "samples N")
-        panels.append((f"width{at}", draw))
+    panels = list(_panels(study, series, sorted({c.samples for c in cells}), bounds, orders))
     parameters = study.model.parameters
-    timed = len(sizes) > 1
+    timed = len({c.samples for c in cells}) > 1
     with style():
         figure = Figure(figsize=(WIDTH, 0.5 + 1.6 * (len(parameters) + timed)), layout="constrained")
         grid = figure.add_gridspec(len(parameters) + timed, len(panels))
@@ -89,12 +70,34 @@ def study_figure(study: Study, record: str) -> Figure:
                     axes.set_title(title, loc="left")
                 if row < len(parameters) - 1:
                     axes.set_xlabel("")
+        # The time has a panel of its own at the bottom.
         if timed:
             axes = _axes(figure, grid[-1, :])
-            _times(axes, series, lambda c: c.noise_bound == least)
-            axes.set_title(f"time{_fixed((bounds, _text(study, least)))}".replace("\n", " "), loc="left")
+            _times(axes, series, lambda c: c.noise_bound == bounds[0])
+            axes.set_title(f"time{_fixed((bounds, _text(study, bounds[0])))}".replace("\n", " "), loc="left")
         _legend(figure, series, orders, methods)
     return figure
+
+
+def _panels(
+    study: Study,
+    series: list[_Series],
+    sizes: list[int],
+    bounds: list[tuple[tuple[str, float], ...]],
+    orders: list[int],
+) -> Iterator[tuple[str, Callable[[Axes, int], None]]]:
+    """Return title and drawing function of a panel for each factor that varies."""
+    most, least = sizes[-1], bounds[0]
+    if len(orders) > 1 or len(sizes) == len(bounds) == 1:
+        at = _fixed((bounds, _text(study, least)), (sizes, f"N = {most}"))
+        yield f"bounds{at}", _ends(series, lambda c: (c.noise_bound, c.samples) == (least, most), orders)
+    if len(bounds) > 1:
+        label = f"noise bound{_unit(study, least)}"
+        draw = _widths(series, lambda c: c.samples == most, lambda c: _level(c.noise_bound), label)
+        yield f"width{_fixed((sizes, f'N = {most}'))}", draw
+    if len(sizes) > 1:
+        draw = _widths(series, lambda c: c.noise_bound == least, lambda c: c.samples, "samples N")
+        yield f"width{_fixed((bounds, _text(study, least)))}", draw
 
 
 def _series(study: Study, record: str, orders: list[int], methods: list[str]) -> Iterator[_Series]:
@@ -187,12 +190,12 @@ def _name(one: _Series, orders: list[int], methods: list[str]) -> str:
 
 
 def _level(noise_bound: tuple[tuple[str, float], ...]) -> float:
-    """Return the first channel's bound, which is what the axis shows."""
+    """Return the first channel's bound, for the axis."""
     return noise_bound[0][1]
 
 
 def _fixed(*factors: tuple[list[Any], str]) -> str:
-    """Say which value of another factor a panel shows, where that factor varies."""
+    """Return the values of the other factors that vary, for the title of a panel."""
     named = [value for values, value in factors if len(values) > 1]
     return f"\nat {', '.join(named)}" if named else ""
 

@@ -1,6 +1,6 @@
 """The largest resident memory of this process since a moment.
 
-Linux keeps a high-water mark that can be set back. Elsewhere the mark is that of the process's whole life.
+Linux keeps a high-water mark that can be reset. On other systems the mark counts from the start of the process.
 """
 
 from __future__ import annotations
@@ -9,26 +9,17 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["forget_peak", "peak_memory"]
-
 _OWN = Path("/proc/self")
 
 
 def forget_peak() -> None:
-    """Set the high-water mark back to what is resident now, where the system can."""
+    """Reset the high-water mark to the memory that is resident now, if the system can."""
     with suppress(OSError):
         (_OWN / "clear_refs").write_text("5")
 
 
 def peak_memory() -> float:
-    """Return the high-water mark in MB; NaN where the system tells none.
-
-    Examples
-    --------
-    >>> forget_peak()
-    >>> peak_memory() > 10 or sys.platform == "win32"
-    True
-    """
+    """Return the high-water mark in MB; NaN if the system does not state it."""
     with suppress(OSError):
         for line in (_OWN / "status").read_text().splitlines():
             if line.startswith("VmHWM:"):

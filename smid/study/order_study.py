@@ -1,4 +1,4 @@
-"""Identify over orders, methods, noise bounds, sample sizes and records: what tightens the intervals, at what cost."""
+"""Identify over orders, methods, noise bounds, sample sizes and records, and compare width and cost."""
 
 from __future__ import annotations
 
@@ -19,13 +19,11 @@ from smid.models import Model, ModelError
 from smid.study.cell import Cell, Job, Settings
 from smid.study.outcome import Outcome, Status
 from smid.study.run_all import Pool, run_all
-from smid.study.store import open_store
+from smid.study.store import Store, open_store
 from smid.study.study import Study
 from smid.study.time_left import time_left
 from smid.study.versions import computing_versions
 from smid.study.workers import local_workers
-
-__all__ = ["order_study"]
 
 NoiseBound = float | Mapping[str, float]
 
@@ -50,8 +48,8 @@ def order_study(
 ) -> Study:
     """Identify every combination of record, sample size, noise bound, method and relaxation order.
 
-    A cell that does not apply, an order below the least one, say, is a result with its message. Ctrl-C stops the study
-    and returns what is done.
+    A cell that does not apply, such as an order below the least one, is a result with a message. Ctrl-C stops the study
+    and returns the cells that are done.
 
     Parameters
     ----------
@@ -68,25 +66,25 @@ def order_study(
     solver, tolerance, rounds, nodes
         See :func:`smid.identify`.
     workers
-        Processes on this machine, of one thread each. More finish sooner; times are measured best with one. In a
-        script the call then belongs under ``if __name__ == "__main__":``.
+        Number of processes on this machine, of one thread each. Measure times with one. In a script, put the call under
+        ``if __name__ == "__main__":``.
     executor
-        Where to run instead: ``distributed.Client(address).get_executor()`` for a Dask cluster.
+        In place of workers: ``distributed.Client(address).get_executor()`` for a Dask cluster, for example.
     folder
-        Where to keep each outcome as it comes, in an SQLite file.
+        Folder for an SQLite file that saves each outcome.
     resume
-        Go on with the study in ``folder``. Data, model, settings and versions must be the same, the combinations may
-        differ: what is there is taken, what failed is tried again.
+        Continue the study in ``folder``. Data, model, settings and versions must be the same; the combinations may
+        differ. Failed cells are run again.
     progress
         Called with a line of text now and then.
 
     Raises
     ------
     ModelError, DataError, ProblemError
-        Bad input, before any solve.
+        For bad input, before any solve.
     StudyError
-        Where the folder holds something else than what is to be resumed, the disk is full (what is done is kept), or
-        the workers do not start.
+        If the folder holds another study, the disk is full (the outcomes so far are saved), or the workers do not
+        start.
 
     Examples
     --------
@@ -94,17 +92,16 @@ def order_study(
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     >>> study = order_study(OutputError(na=1, stable=True), data, [0.1, 0.2], orders=[1])
-    >>> [outcome.status.value for outcome in study.outcomes]
-    ['certified', 'certified']
     >>> narrow, wide = (outcome.intervals[0].width for outcome in study.outcomes)
     >>> narrow < wide
     True
     """
     check_solver(solver)
     if workers < 1:
-        raise ModelError(f"{workers} workers cannot run anything: give at least 1")
+        raise ModelError(f"{workers} workers cannot run a study: give at least 1")
     if resume and folder is None:
-        raise ModelError("resume needs the folder that the study is in: give folder=...")
+        raise ModelError("resume needs the folder of the study: give folder=...")
+    # Check the whole grid before any work.
     settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
     records = dict(data) if isinstance(data, Mapping) else {_name(data): data}
     bound = {name: bind(model, record) for name, record in records.items()}
@@ -112,6 +109,7 @@ def order_study(
     jobs = [Job.of(cell, bound[cell.record], records[cell.record], settings) for cell in cells]
     for job in jobs:
         check_data(job.model, job.data)
+    # A study in a folder is resumed only with equal data, model, settings and versions.
     subject = {
         "data": {name: record.checksum for name, record in records.items()},
         "model": model.to_dict(),
@@ -121,35 +119,37 @@ def order_study(
     local = Pool(lambda: local_workers(workers), 2 * workers)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
-        done = _known(jobs, store.outcomes())
-        interrupted = False
-        begun = time.monotonic()
-        fresh: dict[Cell, Outcome] = {}
+        found, interrupted = _run(jobs, pool, store, progress)
+    outcomes = tuple(found.get(cell) for cell in cells)
+    return Study(next(iter(bound.values())), records, settings, cells, outcomes, interrupted)
 
-        def take(job: Job, outcome: Outcome) -> None:
-            store.add(job, outcome)
-            fresh[job.cell] = outcome
 
-        def tick() -> None:
-            if progress is not None:
-                missing = [cell for cell in cells if cell not in done and cell not in fresh]
-                left = time_left(missing, fresh, time.monotonic() - begun)
-                progress(f"{len(done) + len(fresh)} of {len(cells)} cells{left}")
+def _run(
+    jobs: Sequence[Job], pool: Pool, store: Store, progress: Callable[[str], None] | None
+) -> tuple[dict[Cell, Outcome], bool]:
+    """Run the jobs that have no saved outcome; return all outcomes, and whether Ctrl-C came."""
+    done = _known(jobs, store.outcomes())
+    fresh: dict[Cell, Outcome] = {}
+    begun = time.monotonic()
+    left = [job for job in jobs if job.cell not in done]
 
-        try:
-            tick()
-            run_all([job for job in jobs if job.cell not in done], pool, take, tick)
-        except KeyboardInterrupt:
-            interrupted = True
-    found = {**done, **fresh}
-    return Study(
-        next(iter(bound.values())),
-        records,
-        settings,
-        cells,
-        tuple(found.get(cell) for cell in cells),
-        interrupted,
-    )
+    def take(job: Job, outcome: Outcome) -> None:
+        store.add(job, outcome)
+        fresh[job.cell] = outcome
+
+    def tick() -> None:
+        if progress is not None:
+            missing = [job.cell for job in left if job.cell not in fresh]
+            remaining = time_left(missing, fresh, time.monotonic() - begun)
+            progress(f"{len(done) + len(fresh)} of {len(jobs)} runs{remaining}")
+
+    interrupted = False
+    try:
+        tick()
+        run_all(left, pool, take, tick)
+    except KeyboardInterrupt:
+        interrupted = True
+    return {**done, **fresh}, interrupted
 
 
 def _grid(
@@ -160,13 +160,15 @@ def _grid(
     methods: Iterable[str],
     sample_sizes: Iterable[int] | None,
 ) -> tuple[Cell, ...]:
-    """Return all combinations, records first, orders last; ModelError or DataError for one that cannot be."""
+    """Return all combinations, records first, orders last; ModelError or DataError for one that is impossible."""
+    # One value stands for a list of one.
     if isinstance(noise_bound, Mapping) or not isinstance(noise_bound, Iterable):
         bounds: list[NoiseBound] = [noise_bound]
     else:
         bounds = list(noise_bound)
     orders, methods = list(orders), list(methods)
     sizes = None if sample_sizes is None else list(sample_sizes)
+    # Refuse values that no cell can have.
     for name, given in (("records", records), ("noise_bound", bounds), ("orders", orders), ("methods", methods)):
         if not given:
             raise ModelError(f"{name} is empty: a study needs at least one")
@@ -176,13 +178,14 @@ def _grid(
     for name, numbers in (("order", orders), ("sample size", sizes or [])):
         for number in numbers:
             if number < 1 or number != int(number):
-                raise ModelError(f"{name} {number} is no positive whole number: give 1, 2, ...")
+                raise ModelError(f"{name} {number} is not a positive integer: give 1, 2, ...")
+    # Combine the values of each record.
     cells: list[Cell] = []
     for name, record in records.items():
         longest = max(run.n_samples for run in record.experiments)
         for size in sizes or []:
             if size > longest:
-                raise DataError(f"record {name!r} has {longest} samples, {size} are asked for: take smaller sizes")
+                raise DataError(f"record {name!r} has {longest} samples, fewer than {size}: give smaller sizes")
         named = [tuple(check_noise_bound(models[name], bound, None).items()) for bound in bounds]
         cells += [
             Cell(name, int(size), bound, method, int(order))
@@ -192,7 +195,7 @@ def _grid(
 
 
 def _known(jobs: Sequence[Job], kept: Mapping[str, Outcome]) -> dict[Cell, Outcome]:
-    """Return what is kept of these jobs; what failed may go well on another day."""
+    """Return the saved outcomes of these jobs, without failures, which are run again."""
     found = {job.cell: kept[job.key] for job in jobs if job.key in kept}
     return {cell: outcome for cell, outcome in found.items() if outcome.status is not Status.FAILED}
 

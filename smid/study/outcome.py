@@ -1,4 +1,4 @@
-"""What a cell gave: intervals, a proof that there are none, or the reason why neither could be had."""
+"""The outcome of a cell: intervals, a proof that there are none, or the reason why there is neither."""
 
 from __future__ import annotations
 
@@ -12,16 +12,12 @@ from relaxations.search.hierarchy import Proof
 from smid.display.result import plain
 from smid.identification.estimate import ParameterInterval
 
-__all__ = ["Outcome", "Status"]
-
 
 class Status(Enum):
     """How a cell ended.
 
     Examples
     --------
-    As the record of a cell spells it:
-
     >>> Outcome(Status.EMPTY, "no parameters explain the data").to_dict()["status"]
     'empty'
     """
@@ -39,31 +35,31 @@ class Outcome:
     Parameters
     ----------
     status
-        ``CERTIFIED``: the ends of the intervals are proven. ``EMPTY``: no parameters explain the data, proven.
-        ``REFUSED``: method, order or data do not fit together; nothing was solved. ``FAILED``: an error, or its worker
-        died again and again.
+        ``CERTIFIED``: the intervals are proven. ``EMPTY``: proven that no parameters explain the data. ``REFUSED``:
+        method, order or data do not fit together; nothing was solved. ``FAILED``: an error, or the worker died each
+        time.
     message
-        Why the computation stopped, or what was wrong.
+        Why the computation stopped, or the error.
     intervals
-        Empty but for certified cells.
+        Empty unless the cell is certified.
     method
         The method that "auto" chose.
     complicating
         Variables that the lift lifted.
     solves
-        Certified solves.
+        Number of certified solves.
     moments, largest_block
         Size of the last relaxation.
     seconds
-        Wall clock.
+        Wall-clock time.
     peak_memory
-        Largest resident memory of the process that ran the cell, while it ran, in MB; NaN where it is not known.
+        Largest resident memory of the process while it ran the cell, in MB; NaN if unknown.
 
     Examples
     --------
     >>> from smid.identification.estimate import ParameterInterval
     >>> found = ParameterInterval("gain", "bar/mA", 1.0, 3.0, 1.5, 2.9, Proof.PROVEN, Proof.PROVEN)
-    >>> Outcome(Status.CERTIFIED, "every end meets its witness", (found,)).gap  # 0.5 of a width of 2
+    >>> Outcome(Status.CERTIFIED, "every end meets a verified point", (found,)).gap  # 0.5 of a width of 2
     0.25
     """
 
@@ -80,35 +76,18 @@ class Outcome:
 
     @property
     def gap(self) -> float:
-        """Return the largest gap as a share of its interval's width; NaN where an end has no witness."""
+        """Return the largest gap as a share of its interval's width; NaN if a bound has no witness."""
         shares = [i.gap / i.width if i.width > 0 else 0.0 for i in self.intervals]
         return float(np.max(shares)) if shares else float("nan")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; missing numbers become None."""
-        return {
-            "status": self.status.name.lower(),
-            "message": self.message,
-            "parameters": [i.to_dict() for i in self.intervals],
-            "relaxation": self.method,
-            "complicating": list(self.complicating),
-            "solves": self.solves,
-            "moments": self.moments,
-            "largest_block": self.largest_block,
-            "seconds": plain(self.seconds),
-            "peak_memory": plain(self.peak_memory),
-        }
+        names = {"intervals": "parameters", "method": "relaxation"}
+        return {names.get(name, name): value for name, value in plain(vars(self)).items()}
 
     @staticmethod
     def from_dict(content: dict[str, Any]) -> Outcome:
-        """Return the outcome that :meth:`to_dict` wrote.
-
-        Examples
-        --------
-        >>> outcome = Outcome(Status.REFUSED, "order 1 is too low", seconds=0.25, peak_memory=80.0)
-        >>> Outcome.from_dict(outcome.to_dict()) == outcome
-        True
-        """
+        """Return the outcome that :meth:`to_dict` wrote."""
         return Outcome(
             Status[content["status"].upper()],
             content["message"],

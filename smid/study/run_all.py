@@ -1,8 +1,8 @@
-"""Run cells on an executor, and run again those whose worker died.
+"""Run cells on an executor, and run those again whose worker died.
 
-When a process of a pool dies, all cells under way are lost, and it is not known whose doing it was. These suspects are
-run again one at a time, after all others, in workers of their own. So a cell that kills its worker is found out after
-:data:`MOST_LOSSES` losses, the last of them alone, and no innocent one is blamed.
+When a process of a pool dies, all running cells are lost, and the cell that killed it is unknown. These suspects are
+run again one at a time, after all others, in new workers. So a cell that kills its worker fails after
+:data:`MOST_LOSSES` losses, the last of them alone, and no other cell fails with it.
 """
 
 from __future__ import annotations
@@ -19,42 +19,23 @@ from smid.study.errors import StudyError
 from smid.study.outcome import Outcome, Status
 from smid.study.run_cell import run_cell
 
-__all__ = ["MOST_LOSSES", "Pool", "run_all"]
-
 MOST_LOSSES = 3
 _TICK = 1.0  # seconds
 
 
 @dataclass(frozen=True)
 class Pool:
-    """Where cells are run.
-
-    Parameters
-    ----------
-    open
-        Gives an executor as a context; called again after the last one has broken.
-    width
-        At most so many cells are handed over at a time; None: all.
-    """
+    """Where cells are run: a function that returns a fresh executor, and the number of cells to submit at a time."""
 
     open: Callable[[], AbstractContextManager[Executor]]
     width: int | None
 
 
 def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None], tick: Callable[[], None]) -> None:
-    """Run every job once, in the order given where the executor keeps it.
+    """Run every job once, in the given order if the executor keeps it.
 
-    Parameters
-    ----------
-    take
-        Called in this thread with each outcome as it comes in.
-    tick
-        Called about every second.
-
-    Raises
-    ------
-    StudyError
-        Where the workers do not start, or their versions differ.
+    Calls ``take`` in this thread with each outcome, and ``tick`` about every second. StudyError if the workers do not
+    start, or their versions differ.
     """
     waiting = deque(jobs)
     suspects: list[tuple[Job, Exception]] = []
@@ -70,24 +51,22 @@ def run_all(jobs: Sequence[Job], pool: Pool, take: Callable[[Job, Outcome], None
 
 
 def _is_final(error: Exception) -> bool:
-    """Tell whether the executor has itself run the cell again: Dask tries several workers before it gives up."""
+    """Tell whether the executor itself has run the cell again: Dask tries several workers."""
     return type(error).__name__ == "KilledWorker"
 
 
 def _pass(
-    waiting: deque[Job],
-    pool: Pool,
-    width: int | None,
-    take: Callable[[Job, Outcome], None],
-    tick: Callable[[], None],
+    waiting: deque[Job], pool: Pool, width: int | None, take: Callable[[Job, Outcome], None], tick: Callable[[], None]
 ) -> list[tuple[Job, Exception]]:
     """Run jobs until none waits or the executor breaks; return those that were lost."""
     lost: list[tuple[Job, Exception]] = []
     running: dict[Future[Outcome], Job] = {}
     with pool.open() as executor:
         try:
+            # The probe fails if the workers do not even start.
             probe = executor.submit(os.getpid)
             broken = False
+            # Submit up to the width, then wait for the next outcome.
             while running or (waiting and not broken):
                 while waiting and not broken and (width is None or len(running) < width):
                     try:

@@ -1,4 +1,4 @@
-"""Run one cell: whatever comes of it, other than a dead worker, is a result."""
+"""Run one cell: everything except a dead worker is a result."""
 
 from __future__ import annotations
 
@@ -17,33 +17,12 @@ from smid.study.memory import forget_peak, peak_memory
 from smid.study.outcome import Outcome, Status
 from smid.study.versions import computing_versions
 
-__all__ = ["run_cell"]
-
 
 def run_cell(job: Job) -> Outcome:
-    """Identify the model on the samples of a cell.
+    """Identify the model on the samples of a cell; a cell that does not apply or fails is an outcome too.
 
-    Returns
-    -------
-    Outcome
-        Also where the cell does not apply or fails: one cell must not end a study.
-
-    Raises
-    ------
-    StudyError
-        Where this process has other versions than the one that keeps the results.
-    KeyboardInterrupt
-        Where the computation was interrupted: a part of a cell is not kept.
-
-    Examples
-    --------
-    >>> from smid import Dataset, OutputError
-    >>> from smid.study.cell import Cell, Settings
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> cell = Cell("run", 8, (("y", 0.1),), "auto", 1)
-    >>> run_cell(Job.of(cell, OutputError(na=1, stable=True), data, Settings())).status.value
-    'certified'
+    StudyError if this process has other versions than the one that saves the results. KeyboardInterrupt if the
+    computation was interrupted, because an incomplete cell is not saved.
     """
     _check_versions(job)
     forget_peak()
@@ -56,10 +35,7 @@ def run_cell(job: Job) -> Outcome:
                 dict(job.cell.noise_bound),
                 method=job.cell.method,
                 order=job.cell.order,
-                solver=job.settings.solver,
-                tolerance=job.settings.tolerance,
-                rounds=job.settings.rounds,
-                nodes=job.settings.nodes,
+                **vars(job.settings),
             )
         )
     except EmptyFeasibleSetError as proof:
@@ -88,12 +64,5 @@ def _outcome(estimate: Estimate) -> Outcome:
         return Outcome(Status.CERTIFIED, estimate.summary, estimate.intervals)
     message = f"{e.reason.value[0].upper()}{e.reason.value[1:]}."
     return Outcome(
-        Status.CERTIFIED,
-        message,
-        estimate.intervals,
-        e.method,
-        e.complicating,
-        e.solves,
-        e.n_moments,
-        e.largest_block,
+        Status.CERTIFIED, message, estimate.intervals, e.method, e.complicating, e.solves, e.n_moments, e.largest_block
     )

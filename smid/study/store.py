@@ -1,11 +1,11 @@
-"""Where the outcomes of a study are kept as they come: one SQLite file in the study's folder.
+"""The outcomes of a study on disk: one SQLite file in the study's folder.
 
-Each outcome is a transaction of its own in a write-ahead log, synced to the disk before the next cell is counted as
-done. So a kill loses nothing but the cells that were running. Only the process that runs the study writes, and it holds
-the file for itself: a second one is refused, or cells would be run twice.
+Each outcome is a transaction of its own in a write-ahead log, synced to the disk before the next cell counts as done.
+So a kill loses only the running cells. Only one process may write: a second one is refused, because it would run cells
+twice.
 
-The file also says what the study is of. Data, model, settings and versions must agree before anything is added; the
-combinations asked for may differ, for a cell is found by its key.
+The file also holds data, model, settings and versions. They must agree before anything is added. The combinations may
+differ, because a cell is found by its key.
 """
 
 from __future__ import annotations
@@ -22,8 +22,6 @@ from smid.study.cell import Job
 from smid.study.errors import StudyError
 from smid.study.outcome import Outcome
 
-__all__ = ["FILE", "Store", "open_store"]
-
 FILE = "study.sqlite"
 FORMAT = 1
 _TABLES = """
@@ -38,30 +36,18 @@ Subject = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Store:
-    """The open file of a study.
-
-    Parameters
-    ----------
-    place
-        The folder, for messages; "memory" where nothing is kept.
-    """
+    """The open file of a study; ``place`` is its folder, for messages."""
 
     connection: sqlite3.Connection
     place: str
 
     def outcomes(self) -> dict[str, Outcome]:
-        """Return what is kept, by key."""
+        """Return the saved outcomes by key."""
         rows = self.connection.execute("SELECT key, outcome FROM cells")
         return {key: Outcome.from_dict(json.loads(text)) for key, text in rows}
 
     def add(self, job: Job, outcome: Outcome) -> None:
-        """Keep an outcome for good; it replaces an earlier one of the same cell.
-
-        Raises
-        ------
-        StudyError
-            Where the disk is full or cannot be written; what was kept before stays.
-        """
+        """Save an outcome; it replaces an earlier one of the same cell. StudyError if the disk cannot be written."""
         row = (job.key, json.dumps(job.cell.to_dict()), json.dumps(outcome.to_dict(), allow_nan=False))
         try:
             with self.connection:
@@ -70,7 +56,7 @@ class Store:
             raise self._trouble(error) from None
 
     def begin(self, subject: Subject) -> None:
-        """Write down what the study is of, with the tables, in one transaction."""
+        """Write the subject of the study and the tables, in one transaction."""
         script = f"BEGIN; {_TABLES} PRAGMA user_version = {FORMAT};"
         try:
             self.connection.executescript(script)
@@ -80,48 +66,32 @@ class Store:
             raise self._trouble(error) from None
 
     def check(self, subject: Subject) -> None:
-        """Raise StudyError, saying exactly what differs, unless the file is of this subject."""
+        """Raise a StudyError with each difference if the file is about another subject."""
         (text,) = self.connection.execute("SELECT subject FROM study").fetchone()
         kept, given = json.loads(text), json.loads(json.dumps(subject))
         for part in ("data", "model", "settings", "versions"):
             different = _differences(_flat(kept[part]), _flat(given[part]))
             if different:
                 raise StudyError(
-                    f"{self.place} holds a study of other {part}: {'; '.join(different)}. Resume with what it was "
-                    "begun with, or begin anew in another folder"
+                    f"{self.place} holds a study of other {part}: {'; '.join(different)}. Resume with the "
+                    "same inputs, or begin a new study in another folder"
                 )
 
     def _trouble(self, error: sqlite3.OperationalError) -> StudyError:
         if not error.sqlite_errorname.startswith(_DISK):
-            return StudyError(f"{self.place}: {error}; look after the file {FILE} there")
+            return StudyError(f"{self.place}: {error}; check the file {FILE} there")
         cause = "the disk is full" if error.sqlite_errorname == "SQLITE_FULL" else f"cannot write ({error})"
         return StudyError(
-            f"{self.place}: {cause}; the cells done so far are kept. Free some space there, then resume the study"
+            f"{self.place}: {cause}; the runs done so far are kept. Free some space there, then resume the study"
         )
 
 
 @contextmanager
 def open_store(folder: Path | None, subject: Subject, resume: bool) -> Iterator[Store]:
-    """Open the file of a study, or make one.
+    """Open the file of a study, or create one.
 
-    Parameters
-    ----------
-    folder
-        None: keep the outcomes in memory only.
-    subject
-        What the study is of.
-    resume
-        Whether the folder holds the study already, or must not.
-
-    Yields
-    ------
-    Store
-
-    Raises
-    ------
-    StudyError
-        Where the folder holds no study to resume, or one that was not to be resumed; one of other data, model,
-        settings or versions; one in another format; where another process runs it, or nothing can be written there.
+    ``resume`` says whether the folder must hold the study already, or must not. StudyError if it does not fit: another
+    study, another format, or another process that runs the study; also if nothing can be written there.
     """
     place = "memory" if folder is None else str(folder)
     if folder is not None:
@@ -136,7 +106,7 @@ def open_store(folder: Path | None, subject: Subject, resume: bool) -> Iterator[
         elif kept_format != FORMAT:
             raise StudyError(
                 f"{place} holds a study in format {kept_format}, this version of smid reads format {FORMAT}: resume it "
-                "with the version it was begun with, or begin anew in another folder"
+                "with the version it was begun with, or begin a new study in another folder"
             )
         else:
             if not resume:
@@ -160,11 +130,11 @@ def _connect(folder: Path | None, place: str) -> sqlite3.Connection:
     try:
         connection = sqlite3.connect(":memory:" if folder is None else folder / FILE, timeout=1.0)
         try:
-            # Exclusive locking also does without the shared memory that network file systems do not have.
+            # Exclusive locking needs no shared memory, which network file systems do not have.
             connection.execute("PRAGMA locking_mode = EXCLUSIVE")
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA synchronous = FULL")
-            connection.execute("BEGIN IMMEDIATE")  # takes the lock now, not with the first outcome
+            connection.execute("BEGIN IMMEDIATE")  # takes the lock now, before the first outcome
             connection.rollback()
         except sqlite3.Error:
             connection.close()
@@ -172,14 +142,14 @@ def _connect(folder: Path | None, place: str) -> sqlite3.Connection:
     except sqlite3.DatabaseError as error:
         cause = {
             "SQLITE_BUSY": "another process runs this study; wait for it, or choose another folder",
-            "SQLITE_NOTADB": f"the file {FILE} there is no database; choose another folder",
+            "SQLITE_NOTADB": f"the file {FILE} there is not a database; choose another folder",
         }.get(error.sqlite_errorname, f"{error}; check the path, its permissions and the free space")
         raise StudyError(f"{place}: {cause}") from None
     return connection
 
 
 def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested entries under joined names, so that a difference is named where it is."""
+    """Return nested entries under joined names, so that a message can name a difference."""
     flat: dict[str, Any] = {}
     for name, value in content.items():
         if isinstance(value, list) and all(isinstance(item, dict) and "name" in item for item in value):
@@ -189,7 +159,7 @@ def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _differences(kept: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
-    """Say which entries differ, each with both values."""
+    """Return the entries that differ, each with both values."""
     names = [name for name in {**kept, **given} if kept.get(name) != given.get(name)]
     return [f"{name} was {_short(kept.get(name))}, now {_short(given.get(name))}" for name in names]
 

@@ -1,14 +1,13 @@
-"""What a study gives: the outcome of every cell, as a table, a figure, plain data or a pandas frame."""
+"""The result of a study: the outcome of every cell, as a table, a figure, plain data or a pandas frame."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Tabular
@@ -16,10 +15,11 @@ from smid.display.table import Table, figure
 from smid.identification.estimate import ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model
 from smid.study.cell import Cell, Settings
-from smid.study.figures import study_figure
 from smid.study.outcome import Outcome, Status
 
-__all__ = ["Study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 _FACTORS = (
     ("record", "l", lambda cell: cell.record),
@@ -37,9 +37,9 @@ class Study(Tabular):
     Parameters
     ----------
     cells
-        All that were asked for, records first, orders last.
+        All cells, records first, orders last.
     outcomes
-        One for each cell; None where the study was stopped before it.
+        One for each cell; None if the study stopped before it.
     interrupted
         Whether Ctrl-C stopped the study.
     """
@@ -59,16 +59,18 @@ class Study(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return how the cells ended, in one sentence."""
+        """Return in one sentence how the cells ended."""
         counts = Counter(outcome.status for _, outcome in self.done)
         parts = [f"{counts[status]} {status.value}" for status in Status if counts[status]]
         missing = len(self.cells) - len(self.done)
         parts += [f"{missing} not run"] if missing else []
-        return f"{len(self.cells)} cells: {', '.join(parts)}."
+        if counts[Status.CERTIFIED] == len(self.cells) > 1:
+            return f"All {len(self.cells)} runs have certified intervals."
+        return f"{len(self.cells)} run{'s' if len(self.cells) > 1 else ''}: {', '.join(parts)}."
 
     @property
     def table(self) -> Table:
-        """Return a row for each cell that is done; columns of what varies, the rest in the caption."""
+        """Return a row for each cell that is done; the caption holds the factors that do not vary."""
         varying, fixed = self._factors()
         names = [p.name for p in self.model.parameters]
         header = (*(name for name, _, _ in varying), *names, "gap", "time [s]", "memory [MB]", "ended")
@@ -85,12 +87,12 @@ class Study(Tabular):
         )
         align = "".join(side for _, side, _ in varying) + "r" * (len(names) + 3) + "l"
         same = f"; {', '.join(f'{name} {value}' for name, value in fixed)}" if fixed else ""
-        caption = f"{self.model.name}{same}. Ends rounded outwards; gap as a share of the width."
+        caption = f"{self.model.name}{same}. Bounds are rounded outwards; the gap is a share of the width."
         return Table(caption, header, rows, align)
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Return, for cells without intervals, why: each message once, with the cells it is about."""
+        """Return why cells have no intervals: each message once, with its cells."""
         about: dict[str, list[str]] = {}
         for cell, outcome in self.done:
             if outcome.status is not Status.CERTIFIED:
@@ -125,7 +127,7 @@ class Study(Tabular):
         }
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each cell and parameter; a cell without intervals has one row without."""
+        """Return a row for each cell and parameter; a cell without intervals has one row."""
         for cell, outcome in self.done:
             about = {
                 "record": cell.record,
@@ -144,20 +146,17 @@ class Study(Tabular):
                 yield about
 
     def plot(self, record: str | None = None) -> Figure:
-        """Draw bounds against order, width against noise bound and against N, and time against N, where they vary.
-
-        Parameters
-        ----------
-        record
-            By default the first.
+        """Draw bounds against order, width against noise bound and samples, and time against samples, if they vary.
 
         Raises
         ------
         DataError
-            For a record that is not in the study.
+            For a record that is not in the study; the default is the first record.
         """
         if record is not None and record not in self.records:
             raise DataError(f"no record {record!r} in this study: there are {', '.join(self.records)}")
+        from smid.study.figures import study_figure
+
         return study_figure(self, record or next(iter(self.records)))
 
 

@@ -1,4 +1,4 @@
-"""How long a study will still take."""
+"""The remaining time of a study."""
 
 from __future__ import annotations
 
@@ -10,35 +10,16 @@ import numpy as np
 from smid.study.cell import Cell
 from smid.study.outcome import Outcome
 
-__all__ = ["time_left"]
-
 
 def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float) -> str:
-    """Guess from the cells that were run how long the others take.
+    """Return an estimate such as ", about 3 min left"; empty while nothing is known.
 
-    Parameters
-    ----------
-    done
-        Those that were run here, not those taken from an earlier run.
-    elapsed
-        Seconds since the first of them began.
-
-    Returns
-    -------
-    str
-        Such as ", about 3 min left"; empty where nothing is known yet.
-
-    Examples
-    --------
-    >>> from smid.study.outcome import Status
-    >>> first, second = (Cell("run", n, (("y", 0.1),), "auto", 2) for n in (50, 100))
-    >>> time_left([second], {first: Outcome(Status.CERTIFIED, "", seconds=90.0)}, elapsed=90.0)
-    ', about 1.5 min left'
+    ``done`` are the cells of this run, and ``elapsed`` the seconds since the first of them began.
     """
     seconds = {cell: outcome.seconds for cell, outcome in done.items() if np.isfinite(outcome.seconds)}
     if not seconds or not left:
         return ""
-    # Orders and methods differ by orders of magnitude; cells of a kind that was not run yet take what the mean takes.
+    # Times of methods and orders differ by orders of magnitude. A kind that was not run yet counts with the mean.
     kinds: dict[tuple[str, int], list[float]] = defaultdict(list)
     for cell, value in seconds.items():
         kinds[cell.method, cell.order].append(value)

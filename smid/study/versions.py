@@ -1,4 +1,4 @@
-"""The versions that an interval depends on: of the code that computes it and of the packages below."""
+"""The versions that an interval depends on: of the code and of the packages."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from pathlib import Path
 import relaxations
 from smid.display.versions import PACKAGES
 
-__all__ = ["computing_versions"]
-
-# Release numbers stay the same while the code changes, so the sources are hashed: the rooms that intervals come from,
-# and not the pages and commands that show them. The paths are hashed as well, so that a move makes a study stale.
+# Release numbers stay the same while the code changes, so the sources that compute intervals are hashed with their
+# paths. Reports and commands are not hashed.
 HASHED = ("data", "models", "networks", "fitting", "feasible", "identification", "verification")
 """Rooms of `smid` that decide what an interval is; all of `relaxations` does."""
 
@@ -29,16 +27,8 @@ def _own() -> tuple[tuple[str, str], ...]:
 
 
 def computing_versions() -> dict[str, str]:
-    """Return a digest of the computing sources, and the versions of the packages they use.
+    """Return a digest of the computing sources, and the versions of the packages, by name.
 
-    Returns
-    -------
-    dict
-        Name -> version; two processes whose dictionaries are equal compute the same intervals from the same cell.
-
-    Examples
-    --------
-    >>> list(computing_versions())
-    ['code', 'smid', 'numpy', 'scipy', 'sympy', 'cvxpy', 'clarabel']
+    Two processes with equal versions compute the same intervals from the same cell.
     """
     return dict(_own())

@@ -1,8 +1,7 @@
 """Worker processes on this machine.
 
-They are started afresh and not forked: a fork in the middle of another library's threads can hang. They end with the
-process that started them, killed or not, and at once when it stops waiting for them: each watches a pipe whose other
-end only that process holds.
+They are spawned and not forked, because a fork in the middle of another library's threads can hang. They end with their
+parent process, even if it is killed: each watches a pipe whose other end only the parent holds.
 """
 
 from __future__ import annotations
@@ -16,20 +15,13 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Thread
 
-__all__ = ["THREADS", "local_workers"]
-
-# Workers that each take all cores fight for them: a fit of 0.4 s has taken 15 s.
+# Without a limit each worker uses all cores: a fit of 0.4 s then took 15 s.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 
 
 @contextmanager
 def local_workers(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Start processes of one thread each, for as long as the context lasts.
-
-    Yields
-    ------
-    ProcessPoolExecutor
-    """
+    """Start processes of one thread each, for as long as the context lasts."""
     context = get_context("spawn")
     watched, held = context.Pipe(duplex=False)
     with watched, held, _one_thread_each():
@@ -37,7 +29,7 @@ def local_workers(count: int) -> Iterator[ProcessPoolExecutor]:
         try:
             yield pool
         except BaseException:
-            held.close()  # ends the workers; nobody waits for what they are at
+            held.close()  # ends the workers; their results are not needed
             raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -45,7 +37,7 @@ def local_workers(count: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Set what new processes inherit; a number of threads that the user has set stays."""
+    """Set the number of threads that new processes inherit, unless the user has set it."""
     missing = [name for name in THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(missing, "1"))
     try:
@@ -56,7 +48,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 def _begin(watched: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches every process of a terminal; one decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches every process of a terminal; only the parent reacts
     Thread(target=_end_with, args=(watched,), daemon=True).start()
 
 

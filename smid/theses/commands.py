@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import click
 
 from smid.cli.console import Commands
 
-_CLUTCH, _HYBRID = "smid.theses.clutch.commands", "smid.theses.hybrid.commands"
+
+def _studies(room: str, text: str, lines: Mapping[str, str]) -> Commands:
+    """Return the group of a thesis's commands, with one line of help for each command."""
+
+    @click.pass_context
+    def show_help(context: click.Context) -> None:
+        if context.invoked_subcommand is None:
+            click.echo(context.get_help())
+
+    targets = {name: (f"smid.theses.{room}.commands:{name}", line) for name, line in lines.items()}
+    return Commands(room, callback=show_help, invoke_without_command=True, help=text, targets=targets)
 
 
-@click.group(
-    cls=Commands,
-    invoke_without_command=True,
-    targets={
-        "hammerstein": (f"{_CLUTCH}:hammerstein", "Identify a Hammerstein model in three phases (section 3.2)."),
-        "records": (f"{_CLUTCH}:records", "List the bundled records."),
-        "recursive": (f"{_CLUTCH}:recursive", "Estimate recursively, and certify recursive sets (3.3, 6.2)."),
-        "sensors": (f"{_CLUTCH}:sensors", "Train virtual sensors of the position (chapter 5, section 6.2)."),
+clutch = _studies(
+    "clutch",
+    "Repeat the studies of the clutch thesis on simulated records (data/README.md).",
+    {
+        "hammerstein": "Identify a Hammerstein model in three phases (section 3.2).",
+        "records": "List the bundled records.",
+        "recursive": "Estimate recursively, and certify recursive sets (sections 3.3 and 6.2).",
+        "sensors": "Train virtual sensors of the position (chapter 5, section 6.2).",
     },
 )
-@click.pass_context
-def clutch(context: click.Context) -> None:
-    """Repeat the studies of the clutch thesis on simulated records (data/README.md)."""
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())
-
-
-@click.group(
-    cls=Commands,
-    invoke_without_command=True,
-    targets={
-        "arm": (f"{_HYBRID}:arm", "Estimate the rotating arm, with and without a network (section 6.3)."),
-        "inputs": (f"{_HYBRID}:inputs", "Certify the rotating arm under each input (table F.1, section 7.4)."),
-        "reactor": (f"{_HYBRID}:reactor", "Join networks to a reactor's first principles (section 6.2)."),
+hybrid = _studies(
+    "hybrid",
+    "Repeat the studies of the hybrid thesis on simulated plants.",
+    {
+        "arm": "Estimate the rotating arm, with and without a network (section 6.3).",
+        "inputs": "Certify the rotating arm under each input (table F.1, section 7.4).",
+        "reactor": "Join networks to a reactor's first principles (section 6.2).",
     },
 )
-@click.pass_context
-def hybrid(context: click.Context) -> None:
-    """Repeat the studies of the hybrid thesis on simulated plants."""
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())

@@ -1,6 +1,6 @@
 """Evaluate the text of a model's expressions with exact polynomials.
 
-A value is a fraction of two polynomials in the variables of a certificate. Piecewise functions are left to the caller:
+A value is a fraction of two polynomials in the variables of a certificate. The caller evaluates piecewise functions, as
 ``max(a, b) = b + p(a - b)``, ``min(a, b) = -max(-a, -b)`` and ``|a| = 2 p(a) - a``, with p the positive part.
 """
 
@@ -18,7 +18,7 @@ from typing import Any
 from relaxations.check.arithmetic import Monomial, Terms, Work, product
 
 UNITY: Terms = {(): Fraction(1)}
-_WORK = Work(1 << 62)  # a user's own model may take as long as it takes
+_WORK = Work(1 << 62)  # no limit: the user's own model
 
 
 class NotPolynomialError(ValueError):
@@ -26,12 +26,12 @@ class NotPolynomialError(ValueError):
 
 
 class OutsideError(Exception):
-    """An equation reads a sample, a noise or a kink that the proof does not have. The proof need not state it."""
+    """An equation reads a sample, a noise or a kink that the proof does not have; the proof need not state it."""
 
 
 @dataclass(frozen=True)
 class Value:
-    """A fraction of polynomials, and the latest time of any signal that it reads."""
+    """A fraction of polynomials, and the latest time of the signals that it reads."""
 
     above: Terms
     below: Terms
@@ -58,7 +58,7 @@ class Value:
         return self * Value(other.below, other.above, other.newest)
 
     def polynomial(self) -> Terms:
-        """Return the polynomial that the fraction is."""
+        """Return the fraction as a polynomial."""
         quotient = divided(self.above, self.below)
         if quotient is None:
             raise NotPolynomialError("a quotient in the model is not a polynomial")
@@ -84,7 +84,7 @@ def _sum(left: Terms, right: Terms) -> Terms:
 
 
 def divided(above: Terms, below: Terms) -> Terms | None:
-    """Return the exact quotient of two polynomials, or None where there is none."""
+    """Return the exact quotient of two polynomials; None if there is none."""
     above, below = ({m: c for m, c in part.items() if c} for part in (above, below))
     if not below:
         return None
@@ -126,12 +126,8 @@ def parsed(text: str) -> ast.expr:
 def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Signals, kinks: Kinks) -> Value:
     """Return the value of an expression at a time.
 
-    Parameters
-    ----------
-    names
-        Parameters, and the argument of a sensor curve.
-    kinks
-        The positive part, ``"positive part"``, or the sign, ``"sign"``, of a value.
+    ``names`` returns parameters and the argument of a sensor curve; ``kinks`` the ``"positive part"`` or ``"sign"`` of
+    a value.
     """
 
     def value(node: Any) -> Value:
@@ -153,48 +149,49 @@ def evaluated(text: str, time: int, names: Callable[[str], Value], signals: Sign
             case ast.BinOp(left=left, op=ast.Div(), right=right):
                 return value(left) / value(right)
             case ast.Subscript(value=ast.Name(id=name), slice=index):
-                return signals(name, _time(index))
+                return signals(name, _read_time(index, time))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
-                return function(name, [value(argument) for argument in arguments])
+                return _function(name, [value(argument) for argument in arguments], kinks)
         raise NotPolynomialError(f"'{ast.unparse(node)}' is not part of a polynomial")
 
-    def _time(index: Any) -> int:
-        match index:
-            case ast.Name(id="t"):
-                return time
-            case ast.BinOp(left=ast.Name(id="t"), op=ast.Sub(), right=ast.Constant(value=int() as lag)):
-                return time - lag
-        raise NotPolynomialError(f"'{ast.unparse(index)}' is not t, or t minus a whole number")
-
-    def larger(a: Value, b: Value) -> Value:
-        return a + kinks("positive part", b - a)
-
-    def largest(arguments: list[Value]) -> Value:
-        # Taken in another order, three and more arguments are the same number by other kinks.
-        for order in permutations(arguments):
-            with suppress(OutsideError):
-                return reduce(larger, order)
-        raise OutsideError
-
-    def function(name: str, arguments: list[Value]) -> Value:
-        if name == "Max":
-            return largest(arguments)
-        if name == "Min":
-            return -largest([-a for a in arguments])
-        if name == "Abs" and len(arguments) == 1:
-            return number(2) * kinks("positive part", arguments[0]) - arguments[0]
-        if name == "sign" and len(arguments) == 1:
-            return kinks("sign", arguments[0])
-        raise NotPolynomialError(f"the function {name!r} is not part of a polynomial")
-
     return value(parsed(text))
+
+
+def _read_time(index: Any, time: int) -> int:
+    """Return the time that a subscript reads: ``t``, or ``t`` minus an integer."""
+    match index:
+        case ast.Name(id="t"):
+            return time
+        case ast.BinOp(left=ast.Name(id="t"), op=ast.Sub(), right=ast.Constant(value=int() as lag)):
+            return time - lag
+    raise NotPolynomialError(f"'{ast.unparse(index)}' is not t, or t minus an integer")
+
+
+def _function(name: str, arguments: list[Value], kinks: Kinks) -> Value:
+    if name == "Max":
+        return _largest(arguments, kinks)
+    if name == "Min":
+        return -_largest([-a for a in arguments], kinks)
+    if name == "Abs" and len(arguments) == 1:
+        return number(2) * kinks("positive part", arguments[0]) - arguments[0]
+    if name == "sign" and len(arguments) == 1:
+        return kinks("sign", arguments[0])
+    raise NotPolynomialError(f"the function {name!r} is not part of a polynomial")
+
+
+def _largest(arguments: list[Value], kinks: Kinks) -> Value:
+    # The order of three or more arguments decides which kinks occur; the proof has one of these orders.
+    for order in permutations(arguments):
+        with suppress(OutsideError):
+            return reduce(lambda a, b: a + kinks("positive part", b - a), order)
+    raise OutsideError
 
 
 def _power(base: Value, exponent: Value) -> Value:
     whole = exponent.polynomial()
     size = whole.get((), Fraction(0))
     if whole.keys() > {()} or size.denominator != 1 or abs(size) > 64:
-        raise NotPolynomialError("an exponent is not a whole number of at most 64")
+        raise NotPolynomialError("an exponent is not an integer of at most 64")
     result = number(1)
     for _ in range(abs(size.numerator)):
         result = result * base

@@ -18,7 +18,7 @@ Definitions = dict[int, tuple[int, Terms]]  # auxiliary variable: the parameter 
 
 
 class NotProvenError(ValueError):
-    """The proof does not hold, or what it states does not follow from the model and the data.
+    """The proof does not hold, or its statement does not follow from the model and the data.
 
     Examples
     --------
@@ -31,19 +31,9 @@ class NotProvenError(ValueError):
 def check_implied(
     document: Document, model: Mapping[str, Any], samples: Mapping[str, Mapping[str, list[Fraction]]], bounds: Any
 ) -> int:
-    """Return how many equations the certificate states; all follow from the model and the samples.
+    """Return the number of equations in the certificate; all follow from the model and the samples.
 
-    Parameters
-    ----------
-    model
-        As :func:`smid.verification.origin.model_statement` returns it.
-    bounds
-        Noise bounds, floats in hexadecimal.
-
-    Raises
-    ------
-    NotProvenError
-        With the variable, equation or constraint that does not follow.
+    NotProvenError names the variable, equation or constraint that does not follow.
     """
     equations = Equations(model, samples, document.stated, document.box)
     auxiliary = _check_boxes(document, equations, bounds)
@@ -120,26 +110,31 @@ def _definitions(rows: list[Polynomial], auxiliary: set[int], n_parameters: int)
 
 
 def _check_equalities(rows: list[Polynomial], expected: list[Row], definitions: Definitions) -> None:
-    """Match the rows with the model's equations, in their order; equations may be left out, which enlarges the set."""
-    place, products = 0, False
+    """Match the rows with the equations of the model, in order; a missing equation only enlarges the set.
+
+    With auxiliary variables, the same equations follow once more, with delta in place of q gamma.
+    """
+    exact: list[Terms] = [row.polynomial for row in expected]
+    again = [_in_products(terms, definitions) or {} for terms in exact] if definitions else []
+    place = 0
     for k, row in enumerate(rows):
-        if not products and definitions.keys() & row.variables:
-            place, products = 0, True
-        first = place
-        while place < len(expected):
-            exact = expected[place].polynomial
-            if products:
-                exact = _in_products(exact, definitions) or {}
-            place += 1
-            if contains(row, exact):
-                break
-        else:
-            what = str(expected[first]) if first < len(expected) else "any equation of the model"
+        found = _first_held(row, exact, place)
+        if found is None and again:
+            exact, again, place = again, [], 0
+            found = _first_held(row, exact, place)
+        if found is None:
+            what = str(expected[place]) if place < len(expected) else "any equation of the model"
             raise NotProvenError(f"equality {k} of the proof is not {what}")
+        place = found + 1
+
+
+def _first_held(row: Polynomial, exact: list[Terms], start: int) -> int | None:
+    """Return the place of the first polynomial, from start on, that a row of the proof holds."""
+    return next((k for k in range(start, len(exact)) if contains(row, exact[k])), None)
 
 
 def _in_products(exact: Terms, definitions: Definitions) -> Terms | None:
-    """Return a polynomial with delta in the place of q gamma; None where gamma occurs without its factor q."""
+    """Return a polynomial with delta in place of q gamma; None if gamma occurs without its factor q."""
     for delta, (gamma, factor) in definitions.items():
         with_gamma = {tuple(v for v in m if v != gamma): c for m, c in exact.items() if m.count(gamma) == 1}
         if any(m.count(gamma) > 1 for m in exact):
@@ -186,7 +181,7 @@ def _check_latents(document: Document, equations: Equations, expected: list[Row]
 
 
 def _check_kinks(document: Document, equations: Equations) -> None:
-    """Check that every kink is one of the model, and that its box holds all values that it can have."""
+    """Check that every kink is one of the model, and that its box holds all of its values."""
     for n, kink in enumerate(document.stated.kinks):
         name = shown_name(document.stated.names[kink.variable])
         if n not in equations.used_kinks:

@@ -1,4 +1,4 @@
-"""The origin that a certificate states: the model's lines as text, priors, noise bounds and a digest of the data."""
+"""The origin of a certificate: the model's lines as text, priors, noise bounds and a digest of the data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import Model
 from smid.models.expressions import to_text
@@ -18,24 +18,7 @@ DIGITS = 6  # hexadecimal digits kept of each sample's own digest, to find the f
 
 
 def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[str, Any]:
-    """Return the origin of a proof about a model, data and noise bounds, ready for JSON.
-
-    Parameters
-    ----------
-    model
-        Bound to the data's channels.
-    bounds
-        In the channel's unit.
-
-    Examples
-    --------
-    >>> from smid.fitting.binding import bind
-    >>> from smid.models import OutputError
-    >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1]}, output={"y": [0.0, 1, 0.5]}, sampling_time=1.0)
-    >>> origin = origin_of(bind(OutputError(), data), data, {"y": 0.1})
-    >>> origin["model"]["parameters"], origin["noise_bounds"]
-    ({'a1': [None, None], 'b0': [None, None]}, {'y': '0x1.999999999999ap-4'})
-    """
+    """Return the origin of a proof about a model (bound to the data), data and noise bounds, ready for JSON."""
     return {
         "software": f"smid {_version()}",
         "model": model_statement(model),
@@ -47,7 +30,7 @@ def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[
 def model_statement(model: Model) -> dict[str, Any]:
     """Return the model as text: parameters with their boxes, lines, measurements and constraints.
 
-    Lines in derivatives are stated as the lines of samples that are simulated and bounded.
+    Lines in derivatives are stated as the discretised lines that are simulated and bounded.
     """
     plain = model.discretised()
     return {
@@ -68,7 +51,7 @@ def model_statement(model: Model) -> dict[str, Any]:
 
 
 def data_statement(data: Dataset, channels: tuple[str, ...]) -> dict[str, Any]:
-    """Return what identifies the samples of some channels: a SHA-256 over all, and a few digits for each sample."""
+    """Return what identifies the samples of some channels: a SHA-256 of all, and a few digits for each sample."""
     names = sorted(channels)
     digest = hashlib.sha256(np.float64(data.sampling_time).astype(">f8").tobytes())
     for run in data.experiments:

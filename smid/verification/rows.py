@@ -1,8 +1,8 @@
-"""The equations that a model states at every sample, as exact polynomials in the variables of a certificate.
+"""The equations of a model at every sample, as exact polynomials in the variables of a certificate.
 
-Every variable of the certificate stands for something: a parameter, a noise ``eta[3]``, a latent signal ``w[3]``, a
-kink, or an auxiliary quantity that an equality defines. A measured signal is "measurement minus noise"; a signal that
-is neither measured nor latent is replaced by its own line.
+Every variable of the certificate has a meaning: a parameter, a noise ``eta[3]``, a latent signal ``w[3]``, a kink, or
+an auxiliary quantity that an equality defines. A measured signal is "measurement minus noise". A signal that is neither
+measured nor latent is replaced by its own line.
 """
 
 from __future__ import annotations
@@ -34,17 +34,7 @@ class Row:
 
 @dataclass
 class Equations:
-    """Evaluates a model's lines on a record.
-
-    Parameters
-    ----------
-    model
-        As :func:`smid.verification.origin.model_statement` returns it.
-    stated
-        Of the certificate, with its variables and kinks.
-    box
-        Of the certificate.
-    """
+    """The lines of a model, evaluated on a record; ``stated`` and ``box`` are those of the certificate."""
 
     model: Mapping[str, Any]
     samples: Mapping[str, Mapping[str, list[Fraction]]]
@@ -65,12 +55,12 @@ class Equations:
             self._kinks.setdefault(name[name.index("[") :] if "[" in name else "", []).append(n)
 
     def instance(self, name: str, time: int, experiment: str = "") -> str:
-        """Return the name of the variable that is a signal, or a noise, at a time."""
+        """Return the name of the variable of a signal, or a noise, at a time."""
         suffix = "" if len(self.samples) == 1 else f",{experiment or self._experiment}"
         return f"{name}[{time}{suffix}]"
 
     def rows(self) -> Iterator[Row]:
-        """Return the model's equations, experiment by experiment, line by line, from the first sample possible."""
+        """Return the model's equations, experiment by experiment, line by line, from the first possible sample."""
         lines: Mapping[str, str] = self.model["lines"]
         for experiment, channels in self.samples.items():
             self._experiment, self._memory = experiment, {}
@@ -106,7 +96,7 @@ class Equations:
         return variable(self.place[name])
 
     def signal(self, name: str, time: int) -> Value:
-        """Return a signal at a time: a variable, what its sensor shows, its own line, or data."""
+        """Return a signal at a time: a variable, the signal behind a measured sample, its own line, or data."""
         if time < 0:
             raise OutsideError
         if (name, time) not in self._memory:
@@ -119,7 +109,7 @@ class Equations:
                 found = self._expression(self.model["lines"][name], time)
             else:
                 found = self._sample(name, time)
-            # What counts is when the line reads the signal, not what the signal is computed from.
+            # The time of the value is the time at which the line reads it.
             self._memory[name, time] = Value(found.above, found.below, time)
         return self._memory[name, time]
 
@@ -143,7 +133,7 @@ class Equations:
         return number(self.samples[self._experiment][channel][time])
 
     def _kink(self, kind: str, argument: Value) -> Value:
-        """Return the positive part or the sign of a value: of a number, a kink of the proof, or decided by the box."""
+        """Return the positive part or the sign of a value, from its number, a kink of the proof, or the box."""
         terms = argument.polynomial()
         opposite = {m: -c for m, c in terms.items()}
         sign = kind == "sign"
@@ -169,7 +159,7 @@ class Equations:
 
 
 def contains(stated: Polynomial, exact: Terms) -> bool:
-    """Return whether an exact polynomial is among those that a stated one stands for."""
+    """Return whether a stated polynomial, with its rounding errors, contains an exact one."""
     zero = Fraction(0)
     return all(
         abs(stated.mid.get(m, zero) - exact.get(m, zero)) <= stated.rad.get(m, zero)

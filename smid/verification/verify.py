@@ -32,13 +32,13 @@ class Verification(Result):
     Parameters
     ----------
     origin
-        What the file states: model, noise bounds, data and software.
+        The file's statement of model, noise bounds, data and software.
     equations
-        Equalities of the proof; each is an equation of the model at a sample.
+        Number of equalities in the proof; each is an equation of the model at a sample.
     empty
         Whether it is proven that no parameters explain the data.
     intervals
-        Proven ends, rounded outwards; infinite where there is no bound. Empty where no parameters explain the data.
+        Proven bounds, rounded outwards; infinite if there is none. Empty if no parameters explain the data.
     """
 
     origin: Mapping[str, Any]
@@ -65,34 +65,31 @@ class Verification(Result):
 
 
 def verify(
-    proof: str | Path,
-    data: Dataset,
-    model: Model | None = None,
-    noise_bound: float | Mapping[str, float] | None = None,
+    proof: str | Path, data: Dataset, model: Model | None = None, noise_bound: float | Mapping[str, float] | None = None
 ) -> Verification:
     """Check a proof, and that it is about this model and these data.
 
-    The check of the proof is that of :mod:`relaxations.check`. Then every equation of the proof is compared with the
-    model's own line, evaluated with exact polynomials at the sample; every box with the priors and noise bounds.
+    :mod:`relaxations.check` checks the proof. Then every equation of the proof is compared with the model's own line,
+    evaluated with exact polynomials at the sample, and every box with the priors and noise bounds.
 
     Parameters
     ----------
     proof
-        As ``identify(certificate=...)`` writes it.
+        File of ``identify(certificate=...)``.
     model
-        Without it, the model is the one that the file states.
+        By default the model in the file.
     noise_bound
-        In the channel's unit. Without it, the bounds are those that the file states.
+        In the channel's unit; by default the bounds in the file.
 
     Raises
     ------
     DataError
-        Where the file is not a certificate of an identification, or the data are not those of the proof. The message
-        names the first channel and sample that differ.
+        If the file is not a certificate of an identification, or the data are not those of the proof. The message names
+        the first channel and sample that differ.
     ModelError
-        Where model or noise bound are not those of the proof. The message names what differs.
+        If model or noise bound are not those of the proof. The message names the difference.
     NotProvenError
-        Where the proof does not hold, or does not follow from the model and the data.
+        If the proof does not hold, or does not follow from the model and the data.
 
     Examples
     --------
@@ -133,13 +130,7 @@ def verify(
 
 
 def read_origin(proof: str | Path) -> dict[str, Any]:
-    """Return what a proof states about its model and data.
-
-    Raises
-    ------
-    DataError
-        Where the file is not a certificate, or states no origin.
-    """
+    """Return a proof's statement of its model and data; DataError if there is none."""
     try:
         return _origin(document(check.read(proof)))
     except check.Unreadable as error:
@@ -157,7 +148,7 @@ def _origin(found: Document) -> dict[str, Any]:
 
 
 def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:
-    """Raise an error that names the first sample of the data that is not that of the proof."""
+    """Raise an error that names the first sample that differs from the proof."""
     channels = tuple(stated["sample_digests"])
     missing = [c for c in channels if c not in data.names]
     if missing:
@@ -186,20 +177,22 @@ def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:
 
 
 def _compare_models(stated: Mapping[str, Any], own: Mapping[str, Any]) -> None:
-    """Raise an error that names the first part of the model that is not that of the proof."""
+    """Raise an error that names the first part of the model that differs from the proof."""
     for kind, key in (("parameter", "parameters"), ("line", "lines")):
         for name in dict.fromkeys((*stated[key], *own[key])):
             left, right = stated[key].get(name), own[key].get(name)
             same = _same_text(left, right) if key == "lines" else left == right
             if not same:
                 raise ModelError(
-                    f"the {kind} {name!r} of the model is not that of the proof: {_told(right)}, not {_told(left)}"
+                    f"the {kind} {name!r} of the model is not that of the proof: {_shown(right)}, not {_shown(left)}"
                 )
     for kind, key in (("measurement", "measurements"), ("constraint", "constraints")):
         left, right = stated[key], own[key]
         same = left == right or (key == "constraints" and len(left) == len(right) and all(map(_same_text, left, right)))
         if not same:
-            raise ModelError(f"the {kind}s of the model are not those of the proof: {_told(right)}, not {_told(left)}")
+            raise ModelError(
+                f"the {kind}s of the model are not those of the proof: {_shown(right)}, not {_shown(left)}"
+            )
 
 
 def _same_text(left: str | None, right: str | None) -> bool:
@@ -208,7 +201,7 @@ def _same_text(left: str | None, right: str | None) -> bool:
     return left == right or from_text(left) == from_text(right)
 
 
-def _told(value: Any) -> str:
+def _shown(value: Any) -> str:
     """Return a box, or a text, for a message."""
     if (
         isinstance(value, list)

@@ -11,10 +11,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from smid.data.bundled import CLUTCH_RECORDS, SHORT_RECORDS
+
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
-FILES = sorted(DATA.glob("clutch_*_ramp_*.csv"))
-STEPS = DATA / "clutch_20C_steps.csv"  # of another plant: tests/smid/cli/test_demo.py
+FILES = sorted(DATA.glob("clutch/hammerstein_*.csv"))
+STEPS = DATA / "clutch" / "varying_pole_20C_steps.csv"  # of another plant: tests/smid/cli/test_demo.py
 NOISE_BOUND = 0.3
 
 each_file = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -22,7 +24,7 @@ each_file = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_clutch_ramps", DATA / "make_clutch_ramps.py")
+    spec = importlib.util.spec_from_file_location("make_clutch", DATA / "make_clutch.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -48,7 +50,8 @@ def columns_of(path: Path) -> np.ndarray:
 
 
 def test_the_script_lists_exactly_the_files_in_the_folder(script: ModuleType) -> None:
-    assert sorted(record.file_name for record in script.RECORDS) == [path.name for path in FILES]
+    names = [path.stem for path in (DATA / "clutch").iterdir()]
+    assert sorted(record.name for record in script.RECORDS) == sorted(names) == sorted(CLUTCH_RECORDS + SHORT_RECORDS)
     assert len(FILES) == 5
 
 
@@ -59,11 +62,12 @@ def test_two_records_never_share_their_noise(script: ModuleType) -> None:
 
 def test_the_script_writes_the_files_byte_for_byte(script: ModuleType) -> None:
     for record in script.RECORDS:
-        assert script.render(record).encode("ascii") == (DATA / record.file_name).read_bytes(), record.file_name
+        content = (DATA / "clutch" / f"{record.name}.csv").read_bytes()
+        assert record.render().encode("ascii") == content, record.name
 
 
 def test_importing_the_script_writes_nothing(script: ModuleType, tmp_path: Path) -> None:
-    copy = tmp_path / "make_clutch_ramps.py"
+    copy = tmp_path / "make_clutch.py"
     copy.write_bytes(Path(str(script.__file__)).read_bytes())
     spec = importlib.util.spec_from_file_location("copied_script", copy)
     assert spec is not None
@@ -71,9 +75,10 @@ def test_importing_the_script_writes_nothing(script: ModuleType, tmp_path: Path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
-    assert not list(tmp_path.glob("*.csv"))
+    assert not list(tmp_path.rglob("*.csv"))
     module.main()
-    assert sorted(path.name for path in tmp_path.glob("*.csv")) == [path.name for path in FILES]
+    names = sorted(path.name for path in (DATA / "clutch").iterdir())
+    assert sorted(path.name for path in tmp_path.glob("clutch/*.csv")) == names
 
 
 @each_file
@@ -123,7 +128,9 @@ def test_a_wrong_pole_breaks_the_noise_bound(path: Path) -> None:
 
 
 def test_cold_is_slower_and_stronger() -> None:
-    cold, room, warm = (parameters_of(DATA / f"clutch_{name}_ramp_a.csv") for name in ("m20C", "20C", "60C"))
+    cold, room, warm = (
+        parameters_of(DATA / "clutch" / f"hammerstein_{name}_ramp_a.csv") for name in ("m20C", "20C", "60C")
+    )
     assert room == {"alpha": -0.65142, "gamma1": -0.00272, "gamma2": 0.03903, "gamma3": -0.08172}
     assert -1 < cold["alpha"] < room["alpha"] < warm["alpha"] < 0
     for name in ("gamma1", "gamma2", "gamma3"):
@@ -133,7 +140,7 @@ def test_cold_is_slower_and_stronger() -> None:
 @each_file
 def test_the_readme_states_hash_seed_and_parameters(path: Path) -> None:
     readme = (DATA / "README.md").read_text("utf-8")
-    assert f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}" in readme
+    assert f"{hashlib.sha256(path.read_bytes()).hexdigest()}  clutch/{path.name}" in readme
     row = next(line for line in readme.splitlines() if line.startswith(f"| `{path.name}`"))
     cells = [cell.strip() for cell in row.strip("|").split("|")]
     seed = re.search(r"seed (\d+)", header_of(path))
@@ -145,10 +152,9 @@ def test_the_readme_states_hash_seed_and_parameters(path: Path) -> None:
 def test_the_wheel_ships_every_record() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     shipped = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    # The folder of the other set: tests/smid/theses/clutch/test_record_sets.py.
-    folder = {"data/clutch": "smid/_records/clutch"}
-    assert shipped == folder | {f"data/{path.name}": f"smid/_records/{path.name}" for path in (*FILES, STEPS)}
+    assert shipped == {"data/clutch": "smid/_records/clutch"}
 
 
 def test_the_readme_states_the_hash_of_the_steps() -> None:
-    assert f"{hashlib.sha256(STEPS.read_bytes()).hexdigest()}  {STEPS.name}" in (DATA / "README.md").read_text("utf-8")
+    line = f"{hashlib.sha256(STEPS.read_bytes()).hexdigest()}  clutch/{STEPS.name}"
+    assert line in (DATA / "README.md").read_text("utf-8")

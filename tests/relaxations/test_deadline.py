@@ -1,5 +1,6 @@
 import os
 import pickle
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -22,9 +23,9 @@ from relaxations.formats.expressions import problem_of, variables
 from relaxations.proof.bounding import relax
 from relaxations.search import hierarchy
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import Reason, minimise
+from relaxations.search.minimise import MinimumReason, minimise
 from relaxations.solvers import Stop, clarabel, solve
-from relaxations.solvers.quiet import held_back
+from relaxations.solvers.capture import captured
 
 
 def hard_problem(n):
@@ -74,8 +75,8 @@ def test_a_limit_that_is_no_positive_number_is_refused_before_any_work(monkeypat
     def work(*_):
         raise AssertionError("work began")
 
-    monkeypatch.setattr(hierarchy, "relax", work)
-    monkeypatch.setattr("relaxations.search.minimise.relax", work)
+    monkeypatch.setattr("relaxations.search.by_rounds.relax", work)
+    monkeypatch.setattr(sys.modules["relaxations.search.minimise"], "relax", work)
     problem, objective = hard_problem(3)
     for call in (partial(minimise, problem, objective), partial(intervals, problem, [0])):
         with pytest.raises(ProblemError, match="give a positive number of seconds"):
@@ -181,12 +182,12 @@ def test_data_that_are_not_finite_are_not_handed_to_a_solver(monkeypatch):
 
 
 def test_what_a_panic_writes_is_not_shown_and_other_text_is(capfd):
-    with held_back(2) as drop:
-        with held_back(2):  # as of another thread
+    with captured(2) as drop:
+        with captured(2):  # as of another thread
             os.write(2, b"dropped")
         drop.append("panic")
     assert capfd.readouterr().err == ""
-    with held_back(2):
+    with captured(2):
         os.write(2, b"kept")
     assert capfd.readouterr().err == "kept"
 
@@ -198,7 +199,7 @@ def test_what_a_panic_writes_is_not_shown_and_other_text_is(capfd):
 def test_a_relaxation_that_takes_longer_is_cut_short(seconds):
     problem, objective = hard_problem(11)
     found, took = seconds_of(lambda: minimise(problem, objective, method="dense", seconds=seconds))
-    assert found.reason is Reason.TIME
+    assert found.reason is MinimumReason.TIME
     assert took < 1.1 * seconds + 1
     assert np.isfinite(found.lower)
     value = np.sum(objective.evaluate(np.zeros(11)))

@@ -1,9 +1,11 @@
-"""Pages of docs/ keep their word: Python blocks run and print what stands below them, TOML blocks load."""
+"""Pages of docs/ and the README: Python blocks run and print what the text block below shows, TOML blocks load."""
 
 import contextlib
 import doctest
 import io
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -14,44 +16,77 @@ from smid.models.file import MODEL_CLASSES, _fields
 
 ROOT = Path(__file__).parents[2]
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 
 
 LINK = re.compile(r"\]\(([^)#\s:]+)(?:#[^)]*)?\)")
 
 
-def blocks(page, *languages):
+def blocks(text, *languages):
     """Return language and text of a page's blocks in these languages."""
-    return [found.groups() for found in BLOCK.finditer(PAGES[page]) if found[1] in languages]
+    return [found.groups() for found in BLOCK.finditer(text) if found[1] in languages]
+
+
+def printed_by(text, names):
+    """Return what a Python block prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as output:
+        exec(compile(text, names["__name__"], "exec"), names)
+    return output.getvalue()
+
+
+def same(shown, printed):
+    """Return whether a page shows what was printed; ``...`` stands for anything."""
+    return doctest.OutputChecker().check_output(shown, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+
+
+@pytest.fixture
+def _folder(tmp_path, monkeypatch):
+    """Stand in a folder that has data/ and keeps the files that a page writes."""
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    monkeypatch.chdir(tmp_path)
 
 
 def test_links_lead_to_files():
-    pages = [*(ROOT / "docs").glob("*.md"), *(ROOT / "notebooks").glob("*.md"), *(ROOT / "notebooks").glob("*.py")]
+    tops = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    pages = [
+        *tops,
+        *(ROOT / "docs").glob("*.md"),
+        *(ROOT / "notebooks").glob("*.md"),
+        *(ROOT / "notebooks").glob("*.py"),
+    ]
     links = {(page, link) for page in pages for link in LINK.findall(page.read_text(encoding="utf-8"))}
     assert len(links) > 20
     assert [(page.name, link) for page, link in links if not (page.parent / link).exists()] == []
 
 
-@pytest.mark.parametrize("page", [name for name in PAGES if blocks(name, "python")])
-def test_python_prints_what_the_page_says(page, tmp_path, monkeypatch):
-    # Pages read data/ and write files of their own: in a folder that has the one and keeps the others.
-    (tmp_path / "data").symlink_to(ROOT / "data")
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("_folder")
+@pytest.mark.parametrize("page", [name for name, text in PAGES.items() if blocks(text, "python")])
+def test_python_prints_what_the_page_says(page):
     names, printed = {"__name__": page}, ""
-    for language, text in blocks(page, "python", "text"):
+    for language, text in blocks(PAGES[page], "python", "text"):
         if language == "python":
             assert not printed, f"nothing on the page shows what was printed:\n{printed}"
-            with contextlib.redirect_stdout(io.StringIO()) as output:
-                exec(compile(text, f"{page}.md", "exec"), names)
-            printed = output.getvalue()
+            printed = printed_by(text, names)
         else:
-            same = doctest.OutputChecker().check_output(text, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
-            assert same, f"the page says\n{text}\nbut this is printed\n{printed}"
+            assert same(text, printed), f"the page says\n{text}\nbut this is printed\n{printed}"
             printed = ""
     assert not printed, f"nothing on the page shows what was printed:\n{printed}"
 
 
-@pytest.mark.parametrize("text", [text for _, text in blocks("model-files", "toml")])
+README_BLOCKS = [k for k, (language, _) in enumerate(blocks(README, "python", "text")) if language == "python"]
+
+
+@pytest.mark.usefixtures("_folder")
+@pytest.mark.parametrize("k", README_BLOCKS)
+def test_each_python_block_of_the_readme_runs_on_its_own(k):
+    found = [*blocks(README, "python", "text"), ("", "")]
+    printed = printed_by(found[k][1], {"__name__": "README.md"})
+    shown = found[k + 1][1] if found[k + 1][0] == "text" else ""
+    assert same(shown, printed), f"the README says\n{shown}\nbut this is printed\n{printed}"
+
+
+@pytest.mark.parametrize("text", [text for _, text in blocks(PAGES["model-files"], "toml")])
 def test_model_files_of_the_page_load(text, tmp_path):
     (tmp_path / "model.toml").write_text(text, encoding="utf-8")
     assert load_model(tmp_path / "model.toml").parameters
@@ -74,3 +109,9 @@ def test_every_field_is_on_the_page_under_its_class():
         if "priors" in sections[name]:
             listed |= set(shared["Priors"])
         assert listed == set(_fields(build)), name
+
+
+def test_packages_that_the_docs_name_load_after_import_smid_alone():
+    code = "import smid; print(smid.signals.prbs(3, seed=1).shape, smid.design.__name__)"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout == "(3,) smid.design\n"

@@ -17,13 +17,14 @@ import numpy as np
 import pytest
 
 import smid
+from relaxations.algebra.intervals import Intervals
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.search.minimise import minimise
 from smid.data import excitation
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
 from smid.display.result import Tabular, optional, plain
-from smid.hybrid import BackCouplings, HybridEstimate, required, series
+from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, required, series
 from smid.hybrid.estimate import ERRORS
 from smid.identification.lowest_order import OrderStep
 from smid.models import Reactor
@@ -42,14 +43,12 @@ from smid.theses.clutch.sensor_study import (
 from smid.theses.hybrid.arm import (
     Alternation,
     ArmStudy,
-    CostSurface,
     EmbeddedRuns,
     EmbeddedStudy,
     NetworkRuns,
     WhiteEstimate,
 )
 from smid.theses.hybrid.certified import CertifiedArm, CertifiedReactor
-from smid.theses.hybrid.certified.enclosure import Enclosure
 from smid.theses.hybrid.inputs import InputStudy
 from smid.theses.hybrid.inputs.input_study import InputRow
 from smid.theses.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
@@ -147,7 +146,7 @@ def designed():
     )
     yield shrinking_input(family, lambda u: {"gain": 0.1 + (u[0] - 0.3) ** 2}, budget=5)
     box = {name: (0.9, 1.1) for name in ("theta", "b", "Wd", "Ws")}
-    arm = CertifiedArm(box, dict.fromkeys(box, (0.0, 9.0)), Enclosure.of(0.0), 0.002, 1, 2, 0.5)
+    arm = CertifiedArm(box, dict.fromkeys(box, (0.0, 9.0)), Intervals.of(0.0), 0.002, 1, 2, 0.5)
     yield arm
     four = fisher_information(np.eye(6)[:, :4], tuple(box), (1.0, 2.0, 3.0, 4.0), 1.0)
     yield InputStudy((InputRow("sines", np.ones(3), np.ones(3), 4, four, arm),), 0.02, 0.002)

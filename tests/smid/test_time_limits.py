@@ -66,7 +66,7 @@ def test_a_linear_program_of_bad_scale_ends_in_an_interval():
 
 def test_a_value_beyond_floats_is_refused_with_a_cure():
     x, _ = variables("x y")
-    with pytest.raises(ProblemError, match="more than a float holds: state the variables in larger units"):
+    with pytest.raises(ProblemError, match="largest float: state the variables in larger units"):
         minimise(x**2, [x >= 10**200, x <= 2 * 10**200])
 
 

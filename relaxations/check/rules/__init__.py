@@ -1,1 +1,1 @@
-"""The rules of inference, one a file. The head of each file proves that the rule is sound."""
+"""The rules of inference, one module each. The head of each module proves that the rule is sound."""

@@ -40,6 +40,7 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
             known[kind, number] = in_t(context.stated.row(kind, number, context.where))
         return known[kind, number]
 
+    # r = objective - sum_k p_k h_k - sum_j w_j sigma_j g_j, in t.
     residual = in_t(step.objective).plus(Polynomial())
     for number, terms in step.equalities:
         multiplier = Polynomial(terms)
@@ -55,6 +56,7 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
             total = own.times(total, work)
         residual.add(total, -product.weight)
 
+    # The box of every variable that occurs lies in [centre - scale, centre + scale].
     for k in sorted(occurring):
         low, high = context.ends(k)
         centre, scale, name = step.centre[k], step.scale[k], context.name(k)
@@ -70,7 +72,7 @@ def affine(centre: Fraction, scale: Fraction, variable: int) -> Polynomial:
 
 
 def reached(context: Context, objective: Polynomial, claimed: Fraction, residual: Polynomial) -> Theorem:
-    """Return the theorem of an objective that is at least a polynomial in t, all of whose monomials are in [-1, 1]."""
+    """Return the theorem that follows from a polynomial in t below the objective, with every monomial in [-1, 1]."""
     least = residual.mid.get((), ZERO) - residual.rad.get((), ZERO)
     for m in residual.monomials - {()}:
         least -= abs(residual.mid.get(m, ZERO)) + residual.rad.get(m, ZERO)

@@ -75,7 +75,7 @@ def _split(number: int, outer: frozenset[int], context: Context) -> _Split:
 
 def _upper(split: _Split, in_t: dict[int, Polynomial], context: Context) -> Terms:
     """Return U: a polynomial in t that is at least the cut, but for the radii of its coefficients."""
-    # Whole numbers over one denominator, as there are many.
+    # Integers over one denominator, because there are many coefficients.
     used = {m for terms in split.parts.values() for m, _ in terms}
     expanded = {m: substituted(Polynomial({m: ONE}), in_t, context.work).mid for m in used}
     monomials = sorted({key for own in expanded.values() for key in own} | {()}, key=len)

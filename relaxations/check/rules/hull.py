@@ -2,8 +2,8 @@
 
 Claim: each of some variables lies between its least and its largest value over all parts.
 
-Proof. Every point lies in one of the parts (:mod:`relaxations.check.rules.parts`), and there in the box that the steps
-of the part leave. A part that is proven empty has no point. ∎
+Proof. Every point lies in one of the parts (:mod:`relaxations.check.rules.parts`), and there in the box after the steps
+of this part. A part that is proven empty has no point. ∎
 """
 
 from __future__ import annotations

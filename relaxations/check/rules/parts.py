@@ -4,7 +4,7 @@ Claim: every point of the set lies in one of the parts. One of three conditions 
 
 - The parts are ranges of one variable, and their union covers the variable's box.
 - The parts are ranges, and an equality is a single monomial. At every point one of its variables is zero. For each
-  variable that can be zero, a range of this variable holds zero.
+  variable that can be zero, a range of this variable contains zero.
 - The parts are both sides of one positive part ``max(0, a)``: at every point a >= 0 or a <= 0. (A sign that is zero
   belongs to neither side, so its sides are refused.)
 """
@@ -21,7 +21,7 @@ from relaxations.check.steps import OneSide, Range
 
 @dataclass(frozen=True)
 class Part:
-    """A part after its steps: its box, what they prove on it, and whether it is proven to have no point."""
+    """A part after its steps: its box, its theorems, and whether it is proven empty."""
 
     where: str
     box: Box
@@ -33,6 +33,7 @@ def parts(given: Iterable[Range | OneSide], equality: int | None, context: Conte
     """Check the steps of each part and, after the last one, that the parts cover the set."""
     ranges: list[Range] = []
     sides: list[OneSide] = []
+    # Apply the steps of each part on its range or side.
     for number, part in enumerate(given, start=1):
         stated = context.stated
         if isinstance(part, OneSide):
@@ -47,11 +48,12 @@ def parts(given: Iterable[Range | OneSide], equality: int | None, context: Conte
         empty = prove(part.steps, here)
         yield Part(here.where, here.box, here.proven, empty)
 
+    # After the last part: do they cover the set?
     if sides:
         both = not ranges and len({s.kink for s in sides}) == 1 and {s.side for s in sides} == {1, -1}
         context.require(both, "the parts are not both sides of one kink")
     elif equality is not None:
-        context.require(equality in context.stated.vanishing, f"equality {equality} is no single monomial")
+        context.require(equality in context.stated.vanishing, f"equality {equality} is not a single monomial")
         for v in sorted(context.stated.vanishing[equality]):
             zero = any(part.variable == v and part.low <= 0 <= part.high for part in ranges)
             context.require(zero or not may_vanish(context.box[v]), f"no part covers {context.name(v)} = 0")
@@ -60,6 +62,7 @@ def parts(given: Iterable[Range | OneSide], equality: int | None, context: Conte
 
 
 def _check_cover(ranges: list[Range], context: Context) -> None:
+    """Check that ranges of one variable cover its box without a gap."""
     context.require(len({part.variable for part in ranges}) == 1, "the parts are not in one variable")
     v = ranges[0].variable
     (reached, upper), name = context.ends(v), context.name(v)

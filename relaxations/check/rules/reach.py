@@ -1,14 +1,16 @@
-"""Rule: a box for variables that have none.
+"""Rule: bounds of variables that have none.
 
 Claim: ``|x_k| <= m_k tau`` for some variables x_k, with sizes m_k > 0 and a number tau that the steps prove.
 
-Proof. Let x be a point of the set, ``tau >= 1`` the least number with ``|x_k| <= m_k tau`` for each, s = 1 / tau and
-``y_k = s x_k / m_k``; further variables z with a box [l, u] ride along as ``y = s z``. Then 0 <= s <= 1,
-``-1 <= y_k <= 1`` (one end is 0 where the sign of x_k is known), y lies between min(l, 0) and max(u, 0), and
-``s u - y >= 0``, ``y - s l >= 0``. A row that is affine in all these variables together, times s, is a row in y and s;
-a row without them holds as it is; no other row may be used, and no kink. If tau > 1, then y_k is 1 or -1 for some k: x
-lies on a face, which is not among the faces where y_k cannot be 1, or -1. Suppose that on each face the steps prove
-``s >= s_min > 0``, or that the face has no point. Then tau is at most the largest of 1 and all 1 / s_min. ∎
+Proof. Let x be a point of the set. Let ``tau >= 1`` be the least number with ``|x_k| <= m_k tau`` for each k. Let
+s = 1 / tau and ``y_k = s x_k / m_k``. Further variables z ("riding") with a box [l, u] become ``y = s z``. Then
+0 <= s <= 1, ``-1 <= y_k <= 1`` (one bound is 0 if the sign of x_k is known), and y lies between min(l, 0) and
+max(u, 0), with ``s u - y >= 0`` and ``y - s l >= 0``.
+
+A row that is affine in all these variables together, times s, is a row in y and s. A row without them is unchanged. No
+other row may be used, and no kink. If tau > 1, then y_k is 1 or -1 for some k: x lies on a face. The faces where y_k
+cannot be 1, or -1, are left out. Suppose that on each face the steps prove ``s >= s_min > 0``, or that the face is
+empty. Then tau is at most the largest of 1 and all 1 / s_min. ∎
 """
 
 from __future__ import annotations
@@ -51,10 +53,12 @@ def reach(step: Reach, context: Context, prove: Prove) -> list[Theorem]:
 def _cone(step: Reach, context: Context) -> tuple[Stated, Box]:
     """Return the constraints in y and s, s the last variable, and their box."""
     stated, s = context.stated, len(context.stated.names)
+    # The box of y: [-1, 1], or one half of it if the sign of x_k is known.
     box = list(context.box)
     for k in step.sizes:
         low, high = context.box[k]
         box[k] = (ZERO if low >= 0 else -ONE, ZERO if high <= 0 else ONE)
+    # The rows s u - y >= 0 and y - s l >= 0 of the riding variables.
     upper, lower = list[Polynomial](), list[Polynomial]()
     for v in step.riding:
         context.require(v not in step.sizes, f"{context.name(v)} has a size, so it cannot ride along")
@@ -78,6 +82,7 @@ def _cone(step: Reach, context: Context) -> tuple[Stated, Box]:
             found[key] = value if own is None else value * step.sizes.get(own, ONE)
         return found
 
+    # All rows times s; rows that are not affine become None and cannot be used.
     cone = replace(
         stated,
         names=[*stated.names, "s"],

@@ -1,6 +1,6 @@
-"""Rule: kinks whose side is known, and hulls of the others.
+"""Rule: kinks whose side is known, and inequalities for the others.
 
-Claim: what the steps prove, on the stated constraints with the values of some kinks put in, and with further rows.
+Claim: the theorems of the steps, on the constraints with the values of some kinks substituted, and with further rows.
 
 Proof. Let x be a point of the set, and a the argument of a kink s, between low and high on the box.
 
@@ -30,6 +30,7 @@ def sides(step: Sides, context: Context, prove: Prove) -> list[Theorem]:
     """Return the theorems of the steps inside a step."""
     for n in step.sides:
         context.stated.kink(n, context.where)
+    # In order: substitute earlier kinks into the argument, then use the kink's value or narrow its box.
     values, arguments = dict[int, Polynomial](), list[tuple[Polynomial, Interval]]()
     for n, kink in enumerate(context.stated.kinks):
         a = substituted(kink.argument, values, context.work)
@@ -39,6 +40,7 @@ def sides(step: Sides, context: Context, prove: Prove) -> list[Theorem]:
             values[kink.variable] = _value(n, kink, step.sides[n], a, (low, high), context)
         else:
             narrow(context.box, kink.variable, *_between(kink, low, high))
+    # Substitute the values into all constraints, and add the further rows.
     rows = [_row(number, row, step.sides, arguments, context) for number, row in enumerate(step.rows)]
 
     def put(given: list[Polynomial | None]) -> Iterator[Polynomial | None]:
@@ -49,6 +51,7 @@ def sides(step: Sides, context: Context, prove: Prove) -> list[Theorem]:
         equalities=list(put(context.stated.equalities)),
         inequalities=[*put(context.stated.inequalities), *rows],
     )
+    # Narrow the boxes of defined variables, then apply the steps.
     here = replace(context, stated=stated, proven=[])
     for definition in step.defined:
         for theorem in quotient(definition, here, prove):
@@ -87,7 +90,7 @@ def _row(
         return a.scaled(Fraction(of_a)).plus(linear)
 
     fits = ENDS.get((kink.sign, row.kind)) == len(row.ends)
-    require(fits, f"{row.kind!r} with {len(row.ends)} ends is no row of this kink")
+    require(fits, f"{row.kind!r} with {len(row.ends)} ends is not a row of this kink")
     if row.kind == "side":
         chosen = context.stated.chosen.get(row.kink)
         require(chosen is not None and chosen == known.get(row.kink), "no part chooses this side")

@@ -1,4 +1,4 @@
-"""Cuts: what fixed multipliers say of the outer variables, and linear inequalities that follow on a box."""
+"""Cuts: inequalities in the outer variables alone that follow from fixed multipliers, and their chords on a box."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.search.benders.split import Rows, Split, frame
 
 # Numbers at a time: arrays of many cuts over a long record would go through the memory again and again.
@@ -16,7 +17,7 @@ CACHED = 1 << 15
 
 @dataclass(frozen=True)
 class Cuts:
-    """For multipliers y: ``sum_a m_a(p) C_0a + sum_t |sum_a m_a(p) C_ta| >= 0`` at feasible p, with monomials m_a.
+    """Inequalities ``sum_a m_a(p) C_0a + sum_t |sum_a m_a(p) C_ta| >= 0`` of feasible p, with monomials m_a.
 
     Parameters
     ----------
@@ -25,20 +26,7 @@ class Cuts:
     coefficients
         Shape (n_monomials, n_cuts, 1 + n_inner). C, a plane for each monomial.
     sizes, errors
-        Shape (n_cuts, n_monomials).
-        Sums over t of the magnitudes of the coefficients' terms, and of what rounding may have done to them.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> cuts = Cuts.of(Split.of(problem, np.array([0])), np.array([[1.0]]))  # a (1 + z) - 1: 2 a >= 1
-    >>> cuts.tangents(np.array([0.25]))  # a value, and its gradient
-    (array([-0.5]), array([[2.]]))
-    >>> constant, slope = cuts.on_box(np.array([0.1]), np.array([1.1]))  # a = 0.6 + 0.5 s
-    >>> constant.round(9), slope.round(9)
-    (array([0.2]), array([[1.]]))
+        Shape (n_cuts, n_monomials). Sums over t of the magnitudes of the terms, and of their rounding errors.
     """
 
     split: Split
@@ -97,12 +85,13 @@ class Cuts:
         return constant + self.rounding(np.abs(affine).sum(axis=1) + missed), slopes
 
     def rounding(self, reaching: Array) -> Array:
-        """Return what rounding may do to the cuts, shape (n_cuts,), where the monomials are no larger than given."""
+        """Return a bound of each cut's rounding error, shape (n_cuts,), for monomials of at most the given size."""
         # Each of the sums is of products that the sizes bound, and no longer than this; some go into the next.
         n_terms = self.coefficients.shape[2] + (1 + len(self.split.outer)) * len(self.split.monomials) + 16
         return np.asarray((self.errors + 8 * n_terms * EPSILON * self.sizes) @ reaching, dtype=np.float64)
 
     def _chords(self, some: slice, affine: Array, missed: Array) -> tuple[Array, Array]:
+        """Return constant and slopes of some cuts on a box without rounding, shapes (n_cuts,) and (n_cuts, n_outer)."""
         at = np.tensordot(affine.T, self.coefficients[:, some], 1)
         middle, reach = at[0, :, 1:], np.zeros(at[0, :, 1:].shape)
         for plane in at[1:]:
@@ -123,7 +112,7 @@ class Cuts:
         return constant + sums[0] + rest, (at[1:, :, 0] + sums[1:]).T
 
     def losses(self, which: int, lower: Array, upper: Array) -> Array:
-        """Return how much each outer variable has part in what one cut loses on a box, shape (n_outer,)."""
+        """Return the share of each outer variable in what one cut loses on a box, shape (n_outer,)."""
         affine, missed = self.split.affine(*frame(lower, upper))
         at = np.tensordot(affine.T, self.coefficients[:, which], 1)
         slopes = np.abs(at[1:, 1:])

@@ -1,4 +1,4 @@
-"""Both ends of some variables, by cuts: search for good points first, then prove, coarsely before finely."""
+"""Tighten both ends of variables by cuts: search for feasible points, then prove the ends, coarsely before finely."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.conic import FEWER, check_bytes
 from relaxations.points.witness import Verifier
@@ -21,6 +21,7 @@ from relaxations.search.benders.search import Asker, Point, inmost, outmost
 from relaxations.search.benders.split import Split
 from relaxations.search.benders.tree import Node, bound_end
 from relaxations.search.interval_state import Ends
+from relaxations.solvers import Solver
 
 STAGES = (0.5, 0.05)  # shares of the width, before what is asked for: a box proven coarsely costs fine proofs little
 USUAL_CUTS = 200
@@ -30,12 +31,12 @@ BACK = ((1.1, 1e-8), (1.5, 1e-6), (4.0, 1e-4), (16.0, 1e-2))
 
 @dataclass
 class _Run:
-    """One run: the problem, what is proven, and the multipliers of the cuts that matter."""
+    """One run: the problem, the proven ends, and the multipliers of the cuts that are used."""
 
     problem: PolynomialProblem
     ends: Ends
     complicating: Index
-    solver: str
+    solver: Solver
     nodes: int
     say: Callable[[str], None]
     record: Record | None
@@ -55,7 +56,7 @@ class _Run:
         return Asker(Cuts.of(split, np.unique(np.concatenate(known), axis=0)), self.solver)
 
     def centre(self, asker: Asker) -> Point | None:
-        """Return the point inside with its room; None where there is none."""
+        """Return the verified inner point with its room; None where there is none."""
         found = None if self.inside is None else asker(self.inside[asker.cuts.split.outer])
         return found if found is not None and found.excess < 0 else None
 
@@ -67,60 +68,39 @@ def enclose(
     complicating: Index,
     *,
     also: Sequence[tuple[int, int]] = (),
-    solver: str,
+    solver: Solver,
     start: Array | None,
     nodes: int,
     say: Callable[[str], None],
     record: Record | None = None,
 ) -> Emptiness | None:
-    """Tighten some ends.
+    """Tighten some ends in place; return the proof where no point is feasible.
+
+    The ends are certified at any time, also after an interruption.
 
     Parameters
     ----------
-    problem
-        With a finite box.
-    ends
-        Taken further in place: whatever interrupts, what is in it is proven.
-    wanted
-        Ends that are to meet their witnesses: lower ones with sign 1, upper ones with -1.
-    also
-        Ends worth proving coarsely, for the box that they give the others.
+    wanted, also
+        Ends that are to meet their witnesses, and ends worth proving coarsely, for the box that they give the others:
+        lower ones with sign 1, upper ones with -1.
     start
-        Shape (n_variables,).
-        A guess of a feasible point, of which only the complicating entries are used. Without it (and without known
-        points) one is met by branch and bound, unless that proves that there is none.
+        Shape (n_variables,). A guess of a feasible point, of which only the complicating entries are used. Without it
+        (and without known points) branch and bound looks for a point.
     nodes
         Of branch and bound, for each end and stage.
-    say
-        Called with a line of text now and then.
-    record
-        Called with each step of the proof.
-
-    Returns
-    -------
-    Emptiness or None
-        The proof where no point is feasible.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> ends = Ends(problem.lower.copy(), problem.upper.copy(), 1e-4, 0.0, [])
-    >>> both = [(0, 1), (0, -1), (1, 1), (1, -1)]
-    >>> enclose(problem, ends, both, np.array([0]), solver="clarabel", start=None, nodes=100, say=lambda line: None)
-    >>> ends.lower.round(3), ends.upper.round(3), ends.tight([0, 1])
-    (array([0.5, 0.5]), array([2., 2.]), True)
     """
+    # Begin at a verified point with room, where one is found.
     n_rows = problem.equalities.n_rows + problem.inequalities.n_rows
     run = _Run(problem, ends, complicating, solver, nodes, say, record, np.zeros((0, n_rows)))
     begin = ends.pool[-1] if ends.pool else start
     if begin is not None and len(complicating):
         _begin(run, begin)
     every = [end for end in (*also, *wanted) if ends.lower[end[0]] < ends.upper[end[0]]]
+    # Search for points far out; share the cuts that are active there.
     if run.inside is not None:
         active = [_search(run, *end, 0.2 * ends.tolerance if end in wanted else 0.1) for end in every]
         run.shared = np.concatenate(active)  # what else was met on the way is of use to the search alone
+    # Prove every end, coarsely before finely.
     for share in (*STAGES, 0.0):
         for end in every:
             empty = _prove(run, *end, share) if share or end in wanted else None
@@ -132,20 +112,7 @@ def enclose(
 
 
 def check_cuts(problem: PolynomialProblem, complicating: Index) -> None:
-    """Refuse a problem whose cuts would not fit the machine's memory.
-
-    Raises
-    ------
-    ProblemError
-        Where they need more than four fifths of it.
-
-    Examples
-    --------
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> check_cuts(problem, np.array([0]))
-    """
+    """Refuse a problem whose cuts would not fit the machine's memory (ProblemError)."""
     split = Split.of(problem, complicating)
     entries = USUAL_CUTS * (1 + len(split.inner)) * len(split.monomials)
     check_bytes(16 * entries, f"cuts over {problem.n_variables} variables ask for ", FEWER)
@@ -211,6 +178,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
             _witness(run, asker, point, inside, (k, sign))
         return goal()
 
+    # Branch until the goal is reached, and keep the cuts that were learnt for this end.
     known = len(asker.cuts)
     found = bound_end(
         asker,
@@ -230,11 +198,14 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
     if run.record:
         for step in _steps(found.root, run, asker.cuts, target, sign, found.bound):
             run.record(step)
+    # A bound beyond the other end proves the set empty.
     crossed = found.bound > (ends.upper[k] if sign > 0 else -ends.lower[k])
     if crossed and not ends.pool:
         weights = found.weights[: problem.equalities.n_rows]
         total = float(weights.sum())
-        return Emptiness(found.margin, weights / total if total > 0 else np.full(len(weights), 1 / len(weights)))
+        return Emptiness(
+            found.margin, weights / total if total > 0 else np.full(len(weights), 1 / max(len(weights), 1))
+        )
     if not crossed:
         ends.tighten(k, sign, found.bound)
     if found.stop is not None:
@@ -243,7 +214,7 @@ def _prove(run: _Run, k: int, sign: int, share: float) -> Emptiness | None:
 
 
 def _steps(node: Node, run: _Run, cuts: Cuts, target: int, sign: int, bound: float) -> tuple[Step, ...]:
-    """Return the proof of a bound on a node's box: its claims, and the parts that they do not settle."""
+    """Return the proof of a bound on a node's box: its claims, then the parts that it was cut into."""
     outer, problem = cuts.split.outer, run.problem
     nothing = Polynomials.from_terms([{}])
 
@@ -266,7 +237,7 @@ def _steps(node: Node, run: _Run, cuts: Cuts, target: int, sign: int, bound: flo
 
 
 def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[int, int]) -> Array | None:
-    """Verify a feasible point near one that may exceed by a little: towards the inside, no farther than it takes."""
+    """Verify a feasible point near one that may exceed by a little, moved towards the inside as little as possible."""
     split = asker.cuts.split
     for times, margin in BACK:
         missing = times * max(point.excess, 0.0) + margin
@@ -283,7 +254,7 @@ def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[in
 
 
 def _outer_rows(split: Split) -> Array:
-    """Return unit multipliers of the constraints that hold no inner variable, of equalities both ways."""
+    """Return unit multipliers of the constraints without inner variables, of equalities with both signs."""
     parts, before = [], 0
     total = split.equalities.count + split.inequalities.count
     for rows, both in ((split.equalities, True), (split.inequalities, False)):

@@ -1,4 +1,4 @@
-"""The small linear programs in the outer variables alone, and what their multipliers prove."""
+"""The small linear programs in the outer variables alone, and the bounds that their multipliers prove."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.deadline import check_time, remaining
 
 GAIN = 1e-3  # of half a box's width: less is not worth a step
@@ -15,40 +16,14 @@ GAIN = 1e-3  # of half a box's width: less is not worth a step
 
 @dataclass(frozen=True)
 class Least:
-    """The least value of a linear function over ``b + A s >= 0`` in a box.
-
-    Parameters
-    ----------
-    point
-        Shape (n,).
-    weights
-        Shape (n_rows,). Multipliers of the rows, nonnegative.
-    """
+    """The minimiser of a linear function over ``b + A s >= 0`` in a box, and its rows' multipliers."""
 
     point: Array
     weights: Array
 
 
 def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least | None:
-    """Minimise ``cost @ s`` over ``b + a @ s >= 0`` and ``lower <= s <= upper``; None where nothing is feasible.
-
-    Parameters
-    ----------
-    cost
-        Shape (n,).
-    b
-        Shape (n_rows,).
-    a
-        Shape (n_rows, n).
-    lower, upper
-        Shape (n,).
-
-    Examples
-    --------
-    >>> found = least(np.array([1.0]), np.array([-0.5]), np.array([[1.0]]), np.array([-1.0]), np.array([1.0]))
-    >>> found.point, found.weights
-    (array([0.5]), array([1.]))
-    """
+    """Return the least ``cost @ s`` over ``b + a @ s >= 0`` in a box; None where nothing is feasible."""
     check_time()
     found = linprog(  # type: ignore[call-overload]
         cost,
@@ -64,25 +39,9 @@ def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least 
 
 
 def contradiction(b: Array, a: Array) -> tuple[Array, float] | None:
-    """Return weights of rows ``b + a @ s >= 0`` that no s in [-1, 1] satisfies together, and by how much they fail.
+    """Return weights of rows ``b + a @ s >= 0`` that no s in [-1, 1] satisfies together, and the margin they prove.
 
-    Parameters
-    ----------
-    b
-        Shape (n_rows,).
-    a
-        Shape (n_rows, n).
-
-    Returns
-    -------
-    (ndarray, shape (n_rows,), float) or None
-        None where that is not proven.
-
-    Examples
-    --------
-    >>> weights, margin = contradiction(np.array([-0.5, -0.5]), np.array([[1.0], [-1.0]]))  # s >= 0.5 and s <= -0.5
-    >>> weights, round(margin, 9)
-    (array([0.5, 0.5]), 0.5)
+    None where no contradiction is proven.
     """
     n = a.shape[1]
     reach = 1.0 + float(np.max(np.abs(b) + np.abs(a).sum(axis=1), initial=0.0))
@@ -98,25 +57,9 @@ def contradiction(b: Array, a: Array) -> tuple[Array, float] | None:
 
 
 def lower_bound(cost: Array, b: Array, a: Array, weights: Array) -> float:
-    """Return a bound below ``cost @ s`` where ``b + a @ s >= 0`` and ``|s| <= 1``; any nonnegative weights prove one.
+    """Return a bound below ``cost @ s`` where ``b + a @ s >= 0`` and ``|s| <= 1``, rounded down.
 
-    Parameters
-    ----------
-    cost
-        Shape (n,).
-    weights
-        Shape (n_rows,).
-
-    Returns
-    -------
-    float
-        Rounded down.
-
-    Examples
-    --------
-    >>> row = np.array([[1.0]])
-    >>> 0.5 - 1e-12 < lower_bound(np.array([1.0]), np.array([-0.5]), row, np.array([1.0])) <= 0.5
-    True
+    Any nonnegative weights of the rows prove one.
     """
     left = cost - weights @ a
     value = -weights @ b - np.abs(left).sum()
@@ -126,21 +69,14 @@ def lower_bound(cost: Array, b: Array, a: Array, weights: Array) -> float:
 
 @dataclass(frozen=True)
 class Shrunk:
-    """The part of [-1, 1] that rows leave, and the rows that say so.
+    """The part of [-1, 1] that rows allow, its ends rounded outwards, and the rows that prove it.
 
     Parameters
     ----------
-    lower, upper
-        Shape (n,). Rounded outwards.
     taken
-        Variable, side (1 for lower ends), row and end, one after the other; each rests on those before it.
+        Variable, side (1 for lower ends), row and end, one after the other; each uses those before it.
     failing
-        A row that nothing satisfies in what the others left.
-
-    Examples
-    --------
-    >>> Shrunk(np.array([0.5]), np.array([0.25]), ((0, 1, 0, 0.5), (0, -1, 1, 0.25))).empty
-    True
+        A row that nothing satisfies in the part that the others allow.
     """
 
     lower: Array
@@ -150,26 +86,12 @@ class Shrunk:
 
     @property
     def empty(self) -> bool:
-        """Return whether nothing is left."""
+        """Return whether no point is allowed."""
         return self.failing is not None or bool((self.lower > self.upper).any())
 
 
 def shrink(b: Array, a: Array, passes: int = 3) -> Shrunk:
-    """Return the part of [-1, 1] that rows ``b + a @ s >= 0`` leave, one by one.
-
-    Parameters
-    ----------
-    b
-        Shape (n_rows,).
-    a
-        Shape (n_rows, n).
-
-    Examples
-    --------
-    >>> left = shrink(np.array([-0.75]), np.array([[1.0, 0.5]]))  # s0 + s1 / 2 >= 3/4
-    >>> left.lower.round(6), left.upper, [step[:3] for step in left.taken]
-    (array([ 0.25, -0.5 ]), array([1., 1.]), [(0, 1, 0), (1, 1, 0)])
-    """
+    """Return the part of [-1, 1] that rows ``b + a @ s >= 0`` allow, one row at a time."""
     n = a.shape[1]
     lower, upper = -np.ones(n), np.ones(n)
     taken: list[tuple[int, int, int, float]] = []

@@ -1,4 +1,4 @@
-"""The linear program at fixed outer variables: how far they are from feasible, and the multipliers that say so."""
+"""The linear program at fixed outer variables: their distance from feasible, and the multipliers of a cut."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array
+from relaxations.algebra.arrays import Array
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.search.benders.split import Split
-from relaxations.solvers import solve
+from relaxations.solvers import Solver, solve
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What the linear program at a point says.
+    """The solution of the linear program at a point.
 
     Parameters
     ----------
     inner
         Shape (n_inner,). Scaled.
     multipliers
-        Shape (n_equalities + n_inequalities,).
-        Of the cut that misses the point most; those of inequalities are nonnegative.
+        Shape (n_equalities + n_inequalities,). Of the cut that the point violates most.
     """
 
     excess: float
@@ -31,18 +30,10 @@ class Answer:
     multipliers: Array
 
 
-def ask(split: Split, p: Array, solver: str = "clarabel") -> Answer | None:
-    """Find the least s such that all ``|z_t| <= 1 + s``, and all inequalities hold up to s.
+def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
+    """Return the least excess s such that all ``|z_t| <= 1 + s`` and all inequalities hold up to s.
 
-    Parameters
-    ----------
-    p
-        Shape (n_outer,). Feasible where s is not positive.
-
-    Returns
-    -------
-    Answer or None
-        None where the solver has none.
+    The point is feasible where s is not positive. None where the solver has no answer.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.ball_arithmetic import Array, Index
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Factors, Polynomials, pad, trim, unique
 from relaxations.problem.problem import PolynomialProblem
 
@@ -19,15 +19,8 @@ class Rows:
     Parameters
     ----------
     mid, rad
-        Shape (n_rows, (1 + n_inner).
-        Coefficients; pair ``t * n_monomials + a`` is inner variable t - 1 (none for t = 0) times monomial a.
-
-    Examples
-    --------
-    >>> coefficients = sparse.csr_matrix([[-1.0, 1.0, 0.0, 1.0]])  # a + z a - 1, in pairs 1, a, z, z a
-    >>> constant, matrix = Rows(coefficients, 0 * coefficients).at(np.array([1.0, 0.5]))  # a = 0.5
-    >>> constant, matrix.toarray()
-    (array([-0.5]), array([[0.5]]))
+        Shape (n_rows, (1 + n_inner) * n_monomials). Column ``t * n_monomials + a`` belongs to monomial a times inner
+        variable t - 1 (none for t = 0).
     """
 
     mid: sparse.csr_matrix
@@ -58,8 +51,7 @@ class Split:
     centre, radius
         Shape (n_inner,). Of the inner variables' box.
     monomials
-        Shape (n_monomials, degree).
-        Of the outer variables, numbered among themselves, -1 for padding; the constant comes first.
+        Shape (n_monomials, degree). Of the outer variables, numbered among themselves; -1 for padding; constant first.
 
     Examples
     --------
@@ -107,14 +99,10 @@ class Split:
         return np.asarray(np.prod(np.where(self.monomials >= 0, p[self.monomials], 1.0), axis=1), dtype=np.float64)
 
     def affine(self, centre: Array, radius: Array) -> tuple[Array, Array]:
-        """Return the monomials as affine functions of s where ``p = centre + radius s``, and what they miss.
+        """Return the monomials as affine functions of s where ``p = centre + radius s``, and their largest error.
 
-        Returns
-        -------
-        affine : ndarray, shape (n_monomials, 1 + n_outer)
-            Constant first.
-        missed : ndarray, shape (n_monomials,)
-            At most so much for ``|s| <= 1``, short of rounding.
+        Shapes (n_monomials, 1 + n_outer), the constant first, and (n_monomials,). The error is that for ``|s| <= 1``,
+        without rounding.
         """
         count = len(self.monomials)
         affine, missed = np.zeros((count, 1 + len(centre))), np.zeros(count)
@@ -136,29 +124,14 @@ class Split:
 
 
 def frame(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """Return centre and radius of a box, the radius rounded up.
-
-    Parameters
-    ----------
-    lower, upper
-        Shape (n,).
-
-    Returns
-    -------
-    tuple of two ndarray, shape (n,)
-
-    Examples
-    --------
-    >>> centre, radius = frame(np.array([0.1]), np.array([0.4]))
-    >>> centre - radius <= 0.1, centre + radius >= 0.4
-    (array([ True]), array([ True]))
-    """
+    """Return centre and radius of a box, the radius rounded up."""
     centre = 0.5 * lower + 0.5 * upper
     radius = np.maximum(upper - centre, centre - lower)
     return centre, np.where(radius > 0, np.nextafter(radius, np.inf), 0.0)
 
 
 def _rows(family: Polynomials, inner: Index, monomial: Index, n_inner: int, n_monomials: int) -> Rows:
+    """Return the rows of one family of constraints."""
     shape = (family.n_rows, (1 + n_inner) * n_monomials)
     place = (family.rows, inner * n_monomials + monomial)
     return Rows(

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import EPSILON, Array
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.deadline import STOPS
 from relaxations.search.benders.master import Shrunk, contradiction, least, lower_bound, shrink
 from relaxations.search.benders.search import Asker, Point
 from relaxations.search.benders.split import frame
+from relaxations.search.best_first import best_first
 
 PASSES = 20  # at a node, each with fewer candidates or one cut more
 FEASIBLE = 1e-9  # of the inner variables' radius: a smaller excess may be the solver's error
@@ -21,21 +22,9 @@ WORTH = 0.8  # a box that shrank to this share in some direction is worth anothe
 
 @dataclass(frozen=True)
 class Claim:
-    """A step of the proof, that nonnegative weights of cuts make on the box that the steps before it left.
+    """A step of the proof: nonnegative weights of cuts, on the box that the steps before it allow.
 
-    Parameters
-    ----------
-    variable
-        Of the outer ones; None where the box is empty.
-    bound
-        Of ``sign * p[variable]``, or of zero.
-    weights
-        Shape (n_cuts,). Of the cuts known by then.
-
-    Examples
-    --------
-    >>> Claim(None, 1, 0.5, np.array([1.0])).bound > 0  # 0 >= 1/2: no point is feasible
-    True
+    It bounds ``sign * p[variable]``; without a variable it bounds zero, which proves the box empty.
     """
 
     variable: int | None
@@ -46,25 +35,7 @@ class Claim:
 
 @dataclass
 class Node:
-    """A box of the outer variables, what is proven on it, and the parts that it was cut into.
-
-    Parameters
-    ----------
-    lower, upper
-        Shape (n_outer,).
-    bound
-        Of the end that is looked for.
-    cut
-        The variable along which this part was cut off,
-    range
-        and its range then.
-
-    Examples
-    --------
-    >>> left, right = Node(np.zeros(1), np.ones(1), 0.0, cut=0), Node(np.ones(1), np.full(1, 2.0), 1.0, cut=0)
-    >>> min(part.bound for part in Node(np.zeros(1), np.full(1, 2.0), 0.0, parts=[left, right]).parts)
-    0.0
-    """
+    """A box of the outer variables, its bound and the claims that prove it, and the parts that it was cut into."""
 
     lower: Array
     upper: Array
@@ -77,22 +48,16 @@ class Node:
 
 @dataclass(frozen=True)
 class Bounded:
-    """What branch and bound proves of an end.
+    """What branch and bound proves of an end: a certified bound, infinite where the box holds no feasible point.
 
     Parameters
     ----------
-    bound
-        Of ``sign * p[target]``, certified; infinite where the box holds no feasible point.
-    nodes
-        That were looked at.
-    root
-        Of the tree.
     weights
         Shape (n_equalities + n_inequalities,). The multipliers' share in the parts that are proven empty.
     margin
         The least by which one of these parts misses the cuts.
     stop
-        What ended the search early; the rest is proven all the same.
+        What ended the search early.
     """
 
     bound: float
@@ -114,65 +79,41 @@ def bound_end(
     feasible: Callable[[Point], float],
     report: Callable[[float], None],
 ) -> Bounded:
-    """Bound ``sign * p[target]`` from below over the feasible points of a box.
+    """Bound ``sign * p[target]`` from below over the feasible points of a box, with at most so many nodes.
 
-    Parameters
-    ----------
-    asker
-        With the cuts known so far; learns more on the way.
-    target
-        Of the outer variables.
-    lower, upper
-        Shape (n_outer,).
-    goal
-        Stop once the bound reaches this.
-    most
-        Nodes at most.
-    feasible
-        Called with a point that seems feasible; returns the goal from then on.
-    report
-        Called with each certified bound that is better than the last.
-
-    Examples
-    --------
-    >>> from relaxations.search.benders.cuts import Cuts
-    >>> from relaxations.search.benders.split import Split
-    >>> from relaxations.formats.expressions import problem_of, variables
-    >>> a, x = variables("a x")
-    >>> problem, _ = problem_of(x, [a * x == 1, a >= 0.1, a <= 2, x >= 0, x <= 2])
-    >>> split = Split.of(problem, np.array([0]))
-    >>> asker = Asker(Cuts.of(split, np.zeros((0, 1))))
-    >>> box = problem.lower[:1], problem.upper[:1]
-    >>> found = bound_end(asker, 0, 1, *box, 0.4999, 50, lambda point: 0.4999, lambda bound: None)
-    >>> 0.4999 <= found.bound <= 0.5
-    True
+    It stops once the bound reaches the goal. ``feasible`` is called with a point that seems feasible, and returns the
+    goal from then on; ``report`` is called with each certified bound that is better than the last.
     """
     first = float(lower[target] if sign > 0 else -upper[target])
     root = Node(lower, upper, first)
-    heap = [(first, 0, root)]
-    bound, closed, looked, made, margin = first, np.inf, 0, 0, np.inf
+    bound, looked, margin = first, 0, np.inf
     weights = np.zeros(asker.cuts.multipliers.shape[1])
+
+    def expand(_: float, node: Node) -> Iterator[tuple[float, Node]]:
+        """Raise a node's bound by cuts; cut its box in two where that does not reach the goal."""
+        nonlocal goal, looked, weights, margin
+        looked += 1
+        proof, worst, met = _tighten(asker, node, target, sign, goal)
+        if proof is not None:
+            weights = weights + proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
+            margin = min(margin, proof[1])
+        if met is not None:
+            goal = feasible(met)
+        if node.bound >= goal:
+            yield node.bound, node
+        else:
+            node.parts = _halves(asker, node, worst)
+            yield from ((part.bound, part) for part in node.parts)
+
+    def better(found: float) -> None:
+        nonlocal bound
+        if found > bound:
+            bound = found
+            report(bound)
+
     stop: BaseException | None = None
     try:
-        while heap and heap[0][0] < goal and looked < most:
-            looked += 1
-            node = heapq.heappop(heap)[2]
-            proof, worst, met = _tighten(asker, node, target, sign, goal)
-            if proof is not None:
-                weights += proof[0] @ np.abs(asker.cuts.multipliers[: len(proof[0])])
-                margin = min(margin, proof[1])
-            if met is not None:
-                goal = feasible(met)
-            if node.bound >= goal:
-                closed = min(closed, node.bound)
-            else:
-                node.parts = _halves(asker, node, worst)
-                for part in node.parts:
-                    made += 1
-                    heapq.heappush(heap, (part.bound, made, part))
-            if min(closed, heap[0][0] if heap else np.inf) > bound:
-                bound = min(closed, heap[0][0] if heap else np.inf)
-                report(bound)
+        best_first(root, first, expand, enough=lambda: goal, more=lambda: looked < most, report=better)
     except STOPS as early:  # the tree keeps what is proven so far
         stop = early
     return Bounded(bound, looked, root, weights, margin, stop)
@@ -183,8 +124,8 @@ def _tighten(
 ) -> tuple[tuple[Array, float] | None, int, Point | None]:
     """Raise a node's bound as far as cuts go.
 
-    Return the proof where it is empty and no point is known elsewhere, the cut to branch for, and a point that seems
-    feasible.
+    Return the proof where the node is empty and no point is known elsewhere, the cut to branch for, and a point that
+    seems feasible.
     """
     cost = np.zeros(len(node.lower))
     worst = -1
@@ -192,6 +133,7 @@ def _tighten(
         node.bound = max(node.bound, float(node.lower[target] if sign > 0 else -node.upper[target]))
         if node.bound >= goal:
             break
+        # Shrink the box by single cuts first; repeat the pass where that took much.
         centre, radius = frame(node.lower, node.upper)
         b, a = asker.cuts.on_box(node.lower, node.upper)
         left = shrink(b, a)
@@ -201,6 +143,7 @@ def _tighten(
                 node.bound = np.inf
                 return contradiction(b, a) if goal == np.inf else None, worst, None
             continue
+        # Bound the end by the linear program over all cuts.
         cost[target] = sign * radius[target]
         found = least(cost, b, a, -np.ones(len(cost)), np.ones(len(cost)))
         if found is None:
@@ -222,6 +165,7 @@ def _tighten(
         hoped = least(sign * np.eye(len(p))[target], values, slopes, node.lower - p, node.upper - p)
         if worst >= 0 or hoped is None or sign * (p + hoped.point)[target] >= goal:
             return None, int(np.argmin(values)) if len(values) else -1, None
+        # Learn a new cut at the minimiser, for the next pass.
         answer = asker(p)
         worst = len(asker.cuts) - 1
         if answer is None:
@@ -232,7 +176,7 @@ def _tighten(
 
 
 def _take(node: Node, left: Shrunk, centre: Array, radius: Array, b: Array, a: Array) -> None:
-    """Take a node's box to what rows left of it, claim by claim."""
+    """Take a node's box to the part that rows allow, claim by claim."""
     outward = 4 * EPSILON * (np.abs(centre) + radius)
     node.lower, node.upper = node.lower.copy(), node.upper.copy()
 

@@ -23,9 +23,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.diagnosis.effects import input_backlash, sensor_bias
-from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
+from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.models import (
     Hammerstein,
     Line,

@@ -12,13 +12,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.models import Model
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Describe = Callable[[Mapping[str, float], "Site"], str]
 
 

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from smid.diagnosis.effects.effect import Array, Detection, Effect, Site, on_the_noise
+from relaxations.algebra.arrays import Array
+from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
 from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autoregression
 from smid.models import Model
 from smid.models.simulate import simulate

@@ -19,8 +19,9 @@ import numpy as np
 import sympy
 from scipy.signal import lfilter
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.diagnosis.effects.effect import Array, Effect, Extension, Site
+from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.hinges import curves, slope_changes
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.fitting.fit import fit

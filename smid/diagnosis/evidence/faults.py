@@ -24,9 +24,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset, excitation
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.evidence.autoregression import Array
 from smid.diagnosis.evidence.feedback import feedback
 from smid.diagnosis.evidence.sensor import outlier_mask, quantisation_step, runs_of_equal
 from smid.display.result import Part, Result

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f
 
-from smid.diagnosis.evidence.autoregression import Array
+from relaxations.algebra.arrays import Array
 
 ORDER = 10
 REACTION = 5

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.evidence.autoregression import Array
 from smid.diagnosis.evidence.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes
 from smid.diagnosis.evidence.time_correlation import (
     frequency_structure,

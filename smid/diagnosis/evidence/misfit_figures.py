@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from smid.diagnosis.evidence.autoregression import Array
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.evidence.structure import DIRECTIONS, Structure, input_direction
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, PAPER, RED, SKY, WIDTH, style

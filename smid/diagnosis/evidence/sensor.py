@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import median_filter
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.diagnosis.evidence.autoregression import Array
 
 _ON_GRID = 0.06
 _FEWEST_LEVELS = 3

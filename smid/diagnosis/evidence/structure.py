@@ -28,8 +28,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import f
 
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.evidence.autoregression import Array, autoregression
+from smid.diagnosis.evidence.autoregression import autoregression
 
 CHANCE = 1e-3
 """Probability by chance above which a dependence has share zero."""

@@ -18,8 +18,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.stats import chi2, f
 
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.evidence.autoregression import Array, autocovariance, autoregression
+from smid.diagnosis.evidence.autoregression import autocovariance, autoregression
 from smid.diagnosis.evidence.structure import CHANCE, FEWEST, Bin, Structure, range_of
 
 LARGEST_LAG = 30

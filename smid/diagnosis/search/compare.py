@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import correlate
 
-from smid.diagnosis.effects.effect import Array
+from relaxations.algebra.arrays import Array
 
 _DRAWS = 2000
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
-from smid.diagnosis.effects.effect import Array, Effect, Mask, Site
+from smid.diagnosis.effects.effect import Effect, Site
 from smid.diagnosis.evidence.autoregression import autoregression_of
 from smid.diagnosis.experiment import separating_experiment
 from smid.diagnosis.search.compare import chance, rms

@@ -38,15 +38,16 @@ each is left out, and dropped if it is not missed, or replaced if another effect
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from relaxations.deadline import TimeIsUp, map_in_time
-from smid.diagnosis.effects.effect import Array, Effect
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress, TimeIsUp, map_in_time
+from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.compare import rms, structure
 from smid.diagnosis.search.merit import (
     MARGIN,
@@ -71,8 +72,6 @@ _NEARLY = 1.05  # the least bound is sought nearby, and may be missed by a littl
 _FOLLOWED = 2
 _RECONSIDERED = 5
 MOST_CAUSES = 4
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)

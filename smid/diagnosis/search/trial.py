@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
-from smid.diagnosis.effects.effect import Array, Describe, Effect, Extension, Mask, Site
+from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
 from smid.fitting.fit import Fit, Fitting, one_step_ahead
 from smid.models import Model
 

@@ -1,35 +1,33 @@
-"""The thesis's Hammerstein model in its three phases, on records that anyone may have.
+"""The thesis's Hammerstein model in its three phases, on the bundled records.
 
 1. An enclosure of the least noise bound on a part of ``20C_ramp_a``.
 2. Parameter intervals at relaxation orders 1, 2 and 3 and the central model, at 1.2 times that bound.
 3. Free runs of the central model over the other ramps and the steps.
 
-Beside these: the choice of the structure, the widths against the noise bound, the rivals by least squares on the same
-records, and what the thesis prints held against what a certificate allows.
+The study also compares structures, the widths at several noise bounds, least-squares models on the same records, and
+the thesis's printed intervals with certified ones.
 
-The part, 0.8 s of 10 s, is the steepest pair of ramps up to the largest current: it passes all levels, fast, rising and
-falling.  The thesis identified on a part too, and does not say which.  The rivals by least squares are the same
-structure and the degree 5 with all powers, both on the same part, and that degree 5 on all of ``20C_step_a``, which is
-how the thesis made its HS20.
+The part, 0.8 s of 10 s, is the steepest pair of ramps up to the largest current. It passes all levels, rising and
+falling. The thesis identified on another part, which it does not state. HS20 is, as in the thesis, a least-squares fit
+of degree 5 with all powers to steps, here to ``20C_step_a``.
 
-The plant of the records is no Hammerstein model: it has hysteresis and a pole that varies.  So the least noise bound
-measures that model's error, several times the 0.3 bar of the sensor, and there is no true parameter to be found.
+The plant of the records is not a Hammerstein model: it has hysteresis and a pole that varies. The least noise bound
+therefore measures the model's error, several times the 0.3 bar of the sensor, and there are no true parameters.
 
 Reference: clutch thesis, section 3.2, figures 3.3 to 3.6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
-from smid.data.bundled import load_clutch_records
-from smid.display.result import Heading, Part, Result
+from smid.data.bundled import load_clutch
 from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
@@ -37,6 +35,7 @@ from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.models import Model
+from smid.theses.chapter import Chapter, Drawing, Topic
 from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns, free_runs
 from smid.theses.clutch.hammerstein.intervals import OrderStudy, WidthStudy, order_study, width_study
@@ -52,9 +51,10 @@ from smid.theses.clutch.hammerstein.printed import (
 from smid.theses.clutch.hammerstein.structures import StructureChoice, choose_structure
 from smid.theses.clutch.plant import NOISE_BOUND
 
-__all__ = ["PART", "HammersteinStudy", "hammerstein_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Progress = Callable[[str], None]
+__all__ = ["PART", "HammersteinStudy", "hammerstein_study"]
 
 RECORD, STEPS = "20C_ramp_a", "20C_step_a"
 PART = (2650, 3050)
@@ -68,20 +68,30 @@ ALL_POWERS = (5, 4, 3, 2, 1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HammersteinStudy(Result):
-    """The three phases, and what stands beside them.
+class HammersteinStudy(Chapter):
+    """The three phases, and the comparisons with other models and with the thesis.
 
     Parameters
     ----------
     part
-        What was identified on.
-    bound
-        Phase 1.
-    orders
-        Phase 2.
-    runs
-        Phase 3, the rivals included.
+        The samples that were identified on.
+    bound, orders, runs
+        Phases 1, 2 and 3.
     """
+
+    title = "Clutch, section 3.2: the Hammerstein model in three phases"
+    command = "clutch hammerstein"
+    not_compared = (
+        "The thesis's records are confidential and its figures are normalised. Ours are simulated by a plant with "
+        "hysteresis and a pole that varies, whose shapes and sizes are assumptions. Parameters, errors and noise "
+        "bounds of the two cannot be compared as numbers, only in kind.",
+        "The thesis identified on a part of 20C_ramp_a that it does not state. Our part is another one.",
+        "The unit of its error bound is not printed. We take the unit of the pressure.",
+        "For its validations the thesis shows figures and states no error in numbers.",
+        "The thesis does not state the settings of SparsePOP (boxes, tolerances, solver). The printed intervals cannot "
+        "be reproduced. They can only be checked against each other, and against certified intervals for the "
+        "thesis's own model and noise bound.",
+    )
 
     part: Dataset
     bound: ErrorBound
@@ -93,41 +103,39 @@ class HammersteinStudy(Result):
 
     @property
     def estimate(self) -> Estimate:
-        """The intervals at the highest order, with the central model."""
+        """Return the intervals at the highest order, with the central model."""
         return self.orders.estimates[-1]
 
     @property
     def validation(self) -> Validation:
-        """The free runs of the central model."""
+        """Return the free runs of the central model."""
         return self.runs.validations[CENTRAL]
 
     @property
     def conclusion(self) -> str:
-        """Return in a few sentences what the three phases gave."""
+        """Return the results of the three phases in a few sentences."""
         unit = self.bound.unit
-        told = []
+        errors = []
         for kind in ("ramp", "step"):
             scores = [s for s in self.validation.scores if kind in s.experiment]
             if scores:
                 beyond = [100 * (s.violations or 0) / s.samples for s in scores]
-                told.append(
-                    f"on {kind}s it errs by up to {max(s.largest for s in scores):.1f} {unit} and leaves the bound at "
-                    f"{min(beyond):.0f} to {max(beyond):.0f} % of the samples"
+                errors.append(
+                    f"on {kind}s the largest error is {max(s.largest for s in scores):.1f} {unit}, and "
+                    f"{min(beyond):.0f} to {max(beyond):.0f} % of the samples exceed the noise bound"
                 )
-        lacking = (
-            f", proven, though the sensor errs by at most {NOISE_BOUND:g} {unit}: the rest is what the structure lacks"
-            if self.bound.lower > NOISE_BOUND
-            else f", proven; the sensor errs by at most {NOISE_BOUND:g} {unit}"
-        )
+        larger = self.bound.lower > NOISE_BOUND
         return (
             f"No Hammerstein model of this structure explains the {self.part.n_samples} samples with noise below "
-            f"{self.bound.lower:.4g} {unit}{lacking}. Identified at {FACTOR:g} times the least bound, the central "
-            f"model runs freely over the records: {'; '.join(told)}."
+            f"{self.bound.lower:.4g} {unit}, proven; the sensor errs by at most {NOISE_BOUND:g} {unit}. "
+            f"{'The difference is the error of the structure. ' if larger else ''}"
+            f"The central model was identified at {FACTOR:g} times the least bound. In free runs over the records: "
+            f"{'; '.join(errors)}."
         )
 
     @property
     def beside_thesis(self) -> Table:
-        """Return the thesis's figures of merit beside those on our records."""
+        """Return the thesis's figures of merit and those on our records."""
         unit = self.bound.unit
         alpha = next(p for p in PRINTED if p.name == "alpha")
 
@@ -143,26 +151,66 @@ class HammersteinStudy(Result):
             ("on ramps", "relatively good (figure 3.3)", errors(CENTRAL, "ramp")),
             ("on steps", "not able to cope (figure 3.4)", errors(CENTRAL, "step")),
             ("HS20 on steps", "not able to track (figures 3.5, 3.6)", errors(ON_STEPS, "step")),
-            ("HS20 on ramps", "not told", errors(ON_STEPS, "ramp")),
+            ("HS20 on ramps", "not stated", errors(ON_STEPS, "ramp")),
         )
-        return Table(
-            "Figures of merit: the thesis's, and those on our records.", ("", "thesis", "our records"), rows, "lll"
+        return Table("Figures of merit of the thesis and of this study.", ("", "thesis", "our records"), rows, "lll")
+
+    def records(self) -> Dataset:
+        """Return the records of the free runs."""
+        return self.validation.data
+
+    def topics(self) -> Iterator[Topic]:
+        """Return the comparison with the thesis, the three phases, and the other comparisons."""
+        yield Topic("Comparison with the thesis", self.beside_thesis)
+        yield Topic(
+            "Phase 1: error bound",
+            f"Identified on {self.part.source.removesuffix(' (simulated)')}. The least noise bound with which the "
+            f"model explains these samples lies in {self.bound.enclosure} {self.bound.unit}. Below the lower end no "
+            "parameters explain them (certified). With the upper end some parameters do (witnessed).",
+        )
+        yield Topic("Choice of the structure", self.structures)
+        yield Topic(
+            "Phase 2: parameter intervals",
+            self.orders,
+            Drawing(
+                self._intervals_figure,
+                f"Intervals at order {self.orders.orders[-1]} and {FACTOR:g} times the least noise bound, each row on "
+                "its own scale.",
+            ),
+        )
+        yield Topic(
+            "Widths against the noise bound",
+            "At the least noise bound the feasible set shrinks to a point, whatever the true parameters are.",
+            self.widths,
+            Drawing(self.widths.plot, "Widths of the certified intervals over the noise bound."),
+        )
+        yield Topic(
+            "Phase 3: validation",
+            "Free runs of the central model over all records, as in figures 3.3 and 3.4 of the thesis.",
+            self.validation,
+            Drawing(self.plot, "Pressure, measured and in free run, and the error with the noise bound."),
+        )
+        yield Topic(
+            "Other models on the same records",
+            "Least squares fits the free run to the same part, with the same structure and with all powers up to 5. "
+            "HS20 is the fit with all powers to 20C_step_a, as in the thesis. The thesis's model and its HS20 are run "
+            "with the printed parameters.",
+            self.runs,
+            Drawing(self.runs.plot, "RMSE of the free runs, by model and record."),
+        )
+        yield Topic(
+            "What the thesis prints, and certified intervals",
+            self.printed,
+            Drawing(
+                self.printed.plot,
+                "Intervals on data of the thesis's central model with its noise bound, and the printed intervals.",
+            ),
         )
 
-    def _content(self) -> Iterator[Part]:
-        phases: dict[str, tuple[Part, ...]] = {
-            "Phase 1: error bound": (self.bound,),
-            "Choice of the structure": (self.structures,),
-            "Phase 2: parameter intervals": (self.orders,),
-            "Widths against the noise bound": (self.widths,),
-            "Phase 3: validation": (self.validation, self.runs),
-            "What the thesis prints": (self.printed,),
-            "Beside the thesis": (self.beside_thesis,),
-            "Conclusion": (self.conclusion,),
-        }
-        for title, parts in phases.items():
-            yield Heading(title)
-            yield from parts
+    def _intervals_figure(self) -> Figure:
+        from smid.identification.figures import intervals_figure
+
+        return intervals_figure(self.estimate)
 
     def plot(self) -> Figure:
         """Draw the central model's free runs over all records: figures 3.3 and 3.4 of the thesis."""
@@ -191,42 +239,35 @@ def hammerstein_study(
     *,
     progress: Progress | None = None,
 ) -> HammersteinStudy:
-    """Run the three phases of the thesis's Hammerstein identification.
+    """Run the three phases of the thesis's Hammerstein identification; it takes a minute or two.
 
     Parameters
     ----------
     records
         With the channels ``current`` (mA) and ``pressure`` (bar), and the experiments ``20C_ramp_a`` and
-        ``20C_step_a`` among others; by default all bundled records.
+        ``20C_step_a`` among others; by default all records of the actuator.
     part
         First sample of ``20C_ramp_a`` to identify on, and the first one not to.
     orders
-        Relaxation orders; the highest one's central model is validated.
-    progress
-        Called with a line of text now and then.
+        Relaxation orders; the central model of the highest one is validated.
 
     Raises
     ------
     DataError
         If a channel, a record or the samples of the part are missing.
     ModelError
-        If an order is none.
+        If an order is not a positive whole number.
 
     Examples
     --------
-    All of it takes a minute or two.  A part that is too short is refused at once:
-
     >>> try:
     ...     hammerstein_study(part=(0, 40))
     ... except DataError as error:
     ...     print(error)
     the part 0:40 of 20C_ramp_a is refused: give at least 50 samples of its 5001, such as 2650:3050
-
-    References
-    ----------
-    Clutch thesis, section 3.2.
     """
-    data = replace(load_clutch_records() if records is None else records, inputs=("current",), outputs=("pressure",))
+    # Check the part before any long work.
+    data = replace(load_clutch() if records is None else records, inputs=("current",), outputs=("pressure",))
     record, steps = data.select(RECORD), data.select(STEPS)
     start, stop = part
     if start < 0 or stop < start + SHORTEST or stop > record.n_samples:
@@ -237,13 +278,15 @@ def hammerstein_study(
     chosen = replace(record.crop(start, stop), source=f"{RECORD}, samples {start}:{stop} (simulated)")
     if np.ptp(chosen.values("pressure")) < SMALLEST_RANGE:
         raise _uninformative(part)
+    # Phases 1 and 2.
     model = clutch_hammerstein()
     bound = finished(error_bound(model, chosen, progress=progress))
     found = order_study(model, chosen, FACTOR * bound.upper, orders, progress=progress)
     if found.estimates[-1].unbounded:
         raise _uninformative(part)
     widths = width_study(model, chosen, bound, progress=progress)
-    rivals = {
+    # Phase 3: the central model and the models it is compared with.
+    models = {
         CENTRAL: found.estimates[-1].model,
         "least squares": _least_squares(model, chosen),
         "least squares, all powers": _least_squares(clutch_hammerstein(powers=ALL_POWERS), chosen),
@@ -255,7 +298,7 @@ def hammerstein_study(
         chosen,
         bound,
         found,
-        free_runs(rivals, data, FACTOR * bound.upper),
+        free_runs(models, data, FACTOR * bound.upper),
         choose_structure(chosen, record, progress=progress),
         widths,
         compare_with_printed(chosen, widths, progress=progress),

@@ -2,12 +2,12 @@
 
     z = u - e,   d e = (limit d u - e |d u|) / width
 
-What acts, z, trails what is commanded, u.  After a travel of some widths it trails by the limit, up or down, however
-fast u moves.  Where u runs straight between samples, the step ``e -> s limit + (e - s limit) exp(-|d u| / width)``, s
-the direction, is exact.
+The output z trails the input u. After a travel of several widths it trails by the limit, in both directions and at any
+speed. If u is linear between samples, the step ``e -> s limit + (e - s limit) exp(-|d u| / width)`` is exact, with s
+the direction.
 
-With ``width = 2 limit`` this is Dahl's model of dry friction: z sticks where u turns, and never runs against u. A
-smaller width lets z overshoot at the turn.
+With ``width = 2 limit`` this is Dahl's model of dry friction: z sticks where u turns, and never moves against u. With
+a smaller width z overshoots at the turn.
 
 Reference: Coleman, Hodgdon, "A constitutive relation for rate-independent hysteresis in ferromagnetically soft
 materials", Int. J. Engng Sci. 24 (1986); Dahl, "A solid friction model", Aerospace Corporation (1968).
@@ -24,21 +24,16 @@ __all__ = ["trailing"]
 
 
 def trailing(u: NDArray[np.float64], limit: float, width: float) -> NDArray[np.float64]:
-    """Give what acts, from a start without lag.
+    """Return the output z, in the unit of u, shape (n,); its first value is u[0].
 
     Parameters
     ----------
     u
-        Shape (n,). What is commanded; it runs straight between samples.
+        Shape (n,). Linear between samples.
     limit
-        What z trails by in the end, in the unit of u; zero for no hysteresis.
+        Final distance between z and u, in the unit of u; zero for no hysteresis.
     width
-        Travel, in the unit of u, after which all but ``exp(-1)`` of the way to the limit is done.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In the unit of u.
+        Travel, in the unit of u, after which the distance to the limit falls to ``exp(-1)``.
 
     Examples
     --------

@@ -15,7 +15,7 @@ _COLOURS = {"current": INK, "pressure": BLUE, "position": GREEN}
 
 
 def overview_figure(data: Dataset) -> Figure:
-    """Draw current, pressure and position, each in percent of its largest value in all records."""
+    """Draw current, pressure and position of each record, in percent of the largest value of all records."""
     largest = {name: float(np.abs(data.stacked(name)).max()) or 1.0 for name in _COLOURS}
     rows = -(-len(data.experiments) // _COLUMNS)
     with style():
@@ -25,7 +25,7 @@ def overview_figure(data: Dataset) -> Figure:
             axes.set_axis_off()
         for k, (axes, run) in enumerate(zip(panels.flat, data.experiments, strict=False)):
             for name, colour in _COLOURS.items():
-                label = f"{name}, of {largest[name]:.3g} {data.channel(name).unit}"
+                label = f"{name} (largest: {largest[name]:.3g} {data.channel(name).unit})"
                 axes.plot(data.time(k), 100 * run.values[name] / largest[name], color=colour, label=label)
             axes.set_title(run.name, loc="left", fontsize=8)
             axes.grid(True, linewidth=0.4, color=GRID)

@@ -1,24 +1,24 @@
-"""A simulated dual clutch actuator, from current to pressure, with what a Hammerstein model lacks.
+"""A simulated dual clutch actuator, from current to pressure, with effects that a Hammerstein model does not have.
 
     e     = u - z,   d e = d u - |d u| e / lag                rate-independent hysteresis of the current
     x     = gain(T) N(0.01 z)                                 static curve with a dead zone
     d p/dt = (x - p) / tau(p, x, T)                           one pole that depends on the operating point
     y     = p + eta,   |eta| <= 0.3 bar
 
-The hysteresis is of the Duhem class (`smid.theses.clutch.hysteresis`): z trails the current by one lag, up or down,
-and its width is one lag too, so z overshoots a little where the current turns.  The current runs straight between
-samples for the hysteresis.  The static curve and the pole see z held from sample to sample, as in the thesis's model.
+Hysteresis (`smid.theses.clutch.hysteresis`): the width is one lag, so z overshoots a little where the current turns.
+The current is linear between samples for the hysteresis. The static curve and the pole use z held between samples, as
+in the thesis's model.
 
-The pole: ``tau = f(T) d(x - p) (fast + (slow - fast) exp(-p / p0))``: slow where the pressure is low and springs and
-slack take the oil, slower by a factor d when filling.  It is advanced in steps of 0.1 ms, each exact for a frozen tau.
+Pole: ``tau = f(T) d(x - p) (fast + (slow - fast) exp(-p / p0))``. It is slow at low pressure, where springs and slack
+take the oil, and slower by a factor d when filling. Integration steps of 0.1 ms are exact for a constant tau.
 
-The thesis's: the curve N (3.5) and the pole -0.65142 (central estimate of section 3.2, 20 degC ramps), which at 2 ms is
-``fast``; the pole 0.9562 that steps gave (3.22), which is ``slow``; current in mA, pressure in bar, 2 ms; three
-temperatures; that gain and pole vary with the input's range (section 3.2.4).
+From the thesis: the curve N (3.5); the pole -0.65142 at 2 ms (central estimate of section 3.2, ramps at 20 degC), which
+is ``fast``; the pole 0.9562 of the steps (3.22), which is ``slow``; the units, 2 ms, three temperatures; and that gain
+and pole vary with the input's range (section 3.2.4).
 
-Our assumptions, fitted to nothing: the shapes and sizes of hysteresis (20 mA) and of level (3 bar) and direction (1.6)
-dependence; N held at zero where the polynomial is negative and at its top beyond it; viscosity and leakage as in
-``data/README.md``; noise uniform within 0.3 bar; the profiles of the current.
+Our assumptions, not fitted to data: shapes and sizes of hysteresis (20 mA), level (3 bar) and direction (1.6); N held
+at zero where the polynomial is negative, and at its maximum beyond it; viscosity and leakage as in ``data/README.md``;
+uniform noise within 0.3 bar; the profiles of the current.
 
 Reference: clutch thesis, sections 3.1 and 3.2.
 """
@@ -30,16 +30,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Channel, DataError, Dataset, Experiment
 from smid.signals import ramp, step
-from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
+from smid.theses.series import finite_series
 
 __all__ = ["ClutchPlant", "clutch_record", "ramp_current", "simulate_clutch", "step_current"]
-
-Array = NDArray[np.float64]
 
 SAMPLING_TIME = 2e-3  # s
 INPUT_SCALE = 0.01  # 1/mA
@@ -57,18 +56,18 @@ SUBSTEP = 1e-4  # s
 
 @dataclass(frozen=True)
 class ClutchPlant:
-    """Which ingredients the actuator has; with none it is the thesis's Hammerstein model.
+    """The effects that the actuator has; without any it is the thesis's Hammerstein model.
 
     Parameters
     ----------
     level
-        Whether the pole depends on the pressure; else it is the fast one.
+        The pole depends on the pressure; else it is the fast one.
     direction
-        Whether filling is slower than emptying.
+        Filling is slower than emptying.
     hysteresis
-        Whether the current acts with hysteresis.
+        The current acts with hysteresis.
     temperature
-        Whether viscosity and leakage vary; else it behaves as at 20 degC.
+        Viscosity and leakage vary with temperature; else they are those of 20 degC.
 
     Examples
     --------
@@ -84,7 +83,7 @@ class ClutchPlant:
 
 
 def oil_resistance(warmth: float) -> float:
-    """Give the hydraulic resistance of oil that is so many degC above 20, over that at 20 degC."""
+    """Return the hydraulic resistance at `warmth` degC above 20 degC, relative to that at 20 degC."""
     return 0.8 + 0.2 * math.exp(-warmth / 25.0)
 
 
@@ -94,7 +93,7 @@ def simulate_clutch(
     plant: ClutchPlant | None = None,
     sampling_time: float = SAMPLING_TIME,
 ) -> Array:
-    """Give the pressure of the actuator, without noise, from rest.
+    """Return the pressure of the actuator in bar, without noise, from rest, shape (n,).
 
     Parameters
     ----------
@@ -103,19 +102,14 @@ def simulate_clutch(
     temperature
         Of the oil, in degC.
     plant
-        By default with all ingredients.
+        By default with all effects.
     sampling_time
         In seconds.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Pressure in bar.
 
     Raises
     ------
     DataError
-        If the current is no finite series, or the sampling time is not positive.
+        If the current is not a finite series, or the sampling time is not positive.
 
     Examples
     --------
@@ -123,16 +117,15 @@ def simulate_clutch(
     array([ 0.   ,  0.   , 10.073])
     """
     plant = ClutchPlant() if plant is None else plant
-    u = np.asarray(current, dtype=np.float64)
-    if u.ndim != 1 or not u.size or not np.isfinite(u).all():
-        raise DataError(f"the current has shape {u.shape} or is not finite: give a series of finite samples, in mA")
-    check_samples(u.size, sampling_time)
+    u = finite_series(current, sampling_time, "current", "mA")
+    # The sizes of the effects that are switched on.
     warmth = temperature - 20.0 if plant.temperature else 0.0
     friction = oil_resistance(warmth)
     targets = (1.0 - 0.0005 * warmth) * _curve(trailing(u, LAG, LAG) if plant.hysteresis else u)
     slow = SLOW if plant.level else FAST
     filling = FILLING if plant.direction else 1.0
     substeps = max(1, round(sampling_time / SUBSTEP))
+    # Integrate in substeps with a constant time constant.
     pressure, h = 0.0, sampling_time / substeps
     result = [pressure]
     for target in targets[:-1].tolist():
@@ -145,7 +138,7 @@ def simulate_clutch(
 
 
 def _curve(current: Array) -> Array:
-    """Evaluate the static curve: zero in the dead zone, and flat beyond the polynomial's top near 970 mA."""
+    """Return the static curve: zero in the dead zone, constant above the polynomial's maximum near 970 mA."""
     derivative = np.polyder(np.array(CURVE))
     top = float(np.roots(derivative).real.max())
     scaled = np.clip(INPUT_SCALE * current, 0.0, top)
@@ -153,24 +146,12 @@ def _curve(current: Array) -> Array:
 
 
 def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
-    """Give a current that ramps up and down between 0 and 900 mA, slowly and steeply.
-
-    Parameters
-    ----------
-    n
-        Number of samples, of 2 ms.
-    scale
-        What the current is multiplied by.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In mA.
+    """Return a current in mA that ramps up and down between 0 and 900 mA, every 2 ms, shape (n,).
 
     Raises
     ------
     DataError
-        If n is no number of samples.
+        If n is not a number of samples.
 
     Examples
     --------
@@ -182,24 +163,12 @@ def ramp_current(n: int = 600, scale: float = 1.0) -> Array:
 
 
 def step_current(n: int = 600, scale: float = 1.0) -> Array:
-    """Give a current of steps between levels from 0 to 900 mA, up and down.
-
-    Parameters
-    ----------
-    n
-        Number of samples, of 2 ms.
-    scale
-        What the current is multiplied by.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In mA.
+    """Return a current in mA of steps between 0 and 900 mA, every 2 ms, shape (n,).
 
     Raises
     ------
     DataError
-        If n is no number of samples.
+        If n is not a number of samples.
 
     Examples
     --------
@@ -220,29 +189,22 @@ def clutch_record(
     plant: ClutchPlant | None = None,
     noise_bound: float = NOISE_BOUND,
 ) -> Dataset:
-    """Simulate measured records of the actuator, one experiment per temperature.
+    """Simulate measured records of current (mA), pressure (bar) and temperature (degC), one per temperature.
 
     Parameters
     ----------
     kind
-        One of {"ramp", "step"}. Profile of the current.
+        Profile of the current: "ramp" or "step".
     temperatures
         Of the oil, in degC.
-    seed
-        Of the noise.
     n
-        Samples per experiment.
+        Samples per record.
     scale
-        What the current is multiplied by, to make a second record.
+        Factor of the current, for a second record.
     plant
-        By default with all ingredients.
+        By default with all effects.
     noise_bound
         Largest noise of the pressure, in bar; uniform.
-
-    Returns
-    -------
-    Dataset
-        Channels ``current`` (input, mA), ``pressure`` (output, bar) and ``temperature`` (degC).
 
     Raises
     ------

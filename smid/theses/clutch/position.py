@@ -1,27 +1,26 @@
-"""The position of the clutch: pressure moves a piston against dry friction and a return spring.
+"""The position of the clutch: the pressure moves a piston against dry friction and springs.
 
     q = p - f,   d f = (friction d p - f |d p|) / (2 friction)          dry friction, rate-independent (Dahl)
     s(T) = 1 - softening (T - 20)                                       the spring is softer when warm
-    q / s = preload + stiffness x + cushion max(0, x - kiss)^2          return spring, then the cushion spring too
-    d x/dt = (x_static - x) / (lag r(T))                                oil is pushed away, slower when cold
+    q / s = preload + stiffness x + cushion max(0, x - kiss)^2          return spring, then also the cushion spring
+    d x/dt = (x_static - x) / (lag r(T))                                oil is displaced, slower when cold
 
-The K2 clutch is normally open.  Up to the preload nothing moves: the dead zone from pressure to position.  It takes a
-current that yields that pressure, so the dead zone from current to position is wider than that from current to
-pressure.  Then the lever spring yields until the facings touch, the kiss point; from there the cushion spring between
-the facings stiffens the more it is pressed.  Friction holds the piston where the pressure turns: on its way back the
-position is that of a pressure twice the friction higher.  So the position at a pressure depends on the past, and not
-on speed; a static virtual sensor that was trained on rising pressures fails on falling ramps, as in figure 5.25.
+The K2 clutch is normally open. Up to the preload nothing moves: the dead zone from pressure to position. The return
+spring yields until the facings touch at the kiss point; from there the cushion spring becomes stiffer as it is
+pressed. Friction holds the piston where the pressure turns: on the way back the position is that of a pressure higher
+by twice the friction. The position at a pressure therefore depends on the past, not on speed. A static virtual sensor
+trained on rising pressures has large errors on falling ramps, as in figure 5.25.
 
-The thesis's: that there are three dead zones, that the position differs with the temperature and that it has
-hysteresis (sections 5.1 and 5.2).  It prints no size, its data are normalised.  Our assumptions, fitted to nothing:
+From the thesis (sections 5.1 and 5.2): three dead zones, and a position that depends on temperature and has
+hysteresis. It prints no sizes. Our assumptions, not fitted to data:
 
-- The springs: 2.5 bar, 1 bar/mm, 5 mm, 2 bar/mm^2, which give 8.6 mm at the largest pressure of 37 bar, about the
-  travel of a release bearing.  On a piston of 12 cm^2, 1 bar is 120 N.
-- The friction: 0.8 bar, so that the loop is 1.6 bar wide, 4 % of the range.
-- The softening: 0.3 % per degC.  Spring steel alone loses 0.03 %; the cushion spring loses far more where its heat
-  warps it (Cappetti), and seals stiffen in the cold.  This one number stands for all of them.
-- The lag: 4 ms at 20 degC, times the oil's resistance r(T) of `smid.theses.clutch.plant`.
-- The noise of the sensor: uniform within 0.05 mm.
+- Springs: 2.5 bar, 1 bar/mm, 5 mm, 2 bar/mm^2. They give 8.6 mm at the largest pressure of 37 bar, about the travel
+  of a release bearing. On a piston of 12 cm^2, 1 bar is 120 N.
+- Friction: 0.8 bar, so that the loop is 1.6 bar wide, 4 % of the range.
+- Softening: 0.3 % per degC. Spring steel alone loses 0.03 %. A cushion spring warped by heat loses more (Cappetti),
+  and seals become stiffer in the cold. This number includes all of them.
+- Lag: 4 ms at 20 degC, times the oil's resistance r(T) of `smid.theses.clutch.plant`.
+- Noise of the sensor: uniform within 0.05 mm.
 
 Reference: clutch thesis, section 5.1, figures 5.14 and 5.25; Dahl, "A solid friction model", Aerospace Corporation
 (1968); Cappetti, Pisaturo, Senatore, "Cushion spring sensitivity to the temperature rise in automotive dry clutch and
@@ -34,29 +33,28 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
-from smid.signals.generators import check_samples
 from smid.theses.clutch.hysteresis import trailing
 from smid.theses.clutch.plant import SAMPLING_TIME, oil_resistance
+from smid.theses.series import finite_series
 
 __all__ = ["POSITION_NOISE_BOUND", "ReturnSpring", "simulate_position"]
-
-Array = NDArray[np.float64]
 
 POSITION_NOISE_BOUND = 0.05  # mm
 
 
 @dataclass(frozen=True)
 class ReturnSpring:
-    """What the piston works against, in bar of pressure.
+    """The springs and the friction that act on the piston, in bar of pressure.
 
     Parameters
     ----------
     preload
-        Pressure up to which nothing moves at 20 degC, in bar; more than the friction.
+        Pressure up to which nothing moves at 20 degC, in bar; larger than the friction.
     stiffness
         Of the return spring at 20 degC, in bar/mm.
     kiss_point
@@ -64,7 +62,7 @@ class ReturnSpring:
     cushion
         Of the cushion spring at 20 degC, in bar/mm^2.
     softening
-        Share of preload, stiffness and cushion that is lost per degC above 20, in 1/degC.
+        Relative loss of preload, stiffness and cushion per degC above 20, in 1/degC.
     friction
         Dry friction, in bar.
     lag
@@ -104,24 +102,12 @@ class ReturnSpring:
             )
 
     def static_position(self, pressure: ArrayLike, temperature: float = 20.0) -> Array:
-        """Give the position where a pressure that acts, friction taken off, comes to rest.
-
-        Parameters
-        ----------
-        pressure
-            Shape (n,). In bar.
-        temperature
-            In degC.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            In mm.
+        """Return the position at rest in mm for pressures in bar, friction subtracted, shape (n,).
 
         Raises
         ------
         DataError
-            If the temperature is not finite, or leaves no spring.
+            If the temperature is not finite, or so high that no stiffness remains.
         """
         share = 1.0 - self.softening * (temperature - 20.0)
         if not (math.isfinite(temperature) and share > 0):
@@ -140,28 +126,23 @@ def simulate_position(
     spring: ReturnSpring | None = None,
     sampling_time: float = SAMPLING_TIME,
 ) -> Array:
-    """Give the position of the clutch, without noise, from rest at the first pressure.
+    """Return the position of the clutch in mm, without noise, from rest at the first pressure, shape (n,).
 
     Parameters
     ----------
     pressure
-        Shape (n,). In bar, without noise; held from sample to sample.
+        Shape (n,). In bar, without noise; held between samples.
     temperature
         Of oil and spring, in degC.
     spring
-        By default the one of the records.
+        By default that of the bundled records.
     sampling_time
         In seconds.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In mm, zero where the clutch is open.
 
     Raises
     ------
     DataError
-        If the pressure is no finite series, the sampling time is not positive, or the temperature leaves no spring.
+        If the pressure is not a finite series, the sampling time is not positive, or the temperature is not valid.
 
     Examples
     --------
@@ -169,10 +150,7 @@ def simulate_position(
     array([0.  , 0.  , 2.72, 8.41])
     """
     spring = ReturnSpring() if spring is None else spring
-    p = np.asarray(pressure, dtype=np.float64)
-    if p.ndim != 1 or not p.size or not np.isfinite(p).all():
-        raise DataError(f"the pressure has shape {p.shape} or is not finite: give a series of finite samples, in bar")
-    check_samples(p.size, sampling_time)
+    p = finite_series(pressure, sampling_time, "pressure", "bar")
     target = spring.static_position(trailing(p, spring.friction, 2.0 * spring.friction), temperature)
     decay = math.exp(-sampling_time / (spring.lag * oil_resistance(temperature - 20.0)))
     position, _ = lfilter([0.0, 1.0 - decay], [1.0, -decay], target, zi=target[:1])

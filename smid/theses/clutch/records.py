@@ -21,7 +21,7 @@ def actuator_record(
     plant: ClutchPlant | None = None,
     spring: ReturnSpring | None = None,
 ) -> Dataset:
-    """Simulate a measured record of the whole actuator, from current to position.
+    """Simulate a measured record of the whole actuator, with the channels of `smid.data.bundled.load_clutch`.
 
     Parameters
     ----------
@@ -31,22 +31,15 @@ def actuator_record(
         Of oil and spring, in degC.
     seed
         Of the noise of pressure (within 0.3 bar) and position (within 0.05 mm).
-    name
-        Of the experiment.
     plant
-        From current to pressure; by default with all ingredients.
+        From current to pressure; by default with all effects.
     spring
-        From pressure to position; by default the one of the bundled records.
-
-    Returns
-    -------
-    Dataset
-        With the channels and roles of `load_clutch_records`.
+        From pressure to position; by default that of the bundled records.
 
     Raises
     ------
     DataError
-        If the current is no finite series, or the temperature leaves no spring.
+        If the current is not a finite series, or the temperature is not valid.
 
     Examples
     --------

@@ -1,16 +1,16 @@
-"""The recursive estimators of the clutch thesis on all its record sets: errors that tell, and the one that does not.
+"""The recursive estimators of the clutch thesis on all its record sets.
 
-From current to pressure, with the thesis's model of one pole and one gain (3.24), and with Hammerstein regressors of
-its powers (3.5).  Every setting is the thesis's or comes from the record ``20C_ramp_a`` alone:
+The models from current to pressure are the thesis's, one pole and one gain (3.24), and Hammerstein regressors with its
+powers (3.5). Every setting is the thesis's or follows from the record ``20C_ramp_a`` alone:
 
 - forgetting factor 0.995, normalised gradient with gain 1 and bias 2.2e-16, input scale 0.01 per mA: the thesis's;
-- scale of a parameter: what its regressor alone would need to make the RMS pressure; it starts with ten scales of
-  uncertainty and, for the Kalman filter, walks a thousandth of one per sample;
+- scale of a parameter: the value at which its regressor alone gives the RMS pressure; the start uncertainty is ten
+  scales, and the Kalman filter's drift is a thousandth of a scale per sample;
 - noise of the Kalman filter: that of the sensor, uniform within 0.3 bar;
-- gain of the unnormalised gradient: half of what its stability rule allows, for the thesis's gain 1 is beyond it.
+- gain of the unnormalised gradient: half of the limit of its stability rule; the thesis's gain 1 exceeds the limit.
 
-To tell what an a posteriori error of 2e-14 bar is worth, the normalised gradient is also given noise in place of the
-pressure.
+To show the meaning of an a posteriori error of 2e-14 bar, the normalised gradient is also run with noise in place of
+the pressure.
 
 Reference: clutch thesis, section 3.3, figures 3.8-3.20.
 """
@@ -19,14 +19,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Result
 from smid.display.table import Table, figure
 from smid.recursive import (
@@ -45,9 +43,10 @@ from smid.recursive import (
 )
 from smid.theses.clutch.plant import INPUT_SCALE, NOISE_BOUND
 
-__all__ = ["RecursiveStudy", "recursive_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["RecursiveStudy", "recursive_study"]
 
 MODELS = (Arx(input_scale=INPUT_SCALE), Arx(powers=(5, 4, 3), input_scale=INPUT_SCALE))
 FACTOR, GAIN, THESIS = 0.995, 1.0, 2e-14
@@ -62,7 +61,7 @@ class RecursiveStudy(Result):
     Parameters
     ----------
     comparison
-        Record by record, every method with every model.
+        Every method with every model, by record.
     on_noise
         The normalised gradient on the first record, its pressure replaced by noise.
     gains
@@ -74,29 +73,34 @@ class RecursiveStudy(Result):
     gains: GainStudy
 
     @property
-    def meaning(self) -> str:
-        """Return what the thesis's 2e-14 means, with this study's figures."""
+    def normalised(self) -> list[Tracking]:
+        """Return the runs of the estimator that was also given noise, on every record."""
         same = (self.on_noise.arx, self.on_noise.method)
-        chosen = [t for t in self.comparison.trackings if (t.arx, t.method) == same]
+        return [t for t in self.comparison.trackings if (t.arx, t.method) == same]
+
+    @property
+    def meaning(self) -> str:
+        """Return the meaning of the thesis's 2e-14, with the numbers of this study."""
+        chosen = self.normalised
         unit, seen = self.on_noise.unit, max(t.largest_left_alone for t in chosen)
         one_step, held = [t.one_step.rmse for t in chosen], [t.held.rmse for t in chosen]
         method = str(self.on_noise.method)
         return (
             f"{method[0].upper()}{method[1:]}, {self.on_noise.arx}: the a posteriori error is at most {figure(seen)} "
-            f"{unit} on these records where the stability rule leaves the poles alone (the thesis: {THESIS:g}), and "
-            f"{figure(self.on_noise.largest_left_alone)} {unit} when the pressure is replaced by noise that no model "
-            f"can follow. So it measures rounding, not a model. One step ahead the same estimator errs by "
-            f"{figure(min(one_step))} to {figure(max(one_step))} {unit} RMS, holding the last pressure by "
-            f"{figure(min(held))} to {figure(max(held))}, and on noise by {figure(self.on_noise.one_step.rmse)}."
+            f"{unit} on these records, where the stability rule does not move the poles (the thesis: {THESIS:g}). It "
+            f"is {figure(self.on_noise.largest_left_alone)} {unit} with noise in place of the pressure, which no model "
+            f"can follow. So this error measures rounding, not a model. One step ahead, the RMSE of the same estimator "
+            f"is {figure(min(one_step))} to {figure(max(one_step))} {unit}, and {figure(self.on_noise.one_step.rmse)} "
+            f"{unit} on noise. Holding the last pressure gives {figure(min(held))} to {figure(max(held))} {unit}."
         )
 
     @property
     def summary(self) -> Table:
-        """Return for each model and method the median over the records."""
+        """Return the median over the records for each model and method."""
         groups: dict[tuple[str, str], list[Tracking]] = {}
         for tracking in self.comparison.trackings:
             groups.setdefault((str(tracking.arx), str(tracking.method)), []).append(tracking)
-        header = ("model", "method", "a posteriori", "one step", "free run", "held", "runs without end")
+        header = ("model", "method", "a posteriori", "one step", "free run", "held", "diverged")
         rows = tuple(
             (
                 *names,
@@ -136,8 +140,7 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
     Parameters
     ----------
     records
-        With the channels ``current`` (mA) and ``pressure`` (bar); by default all bundled records, those with hysteresis
-        included.
+        With the channels ``current`` (mA) and ``pressure`` (bar); by default all records of the actuator.
 
     Raises
     ------
@@ -146,16 +149,12 @@ def recursive_study(records: Dataset | None = None) -> RecursiveStudy:
 
     Examples
     --------
-    >>> study = recursive_study(load_clutch_records("20C_step_b").crop(0, 300))
+    >>> study = recursive_study(load_clutch("20C_step_b").crop(0, 300))
     >>> len(study.comparison.trackings), study.on_noise.largest_left_alone < 1e-12
     (8, True)
-
-    References
-    ----------
-    Clutch thesis, section 3.3.3.
     """
-    data = _from_current_to_pressure(load_clutch_records() if records is None else records)
-    reference = _from_current_to_pressure(load_clutch_records("20C_ramp_a"))
+    data = _from_current_to_pressure(load_clutch() if records is None else records)
+    reference = _from_current_to_pressure(load_clutch("20C_ramp_a"))
     found = [compare([arx], _methods(arx, reference), data).trackings for arx in MODELS]
     per_record = [
         tracking
@@ -197,5 +196,5 @@ def _noise_for_pressure(data: Dataset) -> Dataset:
 
 
 def _median(values: Iterable[float]) -> str:
-    # What never ended counts as infinite: a median over the rest would flatter.
+    # A run that diverged counts as infinite; leaving it out would lower the median.
     return figure(float(np.median(np.nan_to_num(list(values), nan=np.inf))))

@@ -1,20 +1,19 @@
 """Recursive set-membership estimation on the clutch: the thesis's first wish for future work.
 
-Three questions, each with what answers it:
+Three questions and their experiments:
 
-- Do the sets hold the truth, and how much wider are they than the batch intervals of the same samples?  The thesis's
-  central Hammerstein model (section 3.2.3) is run over the current of ``20C_step_b``, with the sensor's noise.
-- Is a hidden change of the plant proven, and when?  The same, with another pole from the middle of the record on.
-- Can constant parameters follow the actuator?  The bundled records, at the sensor's noise bound of 0.3 bar and at
-  larger ones: an empty set proves that no constant Hammerstein model explains the samples since the set was begun.  The
-  thesis found that "for every input range corresponds a different model" by looking; here it is a theorem, with times.
+- Do the sets contain the true parameters, and how much wider are they than batch intervals of the same samples? The
+  thesis's central Hammerstein model (section 3.2.3) is run over the current of ``20C_step_b``, with the sensor's noise.
+- Is a change of the plant proven, and when? The same, with another pole from the middle of the record on.
+- Can constant parameters fit the actuator? The bundled records are used, at the sensor's noise bound of 0.3 bar and at
+  larger ones. An empty set proves that no constant Hammerstein model explains the samples since the set was started.
 
-The larger bounds are there because the records were sampled irregularly.  Straight lines between samples bring them to
-2 ms.  On ramps that adds some tenths of a bar to the error of the pressure.  At a step of the current one sample is on
-the way, which no sensor ever saw, and with it the pressure of some samples is off by up to a few bar.
+The larger bounds cover the linear interpolation of irregular samples to 2 ms. On ramps it adds some tenths of a bar to
+the error of the pressure. At a step of the current it adds a sample between the levels, and the pressure of some
+samples has an error of up to a few bar.
 
 The model is the Hammerstein model as a difference equation, ``w[t] = -a1 w[t-1] + sum_k b0_vk v[t-1]^k``; with unit DC
-gain ``b0_vk = (1 + alpha) gamma_k``.  Only the noise enters at the output.
+gain ``b0_vk = (1 + alpha) gamma_k``. Only the noise enters at the output.
 
 Reference: clutch thesis, sections 3.2.4 and 6.2.
 """
@@ -22,16 +21,16 @@ Reference: clutch thesis, sections 3.2.4 and 6.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.identification.estimate import Estimate, round_down, round_up
@@ -45,32 +44,27 @@ from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.printed import printed_central_model
 from smid.theses.clutch.plant import INPUT_SCALE, NOISE_BOUND
 
-__all__ = ["RecordChanges", "SetStudy", "set_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["RecordChanges", "SetStudy", "set_study"]
 
 POWERS = (5, 4, 3)
 ARX = Arx(powers=POWERS, input_scale=INPUT_SCALE)
 BOUNDS = dict.fromkeys(ARX.names[1:], (-1.0, 1.0))
-"""Of the coefficients, in bar: over a hundred times the thesis's.  That of the pole is its stability."""
+"""Of the coefficients, in bar: over a hundred times the thesis's. The pole is bounded by its stability."""
 
 CURRENT = "20C_step_b"
 OTHER_POLE = 0.8
 BATCH = 400
 """Samples on which the batch intervals are computed."""
 NOISE_BOUNDS = (NOISE_BOUND, 1.0, 3.0)
-"""In bar, for the bundled records: the sensor's, and what straight lines between samples may add on ramps and steps."""
+"""In bar, for the bundled records: the sensor's bound, and bounds that cover the interpolation on ramps and steps."""
 
 
 @dataclass(frozen=True)
 class RecordChanges:
-    """What was proven of a record.
-
-    Parameters
-    ----------
-    changes
-        By noise bound in bar.
-    """
+    """The proven changes of a record, by noise bound in bar."""
 
     record: str
     changes: Mapping[float, tuple[Change, ...]]
@@ -87,17 +81,17 @@ class SetStudy(Result):
     noise_bound
         In bar.
     truth
-        Of the known plant, in the order of the names of its history.
+        Parameters of the known plant, in the order of the names of its history.
     known
-        Of the known plant, sample by sample.
+        Sets of the known plant, by sample.
     batch
-        The certified batch intervals of the known plant's first samples.
+        Certified batch intervals of the known plant's first samples.
     hidden
         First sample of the changed plant.
     changed
-        Of the plant that changes.
+        Sets of the plant that changes.
     located
-        The first proven change, on the shortest stretch of samples found; None where none was proven.
+        The first proven change, on the shortest stretch of samples found; None if none was proven.
     """
 
     sampling_time: float
@@ -112,12 +106,12 @@ class SetStudy(Result):
 
     @property
     def never_left(self) -> bool:
-        """Whether the truth of the known plant lies in its set at every sample."""
+        """Tell whether the true parameters of the known plant lie in its set at every sample."""
         return bool(((self.known.lower <= self.truth) & (self.truth <= self.known.upper)).all())
 
     @property
     def against_batch(self) -> Table:
-        """Return a row per parameter: recursive and batch intervals of the same samples."""
+        """Return recursive and batch intervals of the same samples, a row per parameter."""
         n = self.batch.data.n_samples
         rows = []
         for k, (name, truth, batch) in enumerate(zip(self.known.names, self.truth, self.batch.intervals, strict=True)):
@@ -133,7 +127,7 @@ class SetStudy(Result):
 
     @property
     def at_end(self) -> Table:
-        """Return a row per parameter: the last interval of the known plant."""
+        """Return the last interval of the known plant, a row per parameter."""
         lower, upper = self.known.lower[-1].tolist(), self.known.upper[-1].tolist()
         rows = tuple(
             (name, f"{truth:.6g}", _interval(low, high), f"{high - low:.2g}")
@@ -144,7 +138,7 @@ class SetStudy(Result):
 
     @property
     def of_records(self) -> Table:
-        """Return a row per record: the changes that were proven."""
+        """Return the proven changes, a row per record."""
         rows = []
         for found in self.records:
             first, *_ = found.changes.values()
@@ -160,29 +154,28 @@ class SetStudy(Result):
 
     @property
     def change(self) -> str:
-        """Return in a sentence or two what was proven of the hidden change."""
-        told = f"The pole was changed from {-self.truth[0]:g} to {OTHER_POLE:g} at sample {self.hidden}."
+        """Return the proof of the hidden change in a sentence or two."""
+        begin = f"The pole was changed from {-self.truth[0]:g} to {OTHER_POLE:g} at sample {self.hidden}."
         early = sum(change.sample < self.hidden for change in self.changed.changes)
         if self.located is None:
-            return f"{told} No change was proven."
+            return f"{begin} No change was proven."
         late = self.located.sample - self.hidden
         return (
-            f"{told} It is proven with sample {self.located.sample}, {late} samples or "
-            f"{1e3 * late * self.sampling_time:g} ms later, to lie after sample {self.located.after}. Proofs before "
-            f"the change: {early}."
+            f"{begin} With sample {self.located.sample}, {late} samples or {1e3 * late * self.sampling_time:g} ms "
+            f"later, a change after sample {self.located.after} is proven. Proofs before the change: {early}."
         )
 
     @property
     def conclusion(self) -> str:
-        """Return in a few sentences what the study gave."""
+        """Return the results of the study in a few sentences."""
         left = "never left" if self.never_left else "LEFT"
         proven = [
             f"{bound:g} bar on {sum(bool(found.changes[bound]) for found in self.records)}"
             for bound in self.records[0].changes
         ]
         return (
-            f"The true parameters {left} the set in {len(self.known.lower)} samples. {self.change} That no constant "
-            f"Hammerstein model follows the actuator is proven for noise of {', '.join(proven)} of {len(self.records)} "
+            f"The true parameters {left} the set in {len(self.known.lower)} samples. {self.change} It is proven that "
+            f"no constant Hammerstein model fits the actuator, for noise of {', '.join(proven)} of {len(self.records)} "
             "bundled records."
         )
 
@@ -193,7 +186,7 @@ class SetStudy(Result):
         yield self.of_records
 
     def plot(self) -> Figure:
-        """Draw the intervals in time of the plant that changes, with the truth."""
+        """Draw the intervals over time of the plant that changes, with the true parameters."""
         truth = np.tile(self.truth, (len(self.changed.lower), 1))
         truth[self.hidden :] = changed_parameters(self.truth)
         return self.changed.plot(truth, self.sampling_time)
@@ -229,13 +222,13 @@ class SetStudy(Result):
 
 
 def _interval(low: float, high: float) -> str:
-    """Return an interval to a few digits of its width, rounded outwards."""
+    """Return an interval with a few digits of its width, rounded outwards."""
     digits = 2 + max(1, math.ceil(math.log10(max(abs(low), abs(high)) / (high - low)))) if high > low else 7
     return f"{round_down(low, digits)} to {round_up(high, digits)}"
 
 
 def changed_parameters(truth: Sequence[float]) -> Array:
-    """Return the parameters with the other pole: the DC gain stays one."""
+    """Return the parameters with the other pole and a DC gain of one."""
     share = (1.0 - OTHER_POLE) / (1.0 + truth[0])
     return np.array([-OTHER_POLE, *(share * b for b in truth[1:])])
 
@@ -245,21 +238,19 @@ def set_study(
     *,
     batch: int = BATCH,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> SetStudy:
     """Run recursive set-membership estimation on known plants and on records.
 
     Parameters
     ----------
     records
-        With the channels ``current`` (mA) and ``pressure`` (bar), and the experiment ``20C_step_b`` among them, whose
-        current drives the known plants; by default all bundled records.
+        With the channels ``current`` (mA) and ``pressure`` (bar), and the record ``20C_step_b`` among them, whose
+        current drives the known plants; by default all records of the actuator.
     batch
         Samples of the comparison with batch intervals.
     seed
         Of the noise.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
@@ -268,19 +259,16 @@ def set_study(
 
     Examples
     --------
-    >>> study = set_study(load_clutch_records("20C_step_b").crop(0, 300), batch=150)
+    >>> study = set_study(load_clutch("20C_step_b").crop(0, 300), batch=150)
     >>> study.never_left, study.known.names
     (True, ('a1', 'b0_v5', 'b0_v4', 'b0_v3'))
-
-    References
-    ----------
-    Clutch thesis, section 6.2.
     """
-    data = load_clutch_records(CLUTCH_RECORDS) if records is None else records
+    data = load_clutch(CLUTCH_RECORDS) if records is None else records
     current = data.select(CURRENT).values("current")
     n = current.size
     if not 50 <= batch <= n:
         raise DataError(f"batch = {batch} samples of {n} in {CURRENT}: give at least 50, and no more than there are")
+    # The known plant, and the one whose pole changes half way.
     values = printed_central_model().values
     gain = 1.0 + values["alpha"]
     truth = (values["alpha"], *(gain * values[f"gamma{k}"] for k in range(1, len(POWERS) + 1)))
@@ -290,11 +278,13 @@ def set_study(
     varying = constant.copy()
     varying[hidden:] = changed_parameters(truth)
     runs = [_simulate(current, p) + generator.uniform(-NOISE_BOUND, NOISE_BOUND, n) for p in (constant, varying)]
+    # Batch intervals and recursive sets of both plants.
     intervals = _batch(current[:batch], runs[0][:batch], data.sampling_time, progress)
     if intervals.unbounded:
         raise DataError(f"the first {batch} samples of {CURRENT} say too little for batch intervals: give more")
     known, changed = (_follow(current, run) for run in runs)
     first = changed.history.changes[0] if changed.history.changes else None
+    # Recursive sets of the records, at every noise bound.
     found = []
     for run in data.experiments:
         if progress is not None:
@@ -331,7 +321,7 @@ def _follow(current: Array, pressure: Array, noise_bound: float = NOISE_BOUND) -
     return estimator
 
 
-def _batch(current: Array, pressure: Array, sampling_time: float, progress: Callable[[str], None] | None) -> Estimate:
+def _batch(current: Array, pressure: Array, sampling_time: float, progress: Progress | None) -> Estimate:
     # A free gain of the linear part, so that the coefficients are those of the difference equation.
     model = Hammerstein(powers=POWERS, input_scale=INPUT_SCALE, unit_dc_gain=False, fixed={"beta": 1.0}, stable=True)
     data = Dataset.from_arrays(input={"u": current}, output={"y": pressure}, sampling_time=sampling_time)

@@ -3,11 +3,9 @@
     d/dt C = D (Ci - C) - r C
     d/dt T = D (Ti - T) + h r C + kc q (1 - exp(-ac / q)) (Tj - T)
 
-q is the flow of the coolant, D the flow through the tank over its volume.  The rate r is Arrhenius's law
-``k0 exp(-E / T)``, or, to one who knows no better, a constant.
-
-All other constants are those of Morningred and others; with time in seconds, as everywhere here, theirs per minute are
-divided by 60.  DaISy's record 98-002 was simulated with this model.
+q is the flow of the coolant, D the flow through the tank divided by its volume. The rate r is Arrhenius's law
+``k0 exp(-E / T)``, or an unknown constant. The other constants are those of Morningred and others, divided by 60
+because time is in seconds here. DaISy's record 98-002 was simulated with this model.
 
 Reference: Morningred, Paden, Seborg, Mellichamp, "An adaptive nonlinear predictive controller", Chem. Eng. Science 47
 (1992); hybrid thesis, section 5.2.
@@ -35,14 +33,14 @@ CONSTANTS: Mapping[str, tuple[float, str]] = MappingProxyType(
         "Tj": (350.0, "K"),
     }
 )
-"""Value and unit of what is known in any case."""
+"""Value and unit of each known constant."""
 
 K0, E = 7.2e10 / 60.0, 1e4
 RATE_BOX = (0.01, 2.0)  # 1/s
 
 
 def arrhenius(temperature: sympy.Expr) -> sympy.Expr:
-    """Give the reaction rate in 1/s over the temperature in K.
+    """Return the reaction rate in 1/s for a temperature in K.
 
     Examples
     --------
@@ -53,19 +51,14 @@ def arrhenius(temperature: sympy.Expr) -> sympy.Expr:
 
 
 def cooled_reactor(*, known_rate: bool, input: str = "q", concentration: str = "Ca", temperature: str = "T") -> Model:
-    """Give the reactor's balances, all constants fixed.
+    """Return the reactor's balances with fixed constants, and the signals ``c`` and ``theta``.
 
     Parameters
     ----------
     known_rate
-        Whether the rate follows Arrhenius's law; else it is a free parameter ``r``, constant.
+        The rate follows Arrhenius's law; else it is a free constant parameter ``r``.
     input, concentration, temperature
         Channels: coolant flow in l/min, concentration in mol/l, temperature in K.
-
-    Returns
-    -------
-    Model
-        Signals ``c`` and ``theta``, concentration and temperature.
 
     Examples
     --------

@@ -4,12 +4,12 @@
     d/dt c = F/V (u - c) - r(T) c,         r(T) = r0 exp(-E/R (1/T - 1/T0))
     d/dt T = F/V (T0 - T) + h r(T) c - k (T - T0)
 
-u is the inflow's concentration, F its flow, h the heat of reaction over the heat capacity of the volume, k the cooling.
-The density is constant, and kinetic and potential energy are left out, as everywhere.  At rest, cold and with flow F0
-it is the thesis's reactor with ``F0/V0 + r0 = 1/tau``, tau = 2 s: the model that its designer believes in.
+u is the inflow's concentration, F its flow, h the heat of reaction divided by the heat capacity of the volume, k the
+cooling. The density is constant, and kinetic and potential energy are neglected. Cold, at rest and with flow F0 it is
+the thesis's reactor with ``F0/V0 + r0 = 1/tau``, tau = 2 s.
 
-The thesis prints the balances (5.1)-(5.3) and simplifies them at once to (5.6): outflow by the level, E, h and k are
-ours, so chosen that the rate of reaction goes up threefold over the thesis's range of inputs.
+The thesis prints the balances (5.1)-(5.3) and simplifies them at once to (5.6). The outflow by the level, E, h and k
+are ours. The rate of reaction then rises threefold over the thesis's range of inputs.
 
 Reference: hybrid thesis, section 5.2, (5.1)-(5.6).
 """
@@ -26,10 +26,10 @@ import sympy
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.reactor import REACTION_RATE
-from smid.networks import Array
 
 __all__ = ["FULL_REACTOR", "full_reactor", "simulate_full_reactor"]
 
@@ -50,17 +50,12 @@ FULL_REACTOR: Mapping[str, tuple[float, str]] = MappingProxyType(
 
 
 def full_reactor(*, input: str = "u", flow: str = "F", output: str = "y") -> Model:
-    """Give the balances as a model: its constants are parameters, fixed, to be released.
+    """Return the balances as a model with fixed constants, signals ``V``, ``c`` and ``T``, and noise ``eta``.
 
     Parameters
     ----------
     input, flow, output
         Channels: concentration of the inflow, its flow in m3/s, and concentration of the outflow.
-
-    Returns
-    -------
-    Model
-        Signals ``V``, ``c`` and ``T``; noise ``eta``.
 
     Examples
     --------
@@ -87,7 +82,7 @@ def full_reactor(*, input: str = "u", flow: str = "F", output: str = "y") -> Mod
 def simulate_full_reactor(
     u: ArrayLike, sampling_time: float, flow: ArrayLike | None = None, start: float | None = None
 ) -> Array:
-    """Simulate the balances by SciPy's LSODA, without noise.
+    """Return the concentration of the outflow in mol/m3, without noise, by SciPy's LSODA, shape (n,).
 
     Parameters
     ----------
@@ -98,17 +93,12 @@ def simulate_full_reactor(
     flow
         Shape (n,). Inflow in m3/s, positive; by default F0.
     start
-        First concentration in the tank; by default that of the inflow.  The tank starts cold, with the volume V0.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Concentration of the outflow in mol/m3.
+        First concentration in the tank; by default that of the inflow. The tank starts cold, with the volume V0.
 
     Raises
     ------
     DataError
-        If an input is no series of finite numbers, or negative, or the sampling time is not positive.
+        If an input is not finite or negative, or the sampling time is not positive.
 
     Examples
     --------

@@ -1,15 +1,15 @@
-"""The simulated plants of the hybrid thesis, and the first-principles models that are to be extended to them.
+"""The simulated plants of the hybrid thesis, and their first-principles models.
 
-The reactors of its table 2 obey ``tau y' + a y^x = (1 - r tau) u`` with r = 0.12 1/s; the last two tell of it only
-``z = f(y)``, and one feeds a second tank.  The base is the same reactor with a = x = 1 and nothing after it.  The arm
-is (5.7)-(5.8), its base Newton's law (5.14).
+The reactors of its table 2 obey ``tau y' + a y^x = (1 - r tau) u`` with r = 0.12 1/s. In two of them ``z = f(y)`` is
+measured, and one feeds a second tank. The first-principles model is the same reactor with a = x = 1 and nothing after
+it. The arm is (5.7)-(5.8), its first-principles model Newton's law (5.14).
 
-No plant is computed by the models' own integrators: the reactors run through SciPy's LSODA at tight tolerances from
-sample to sample, with the input held between samples, and the arm, whose friction jumps, in steps of at most 0.1 ms.
-As in listing K.1 the reactor starts at the first sample of the input.
+The plants do not use the models' integrators. The reactors use SciPy's LSODA at tight tolerances from sample to
+sample, with the input held. The arm, whose friction jumps, uses steps of at most 0.1 ms. As in listing K.1 the reactor
+starts at the first sample of the input.
 
-The thesis's are all numbers of table 2 and of section 5.3.  Ours: that the plant of (5.12), which says "a combination
-of the tau-type and the a-type", takes tau and a from these two rows of table 2.
+All numbers of table 2 and of section 5.3 are the thesis's. Ours: the plant of (5.12), "a combination of the tau-type
+and the a-type", has tau and a from these two rows of table 2.
 
 Reference: hybrid thesis, sections 5.2 to 5.4, table 2, listings K.1 to K.3.
 """
@@ -22,14 +22,15 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from smid.data import DataError
+from relaxations.algebra.arrays import Array
 from smid.models import VALUE, Model, Reactor, RotatingArm, signal, t
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import REACTION_RATE
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+from smid.theses.series import finite_series
 
 __all__ = [
     "MISMATCHES",
@@ -42,25 +43,23 @@ __all__ = [
     "simulate_reactor",
 ]
 
-Array = NDArray[np.float64]
-
 ARM_STEP = 1e-4  # s; sticking decays at 870 1/s
 
 
 @dataclass(frozen=True)
 class Mismatch:
-    """One row of table 2: how a reactor differs from its first-principles model.
+    """One row of table 2: the difference between a reactor and its first-principles model.
 
     Parameters
     ----------
     tau, a, x
         Of the plant; tau in seconds.
     base_tau
-        Time constant that the base model believes in, in seconds.
+        Time constant of the first-principles model, in seconds.
     second_tau
         Time constant of a second tank that the first one feeds, in seconds.
     curve
-        What is measured of the last concentration, an expression in ``smid.models.VALUE``.
+        Measured function of the last concentration, an expression in ``smid.models.VALUE``.
 
     Examples
     --------
@@ -89,17 +88,7 @@ MISMATCHES: dict[str, Mismatch] = {
 
 
 def reactor_base(mismatch: str) -> Model:
-    """Give the first-principles model that belongs to a mismatch: its parameters are fixed, to be released.
-
-    Parameters
-    ----------
-    mismatch
-        One of `MISMATCHES`.
-
-    Returns
-    -------
-    Model
-        A `Reactor` with a = x = 1.
+    """Return the first-principles model of one of `MISMATCHES`: a `Reactor` with a = x = 1 and fixed parameters.
 
     Raises
     ------
@@ -116,17 +105,12 @@ def reactor_base(mismatch: str) -> Model:
 
 
 def reactor_plant(mismatch: str | Mismatch) -> Model:
-    """Give a reactor that differs from first principles as a model: what the base is to become.
+    """Return the plant of a mismatch as a model; a second tank is the signal ``second``, a measured curve ``seen``.
 
     Parameters
     ----------
     mismatch
-        One of `MISMATCHES`, or one's own.
-
-    Returns
-    -------
-    Model
-        A `Reactor`; a second tank is the signal ``second``, a measured curve ``seen``.
+        One of `MISMATCHES`, or your own.
 
     Raises
     ------
@@ -153,12 +137,12 @@ def reactor_plant(mismatch: str | Mismatch) -> Model:
 
 
 def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: float, start: float | None = None) -> Array:
-    """Simulate a reactor that differs from first principles, without noise.
+    """Return the measured output of a mismatched reactor, without noise, shape (n,).
 
     Parameters
     ----------
     mismatch
-        One of `MISMATCHES`, or one's own.
+        One of `MISMATCHES`, or your own.
     u
         Shape (n,). Inflow concentration, not negative, held from each sample to the next.
     sampling_time
@@ -166,17 +150,12 @@ def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: floa
     start
         First concentration in the tank (in both of them); by default that of the inflow.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-        What is measured, at the samples.
-
     Raises
     ------
     ModelError
         If there is no such mismatch.
     DataError
-        If the input is no series, or not finite, or the sampling time not positive.
+        If the input is not a finite series, or the sampling time is not positive.
 
     Examples
     --------
@@ -186,31 +165,22 @@ def simulate_reactor(mismatch: str | Mismatch, u: ArrayLike, sampling_time: floa
     if isinstance(mismatch, str):
         refuse_unknown("mismatch", [mismatch], MISMATCHES)
         mismatch = MISMATCHES[mismatch]
-    inputs = _series(u, sampling_time)
+    inputs = finite_series(u, sampling_time)
     first = float(inputs[0]) if start is None else float(start)
     y = _tank(inputs, sampling_time, mismatch.tau, mismatch.a, mismatch.x, mismatch.second_tau, first)
     return y if mismatch.curve is None else np.asarray(sympy.lambdify(VALUE, mismatch.curve, "numpy")(y))
 
 
-def _series(u: ArrayLike, sampling_time: float) -> Array:
-    inputs = np.asarray(u, dtype=np.float64)
-    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
-        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
-    if not (np.isfinite(sampling_time) and sampling_time > 0):
-        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
-    return inputs
-
-
 def _tank(
     u: Array, sampling_time: float, tau: float, a: float, x: float, second_tau: float | None, first: float
 ) -> Array:
-    """Integrate one tank, or two at once so that the second sees the first between samples."""
+    """Integrate one tank, or two at once so that the second one receives the first between samples."""
     state = np.array([first] if second_tau is None else [first, first])
     result = np.empty(len(u))
     result[0] = first
 
     def rate(_: float, y: Any, held: float) -> list[float]:
-        # The power of a negative concentration, which rounding can make, is meant with its sign.
+        # Rounding can make a concentration negative; its power keeps the sign.
         rates = [(1 / tau - REACTION_RATE) * held - a * math.copysign(abs(y[0]) ** x, y[0]) / tau]
         if second_tau is not None:
             rates.append((1 / second_tau - REACTION_RATE) * y[0] - y[1] / second_tau)
@@ -224,17 +194,12 @@ def _tank(
 
 
 def arm_base(measured: str = "angle") -> Model:
-    """Give Newton's law for the arm, (5.14), all parameters fixed, to be released.
+    """Return Newton's law for the arm, (5.14): a `RotatingArm` without friction and drag, all parameters fixed.
 
     Parameters
     ----------
     measured
-        One of {"angle", "speed"}. What the output channel shows.
-
-    Returns
-    -------
-    Model
-        A `RotatingArm` without friction and drag.
+        Signal of the output channel, "angle" or "speed".
 
     Raises
     ------
@@ -250,19 +215,14 @@ def arm_base(measured: str = "angle") -> Model:
 
 
 def arm_friction(speed: float, ws: float, eps: float, wd: float, b: float) -> float:
-    """Evaluate friction and drag of the arm, (5.7)-(5.8).
+    """Return friction and drag of the arm in Nm, (5.7)-(5.8).
 
     Parameters
     ----------
     speed
         In rad/s.
     ws, eps, wd, b
-        Sticking and where it ends, gliding, drag: in Nm, rad/s, Nm and Nm s2/rad2.
-
-    Returns
-    -------
-    float
-        In Nm.
+        Sticking and its largest speed, gliding, drag: in Nm, rad/s, Nm and Nm s2/rad2.
 
     Examples
     --------
@@ -282,30 +242,25 @@ def simulate_arm(
     drag: bool = True,
     start: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """Simulate the arm with friction and drag, (5.7)-(5.8), without noise.
+    """Return the angle in rad, or the speed in rad/s, of the arm with friction and drag, (5.7)-(5.8), shape (n,).
 
     Parameters
     ----------
     u
-        Shape (n,). Motor voltage, held from each sample to the next; the thesis keeps it within 1 V.
+        Shape (n,). Motor voltage, held from each sample to the next; within 1 V in the thesis.
     sampling_time
         In seconds.
     measured
-        One of {"angle", "speed"}. Which of the two is returned.
+        Signal to return, "angle" or "speed".
     friction, drag
-        Whether sticking and gliding friction, and aerodynamic resistance, act.
+        Sticking and gliding friction, and aerodynamic resistance, act.
     start
         Angle in rad and speed in rad/s at the first sample.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Angle in rad, or speed in rad/s.
 
     Raises
     ------
     DataError
-        If the input is no series, or not finite, or the sampling time not positive.
+        If the input is not a finite series, or the sampling time is not positive.
     ModelError
         If `measured` is something else.
 
@@ -315,11 +270,12 @@ def simulate_arm(
     array([0.     , 0.01995, 0.01995])
     """
     refuse_unknown("signal", [measured], ("angle", "speed"))
-    inputs = _series(u, sampling_time)
+    inputs = finite_series(u, sampling_time)
     theta, c = MOTOR["theta"][0], MOTOR["c"][0]
     ws, eps, wd = (FRICTION[name][0] if friction else 0.0 for name in ("Ws", "eps", "Wd"))
     b = DRAG["b"][0] if drag else 0.0
 
+    # Fourth-order Runge-Kutta steps of at most ARM_STEP.
     def rate(speed: float, torque: float) -> float:
         return theta * (torque - arm_friction(speed, ws, eps, wd, b))
 

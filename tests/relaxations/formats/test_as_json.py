@@ -94,7 +94,7 @@ def document(tmp_path):
 
 
 DAMAGED = {
-    "another format": (lambda d: d.update(format="x"), "this is no 'relaxations problem'"),
+    "another format": (lambda d: d.update(format="x"), "this is not a 'relaxations problem'"),
     "another version": (lambda d: d.update(version=9), "version 9 is unknown"),
     "a missing key": (lambda d: d.pop("box"), "box is missing"),
     "no names": (lambda d: d.update(variables=[]), "variables: a list of names is expected"),
@@ -103,11 +103,11 @@ DAMAGED = {
     "crossed bounds": (lambda d: d["box"].__setitem__(0, [2, 1]), r"the box of x is \[2.0, 1.0\]"),
     "no number": (
         lambda d: d["equalities"][0][0].__setitem__(0, "ten"),
-        "equality 0, term 0: 'ten' is no finite",
+        "equality 0, term 0: 'ten' is not a finite",
     ),
-    "digits in doubt": (lambda d: d["equalities"][0][0].__setitem__(0, "10"), "'10' is no finite number"),
-    "a truth value": (lambda d: d["equalities"][0][0].__setitem__(0, True), "True is no finite number"),
-    "infinity": (lambda d: d["equalities"][0][0].__setitem__(0, float("inf")), "inf is no finite number"),
+    "digits in doubt": (lambda d: d["equalities"][0][0].__setitem__(0, "10"), "'10' is not a finite number"),
+    "a truth value": (lambda d: d["equalities"][0][0].__setitem__(0, True), "True is not a finite number"),
+    "infinity": (lambda d: d["equalities"][0][0].__setitem__(0, float("inf")), "inf is not a finite number"),
     "a negative radius": (
         lambda d: d["objective"][0].__setitem__(1, -1),
         "objective 0, term 0: the radius -1.0",
@@ -118,7 +118,7 @@ DAMAGED = {
     ),
     "a variable from the end": (
         lambda d: d["inequalities"][0][1].__setitem__(2, [-1]),
-        "-1 is no number of a",
+        "-1 is not the number of a",
     ),
     "a term of two": (lambda d: d["inequalities"][0][0].pop(), r"\[coefficient, radius, variables\] is expected"),
     "a list missing": (lambda d: d.update(equalities=3), "equality: a list of polynomials is expected"),
@@ -138,7 +138,7 @@ def test_a_damaged_file_is_refused_with_the_place(tmp_path, document, name):
 
 def test_what_is_no_json_is_told_with_its_line(tmp_path):
     (tmp_path / "p.json").write_text('{\n "version": 1\n "box"')
-    with pytest.raises(ProblemError, match=r"p\.json, line 3: no JSON"):
+    with pytest.raises(ProblemError, match=r"p\.json, line 3: not valid JSON"):
         read_json(tmp_path / "p.json")
     with pytest.raises(ProblemError, match=r"none\.json cannot be read"):
         read_json(tmp_path / "none.json")

@@ -154,7 +154,7 @@ def replaced(old, new):
 
 MALFORMED = {
     "nothing": ("", "line 1: the number of variables"),
-    "no number of variables": (replaced("   3  =  mDIM", "three"), "line 2: 'three' is no whole number"),
+    "no number of variables": (replaced("   3  =  mDIM", "three"), "line 2: 'three' is not a whole number"),
     "no variables": (replaced("   3  =  mDIM", "0"), "line 2: the number of variables is 0"),
     "a size of zero": (replaced("   2  = bLOCKsTRUCT", "0"), "line 4: a block has the size 0"),
     "a size too many": (
@@ -162,14 +162,14 @@ MALFORMED = {
         "line 4: 1 sizes of blocks are expected, and",
     ),
     "a short cost": (replaced("{48, -8, 20}", "{48, -8}"), "line 5: 3 entries of the cost are expected, not 2"),
-    "a cost that is no number": (replaced("20}", "x}"), "line 5: 'x' is no finite number"),
+    "a cost that is not a number": (replaced("20}", "x}"), "line 5: 'x' is not a finite number"),
     "a short entry": (replaced("2 1 2 2 -8", "2 1 2 -8"), "line 10: matrix, block, row, column and value are exp"),
-    "an unknown matrix": (replaced("2 1 2 2 -8", "4 1 2 2 -8"), "line 10: matrix 4 is none from 0 to 3"),
-    "an unknown block": (replaced("2 1 2 2 -8", "2 2 2 2 -8"), "line 10: block 2 is none from 1 to 1"),
+    "an unknown matrix": (replaced("2 1 2 2 -8", "4 1 2 2 -8"), "line 10: matrix 4 is not between 0 and 3"),
+    "an unknown block": (replaced("2 1 2 2 -8", "2 2 2 2 -8"), "line 10: block 2 is not between 1 and 1"),
     "an entry outside": (replaced("2 1 2 2 -8", "2 1 2 3 -8"), r"line 10: entry \(2, 3\) lies outside of block 1"),
     "row zero": (replaced("2 1 2 2 -8", "2 1 0 2 -8"), r"line 10: entry \(0, 2\) lies outside of block 1"),
     "an entry twice": (replaced("3 1 1 2 -8", "1 1 2 1 7"), "line 11: the entry of line 9 is given again"),
-    "infinity": (replaced("2 1 2 2 -8", "2 1 2 2 1e999"), "line 10: '1e999' is no finite number"),
+    "infinity": (replaced("2 1 2 2 -8", "2 1 2 2 1e999"), "line 10: '1e999' is not a finite number"),
     "off a diagonal": (replaced("   2  = bLOCKsTRUCT", "-2"), r"line 9: entry \(1, 2\) lies off the diagonal"),
 }
 

@@ -1,5 +1,6 @@
 """The relaxations: which variables complicate, which orders are refused, and no feasible point is cut off."""
 
+import sys
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments import conic, facial
-from relaxations.moments import lift as lift_module
 from relaxations.moments.lasserre import lasserre
 from relaxations.moments.lift import METHODS as LIFTS
 from relaxations.moments.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
@@ -23,6 +23,8 @@ from relaxations.reductions.sparsity import cliques
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import minimise
 from tests.relaxations.at_a_point import monomial_values, unit_problem, worst
+
+lift_module = sys.modules["relaxations.moments.lift"]  # the package shows the function under this name
 
 # ---------------------------------------------------------------- complicating variables
 
@@ -188,8 +190,8 @@ def test_facial_reduction_keeps_exactly_the_complement_of_the_multiples():
     equalities = Polynomials.from_terms([{(0, 1): 1.0, (2,): -1.0}, {(0,): 0.5, (1,): 1.0}])
     variables = (0, 1, 2)
     basis = monomials_up_to(variables, 2)
-    v = facial.complement(facial.multiples(equalities, variables, 2))
-    multiples = facial.multiples(equalities, variables, 2)
+    v = facial.face_basis(facial.multiple_vectors(equalities, variables, 2))
+    multiples = facial.multiple_vectors(equalities, variables, 2)
     assert len(multiples) == 1 + 4  # the first has degree 2: times 1 only; the second times 1, x0, x1, x2
     assert v.T @ v == pytest.approx(np.eye(v.shape[1]), abs=1e-12)
     assert multiples @ v == pytest.approx(0, abs=1e-12)
@@ -200,7 +202,7 @@ def test_independent_rows_span_what_all_rows_span():
     rng = np.random.default_rng(9)
     vectors = rng.normal(size=(4, 7))
     vectors = np.r_[vectors, rng.normal(size=(5, 4)) @ vectors]
-    kept = facial.independent(vectors)
+    kept = facial.independent_rows(vectors)
     assert len(kept) == 4
     assert np.linalg.matrix_rank(vectors[kept]) == 4
 

@@ -17,7 +17,7 @@ from relaxations.points.newton_point import newton_point
 from relaxations.problem.problem import from_sympy
 from relaxations.search.hierarchy import Reason as EndsReason
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import Reason
+from relaxations.search.minimise import MinimumReason
 
 x, y = variables("x y")
 UNIT = [x >= 0, x <= 1, y >= 0, y <= 1]
@@ -25,20 +25,20 @@ UNIT = [x >= 0, x <= 1, y >= 0, y <= 1]
 
 def test_an_empty_set_that_no_relaxation_shows_is_not_called_tight():
     found = minimise(x, [x + y == 1, x + y == 1 + 1e-12, *UNIT])
-    assert found.reason is not Reason.TIGHT
+    assert found.reason is not MinimumReason.TIGHT
     assert not found.points
     assert np.isnan(found.upper)
 
 
 def test_an_empty_set_that_contraction_shows_is_proven_empty():
-    assert minimise(x + y, [x * y >= 1 + 1e-12, *UNIT]).reason is Reason.EMPTY
+    assert minimise(x + y, [x * y >= 1 + 1e-12, *UNIT]).reason is MinimumReason.EMPTY
 
 
 def test_the_search_goes_on_until_a_verified_value_meets_the_bound():
     # On this box a local search is good for three digits, and its value is below the minimum.
     found = minimise(x + y, [x * y == 1, x >= 1e-6, x <= 1e6, y >= 1e-6, y <= 1e6])
     assert found.lower <= 2 <= found.upper
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     assert found.gap <= 2e-6
 
 
@@ -46,13 +46,13 @@ def test_a_gap_beyond_the_tolerance_is_not_called_tight():
     # Doubles that are near 1e10 do not tell 1e-6.
     found = minimise(y - 10**10 * x, [y >= 10**10 * x, x >= 0, x <= 1, y >= 0, y <= 10**10])
     assert found.lower <= 0 <= found.upper
-    assert (found.reason is Reason.TIGHT) == (found.gap <= 1e-6)
+    assert (found.reason is MinimumReason.TIGHT) == (found.gap <= 1e-6)
 
 
 def test_a_reason_says_that_no_point_was_verified():
     # Three tenths is no float: for no coefficients as near as that does the disc hold its centre.
     found = minimise(x, [(x - Fraction(3, 10)) ** 2 + y**2 <= 0, x >= -1, x <= 1, y >= -1, y <= 1])
-    assert found.reason is Reason.UNVERIFIED
+    assert found.reason is MinimumReason.UNVERIFIED
     assert "no feasible point was verified" in str(found)
     assert found.lower <= 0.3
 
@@ -66,7 +66,7 @@ def test_no_statement_about_a_problem_known_in_fractions_is_false(case: Analytic
 def test_the_minimum_of_a_named_problem_with_curved_equalities_is_verified(name):
     case = load(name)
     found = minimise_named(case)
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     assert found.points
     assert found.gap <= 1e-6 * max(1.0, abs(found.upper))
 

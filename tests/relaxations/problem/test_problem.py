@@ -59,7 +59,7 @@ def test_coefficients_from_sympy_are_enclosed(terms):
 
 @pytest.mark.parametrize("expression", [sympy.exp(x), sympy.sqrt(x), 1 / x, sympy.Abs(x)])
 def test_what_is_no_polynomial_is_refused_by_name(expression):
-    with pytest.raises(ProblemError, match="is no polynomial in"):
+    with pytest.raises(ProblemError, match="is not a polynomial in"):
         from_sympy(None, [], [expression], [x], {x: (1, 2)})
 
 
@@ -69,7 +69,7 @@ def test_an_unlisted_symbol_is_refused_by_name():
 
 
 def test_an_irrational_coefficient_is_refused_with_its_cure():
-    with pytest.raises(ProblemError, match=r"sqrt\(2\) is no finite rational number: give a decimal or a fraction"):
+    with pytest.raises(ProblemError, match=r"sqrt\(2\) is not a finite rational number: give a decimal or a fraction"):
         from_sympy(sympy.sqrt(2) * x, [], [], [x], {x: (0, 1)})
 
 

@@ -524,7 +524,7 @@ TAMPERED = {
     "cases of no product": (
         2,
         put([["1", 0, []], ["1", 0, [0]]], "equalities", 0),
-        r"equality 0 is no single monomial",
+        r"equality 0 is not a single monomial",
     ),
     "a face lost": (3, lose("steps", 0, "reach", "faces", 0), r"step 1: face x = 1 is missing"),
     "a face without proof": (
@@ -573,7 +573,7 @@ TAMPERED = {
         put("0x1.0p+1", "steps", 0, "rows", 1, 3),
         r"row 1: the box does not keep the argument from above it",
     ),
-    "a row of a sign": (6, put(["low", 0, -3], "steps", 0, "rows", 1), r"'low' with 1 ends is no row of this kink"),
+    "a row of a sign": (6, put(["low", 0, -3], "steps", 0, "rows", 1), r"'low' with 1 ends is not a row of this kink"),
     "a kink of itself": (6, put([[1, 0, [1]]], "kinks", 0, "argument"), r"kink 0: it reads one that is not before it"),
     "another argument": (6, put([[2, 0, [0]]], "kinks", 0, "argument"), r"step 1: row 1: the box does not keep"),
     "no kinks": (6, lose("kinks"), r"kink \d is not among the 0 that are stated"),

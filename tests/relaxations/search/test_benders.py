@@ -18,7 +18,8 @@ from relaxations.search.benders.program import ask
 from relaxations.search.benders.search import Asker
 from relaxations.search.benders.split import Split, frame
 from relaxations.search.benders.tree import bound_end
-from relaxations.search.hierarchy import CUTS, LONG, Reason, intervals
+from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.plan import LONG
 from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, FeasibleSet, Hammerstein, identify
 
 NOISE = 0.05
@@ -142,9 +143,9 @@ def test_a_cut_that_rounding_blurs_is_asked_anew_not_split_for():
 @pytest.mark.parametrize("poles", [1, 2])
 def test_cuts_agree_with_the_lift(poles):
     model, data, parameters, _ = record(40, 7, poles)
-    by_cuts = identify(model, data, NOISE, method=CUTS, tolerance=1e-3)
+    by_cuts = identify(model, data, NOISE, method="benders", tolerance=1e-3)
     by_lift = identify(model, data, NOISE, method="lift", order=1, nodes=40, tolerance=1e-3)
-    assert by_cuts.enclosure.method == CUTS
+    assert by_cuts.enclosure.method == "benders"
     for one, other, true in zip(by_cuts.intervals, by_lift.intervals, parameters, strict=True):
         assert one.lower <= true <= one.upper
         assert one.gap <= 1e-3 * one.width
@@ -160,7 +161,7 @@ def test_cuts_agree_with_the_lift(poles):
 @pytest.mark.parametrize("seed", range(6))
 def test_the_truth_lies_inside_whatever_the_record(seed):
     model, data, parameters, _ = record(12 + 4 * seed, 100 + seed)
-    found = identify(model, data, NOISE, method=CUTS, tolerance=1e-2)
+    found = identify(model, data, NOISE, method="benders", tolerance=1e-2)
     for interval, true in zip(found.intervals, parameters, strict=True):
         assert interval.lower <= true <= interval.upper
         assert interval.lower <= interval.inner_lower <= interval.inner_upper <= interval.upper
@@ -173,7 +174,7 @@ def test_ends_of_variables_that_do_not_complicate_are_bounded_too():
     y = w + np.random.default_rng(1).uniform(-0.02, 0.02, len(u))
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     model = Hammerstein(poles=1, powers=(2,), stable=True)
-    by_cuts, by_lift = (identify(model, data, 0.02, method=method, tolerance=1e-2) for method in (CUTS, "lift"))
+    by_cuts, by_lift = (identify(model, data, 0.02, method=method, tolerance=1e-2) for method in ("benders", "lift"))
     for one, other in zip(by_cuts.intervals, by_lift.intervals, strict=True):
         assert one.lower <= other.inner_lower
         assert other.inner_upper <= one.upper
@@ -183,7 +184,7 @@ def test_ends_of_variables_that_do_not_complicate_are_bounded_too():
 def test_a_long_record_is_bounded_by_cuts_and_its_witnesses_are_feasible():
     model, data, parameters, _ = record(LONG, 11)
     found = identify(model, data, NOISE, tolerance=1e-2)
-    assert found.enclosure.method == CUTS
+    assert found.enclosure.method == "benders"
     assert found.enclosure.reason is Reason.TIGHT
     problem = FeasibleSet(model, data, NOISE).problem
     for k, (interval, true) in enumerate(zip(found.intervals, parameters, strict=True)):
@@ -196,13 +197,13 @@ def test_a_long_record_is_bounded_by_cuts_and_its_witnesses_are_feasible():
 def test_noise_that_is_too_small_is_proven_so_by_cuts():
     model, data, _, _ = record(60, 5)
     problem = boxed(FeasibleSet(model, data, 0.2 * NOISE).problem)
-    found = intervals(problem, [0, 1, 2], method=CUTS)
+    found = intervals(problem, [0, 1, 2], method="benders")
     assert found.reason is Reason.EMPTY
     assert found.empty.margin > 0
     assert found.empty.weights.sum() == pytest.approx(1)
     model, data, _, _ = record(14, 5)
     with pytest.raises(EmptyFeasibleSetError, match="proven"):
-        identify(model, data, 0.1 * NOISE, method=CUTS)
+        identify(model, data, 0.1 * NOISE, method="benders")
 
 
 def test_what_is_proven_before_an_interruption_is_kept():
@@ -213,7 +214,7 @@ def test_what_is_proven_before_an_interruption_is_kept():
         if line.startswith("b0: proven"):
             raise KeyboardInterrupt
 
-    found = intervals(problem, [0, 1, 2], method=CUTS, progress=interrupt)
+    found = intervals(problem, [0, 1, 2], method="benders", progress=interrupt)
     assert found.reason is Reason.INTERRUPTED
     assert found.intervals[0].upper < problem.upper[0]
     for interval, true in zip(found.intervals, parameters, strict=True):
@@ -225,7 +226,7 @@ def test_what_cuts_cannot_do_is_said_before_any_work():
     unit = [end for v in x for end in (v >= -1, v <= 1)]
     problem, _ = problem_of(x[0], [*unit, sum(v**2 for v in x) <= 1])
     with pytest.raises(ProblemError, match="too many variables complicate"):
-        intervals(problem, [0], method=CUTS)
+        intervals(problem, [0], method="benders")
 
 
 def test_a_record_too_long_for_the_memory_is_refused(monkeypatch):
@@ -233,4 +234,12 @@ def test_a_record_too_long_for_the_memory_is_refused(monkeypatch):
     problem = boxed(FeasibleSet(model, data, NOISE).problem)
     monkeypatch.setattr("relaxations.moments.conic.os.sysconf", lambda _: 100)
     with pytest.raises(ProblemError, match="a shorter record"):
-        intervals(problem, [0], method=CUTS)
+        intervals(problem, [0], method="benders")
+
+
+def test_an_empty_set_without_equalities_is_proven_so_by_cuts():
+    x, y = variables("x y")
+    problem, _ = problem_of(x, [x**2 + y**2 <= 1, x + y >= 2])
+    found = intervals(problem, [0], method="benders")
+    assert found.reason is Reason.EMPTY
+    assert found.empty.weights.shape == (0,)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from relaxations.library import load, names
-from relaxations.proof.bounding import relax, resolve
+from relaxations.proof.bounding import relax
 from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
 
 CASES = {name: load(name) for name in names()}
 SECONDS = 30.0  # no case is begun after that
@@ -56,8 +57,7 @@ def test_ends_of_identification_problems_are_met_from_outside(name):
     assert degree_one.sum() == 1
     k = int(objective.factors[degree_one].max())
     sign = float(objective.coefficients.mid[degree_one][0])
-    method, order, _ = resolve(problem, "lift", None)
-    found = intervals(problem, [k], method=method, order=order).intervals[0]
+    found = intervals(problem, [k], method=Plan.of(problem, "lift")).intervals[0]
     bound = found.lower if sign > 0 else -found.upper
     optimum = case.optimum
     # The optima are those of a solver with tolerances of 1e-9 and a gap of about 1e-6.

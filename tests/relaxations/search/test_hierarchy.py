@@ -9,9 +9,8 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof import bounding
-from relaxations.proof.bounding import resolve
-from relaxations.search import hierarchy
 from relaxations.search.hierarchy import Reason, contracted, intervals
+from relaxations.search.plan import Plan
 
 
 def with_noise_bound(model, bound):
@@ -123,7 +122,7 @@ def test_a_stop_while_a_relaxation_is_built_returns_the_box(output_error, monkey
     def fails(*_, **__):
         raise failure
 
-    monkeypatch.setattr(hierarchy, "relax", fails)
+    monkeypatch.setattr("relaxations.search.by_rounds.relax", fails)
     found = intervals(model.problem, [0, 1])
     assert [(i.lower, i.upper, i.from_box) for i in found.intervals] == [
         (-1.0, 1.0, (True, True)),
@@ -166,7 +165,8 @@ def test_an_infinite_box_is_refused_before_any_solve(output_error, monkeypatch):
 
 def test_the_default_method_is_the_lift_and_says_so(output_error):
     problem = output_error(6).problem
-    assert resolve(problem, "auto", None)[:2] == ("lift", 2)
+    plan = Plan.of(problem)
+    assert (plan.method.name, plan.order) == ("lift", 2)
     found = intervals(problem, [0])
     assert found.method == "lift"
     assert found.complicating == ("a",)

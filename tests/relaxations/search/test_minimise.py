@@ -18,7 +18,7 @@ from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.reductions.products import with_products
 from relaxations.reductions.vanishing import cases, products, settle
-from relaxations.search.minimise import Reason, minimise
+from relaxations.search.minimise import MinimumReason, minimise
 
 minimise_module = sys.modules["relaxations.search.minimise"]  # the package shows the function under this name
 
@@ -34,7 +34,7 @@ def test_a_bound_meets_the_known_optimum(name):
     case = load(name)
     found = minimise(case.problem, case.objective)
     size = max(1.0, abs(case.optimum))
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     # The optima of the library are known to about seven digits.
     assert case.optimum - 1e-6 * size < found.lower < case.optimum + 1e-7 * size
     assert found.upper == pytest.approx(case.optimum, abs=3e-6 * size)
@@ -44,7 +44,7 @@ def test_a_box_that_shrinks_to_a_point_is_proof_enough():
     # Complementary products on a box of 15 by 1e-7: what is left of it scales equalities beyond what a solver can do.
     case = load("gms_Bex9_2_2")
     found = minimise(case.problem, case.objective, order=1)
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     assert case.optimum - 1e-6 * case.optimum < found.lower <= case.optimum
 
 
@@ -137,7 +137,7 @@ def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
     found = minimise(problem, objective, nodes=0, tolerance=1e-5)
     assert orders == [1, 2, (3, 2, 2)]
     assert found.order == 3
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     assert optimum - 1e-5 < found.lower < optimum + 1e-6
 
 
@@ -158,7 +158,7 @@ def test_cliques_of_different_orders_bound_between_those_of_one(orders):
 def test_an_empty_set_is_proven_empty():
     problem, objective = from_sympy(X, [1 - X**2 - Y**2, X + Y - 2], [], [X, Y], SQUARE)
     found = minimise(problem, objective)
-    assert found.reason is Reason.EMPTY
+    assert found.reason is MinimumReason.EMPTY
     assert found.lower == np.inf
     assert "proven" in str(found)
 
@@ -190,14 +190,14 @@ def test_what_was_proven_before_an_interrupt_is_returned():
             raise KeyboardInterrupt
 
     found = minimise(case.problem, case.objective, progress=interrupt)
-    assert found.reason is Reason.INTERRUPTED
+    assert found.reason is MinimumReason.INTERRUPTED
     assert 2000 < found.lower < case.optimum
 
 
 def test_time_that_is_used_up_is_said():
     case = load("floudas_3_2")
     found = minimise(case.problem, case.objective, seconds=1e-3)
-    assert found.reason is Reason.TIME
+    assert found.reason is MinimumReason.TIME
     assert -np.inf < found.lower <= case.optimum  # of the box alone
 
 

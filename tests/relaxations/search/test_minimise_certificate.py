@@ -6,7 +6,7 @@ import pytest
 
 from relaxations import check, library
 from relaxations.formats.expressions import problem_of, variables
-from relaxations.search.minimise import Reason, minimise
+from relaxations.search.minimise import MinimumReason, minimise
 
 x, y, z = variables("x y z")
 CUBE = [end for v in (x, y, z) for end in (v >= -1, v <= 1)]
@@ -22,7 +22,7 @@ CASES = {
 def assert_proven(file, found):
     """Assert that a file proves the lower end of a minimum."""
     theorems = check.check(check.read(file))
-    if found.reason is Reason.EMPTY:
+    if found.reason is MinimumReason.EMPTY:
         assert any(theorem.empty for theorem in theorems)
         return
     terms = {
@@ -39,7 +39,7 @@ def test_the_file_proves_the_lower_end(tmp_path, name, order):
     objective, constraints = CASES[name]
     problem = problem_of(objective, constraints)
     found = minimise(*problem, order=order, nodes=60, tolerance=1e-3, certificate=tmp_path / "c.json")
-    assert found.reason in (Reason.TIGHT, Reason.EMPTY) or order == 1
+    assert found.reason in (MinimumReason.TIGHT, MinimumReason.EMPTY) or order == 1
     assert_proven(tmp_path / "c.json", found)
 
 

@@ -11,14 +11,14 @@ from relaxations import check
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
-from relaxations.moments.facial import complement, supported
+from relaxations.moments.facial import face_basis, vectors_within
 from relaxations.moments.lasserre import lasserre, plan
 from relaxations.moments.symmetry import classes, sign_symmetries
 from relaxations.points.extraction import minimisers
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound
-from relaxations.search.minimise import Reason, minimise
+from relaxations.search.minimise import MinimumReason, minimise
 from tests.relaxations.at_a_point import unit_problem, worst
 
 N = 4
@@ -231,7 +231,7 @@ def test_the_minimum_of_a_symmetric_problem_is_found(method):
         terms |= {(k,) * 4: 1.0, (k, k): -1.0, tuple(sorted((k, (k + 1) % n))): 0.25}
     problem, objective = unit_problem(n), Polynomials.from_terms([terms])
     found = minimise(problem, objective, method=method)
-    assert found.reason is Reason.TIGHT
+    assert found.reason is MinimumReason.TIGHT
     # All of one size t, signs alternating: n (t^4 - 5/4 t^2).
     assert found.upper == pytest.approx(-n * 0.390625, abs=1e-6)
 
@@ -249,6 +249,6 @@ def test_the_certificate_of_a_split_relaxation_is_checked_in_fractions(tmp_path,
 def test_null_vectors_of_a_part_are_those_that_live_on_it():
     vectors = np.array([[1.0, 0.0, 2.0, 0.0], [0.0, 1.0, 3.0, 0.0]])
     part = np.array([0, 2, 3])
-    face = complement(supported(vectors, part))
+    face = face_basis(vectors_within(vectors, part))
     assert face.shape == (3, 2)
     assert vectors[0, part] @ face == pytest.approx(0)

@@ -15,7 +15,6 @@ from relaxations.problem.problem import from_sympy
 from relaxations.proof import bounding
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate import certify
-from relaxations.search import hierarchy
 from relaxations.search.hierarchy import Reason, intervals
 from relaxations.solvers import (
     Attempt,
@@ -201,7 +200,7 @@ def test_an_unknown_solver_is_refused_before_any_work(monkeypatch):
     def no_work(*_, **__):
         raise AssertionError("work was done")
 
-    monkeypatch.setattr(hierarchy, "relax", no_work)
+    monkeypatch.setattr("relaxations.search.by_rounds.relax", no_work)
     monkeypatch.setattr(bounding, "solve", no_work)
     with pytest.raises(ProblemError, match=r"unknown solver 'mosec': choose one of clarabel, ") as caught:
         intervals(product_problem(), [0], solver="mosec")

@@ -46,7 +46,7 @@ def test_demo_finds_the_truth_and_ends_with_the_path_of_its_report(folder, smid)
     assert "records of the whole actuator" in pages[1]
     assert "lie inside every interval" in result.stdout
     document = json.loads(Path("demo.json").read_text(encoding="utf-8"))
-    truth = true_parameters("clutch_20C_ramp_a")
+    truth = true_parameters("hammerstein_20C_ramp_a")
     for interval in document["estimate"]["parameters"]:
         assert interval["lower"] <= truth[interval["name"]] <= interval["upper"]
     fits = [score["fit_percent"] for v in document["validations"] for score in v["scores"]]
@@ -66,7 +66,7 @@ def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, mo
     monkeypatch.setattr(Progress, "__call__", interrupt)
     result = smid("demo")
     assert result.exit_code == 130
-    assert "Ended early: effects that were not tried yet" in (folder / "smid-report.html").read_text(encoding="utf-8")
+    assert "Ended early: effects that were not tested yet" in (folder / "smid-report.html").read_text(encoding="utf-8")
     assert (folder / "smid-report-identification.html").exists()
 
 
@@ -85,11 +85,10 @@ def test_the_report_is_opened_where_somebody_sits_before_a_display(monkeypatch, 
 
 def test_the_steps_are_what_their_script_makes(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "data")
-    script = importlib.import_module("make_clutch_steps")
-    current, pressure, temperature = script.columns()
-    record = load_clutch("clutch_20C_steps")
+    script = importlib.import_module("make_clutch")
+    current, temperature = script.short_steps(), 20.0
+    record = load_clutch("varying_pole_20C_steps")
     np.testing.assert_array_equal(record.values("current"), current)
-    np.testing.assert_allclose(record.values("pressure"), pressure, atol=1e-4)
     assert set(record.values("temperature")) == {temperature}
     free = simulate_clutch(current, temperature, script.PLANT)
     assert np.abs(record.values("pressure") - free).max() <= script.NOISE_BOUND
@@ -97,7 +96,7 @@ def test_the_steps_are_what_their_script_makes(monkeypatch):
 
 def test_unknown_record_is_refused():
     with pytest.raises(DataError, match="no bundled record"):
-        record_path("none.csv")
+        record_path("none")
 
 
 def test_the_example_of_the_readme_runs(tmp_path, monkeypatch, capsys):

@@ -125,12 +125,12 @@ def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
     monkeypatch.setattr(Progress, "__call__", interrupt)
     result = smid(f"diagnose {COMMON} {FEW} --no-certify --json out.json --report out.html")
     assert result.exit_code == 130
-    assert "effects that were not tried yet may explain more" in result.stderr
+    assert "effects that were not tested yet may explain more" in result.stderr
     assert "Cause: input_dead_zone." in result.stdout
     document = written()
     assert document["interrupted"]
     assert document["causes"][0]["effect"] == "input_dead_zone"
-    assert "Ended early: effects that were not tried yet" in Path("out.html").read_text(encoding="utf-8")
+    assert "Ended early: effects that were not tested yet" in Path("out.html").read_text(encoding="utf-8")
 
 
 def test_interrupted_before_the_search_there_is_no_result(smid, monkeypatch):

@@ -18,11 +18,11 @@ COMMON = "run.csv --input u --output y --model model.toml"
                 "a1 in [",
                 "lift of order 1, complicating: a1",
                 "the solver said",
-                "they stopped: every end meets its witness",
+                "they stopped: every end meets a verified point",
             ],
         ),
-        (f"identify {COMMON}", ["least bound of y in [", "it stopped: every end", "they stopped: "]),
-        (f"error-bound {COMMON}", ["noise_bound in [", "least bound of y in [", "it stopped: every end"]),
+        (f"identify {COMMON}", ["least noise bound of y in [", "it stopped: every end", "they stopped: "]),
+        (f"error-bound {COMMON}", ["noise_bound in [", "least noise bound of y in [", "it stopped: every end"]),
     ],
 )
 def test_what_is_logged(smid, line, words):
@@ -41,7 +41,7 @@ def test_a_diagnosis_is_logged(smid, folder):
     line = f"diagnose {COMMON} --sampling-time 0.1 --effects gain,scheduled_parameter --workers 1 --verbose"
     result = smid(line)
     assert result.exit_code == 0, result.stderr
-    for word in ["fitting the base model", "trying 2 effects", "scheduled_parameter was not tried: ", "it stopped: "]:
+    for word in ["fitting the base model", "trying 2 effects", "scheduled_parameter was not tested: ", "it stopped: "]:
         assert word in result.stderr
 
 

@@ -91,7 +91,7 @@ def test_sampling_time_must_be_positive(sampling_time):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"inputs": ("v",)}, "'v' is no channel; choose among 'u', 'y', 'T'"),
+        ({"inputs": ("v",)}, "'v' is not a channel; choose among 'u', 'y', 'T'"),
         ({"outputs": ()}, "no output is named"),
         ({"outputs": ("u",)}, "'u' occurs 2 times"),
         ({"channels": (Channel("u"), Channel("u"), Channel("y"))}, "channel 'u' occurs 2 times"),
@@ -267,7 +267,7 @@ def test_decimate_refuses_a_held_channel_that_is_not_there():
 
 @pytest.mark.parametrize("factor", [0, -2, 1.5])
 def test_decimate_refuses_bad_factors(factor):
-    with pytest.raises(DataError, match="whole number"):
+    with pytest.raises(DataError, match="an integer from 1 on"):
         two_runs().decimate(factor)
 
 

@@ -183,7 +183,7 @@ def test_npz_refuses_pickles_and_other_files(tmp_path, write):
     path = tmp_path / "objects.npz"
     np.savez(path, u=np.array([{}], dtype=object))
     for bad in (path, write("u,y\n1,2\n", "text.npz")):
-        with pytest.raises(DataError, match="no archive of plain arrays"):
+        with pytest.raises(DataError, match="not an archive of plain arrays"):
             Dataset.from_npz(bad, "u", "y", sampling_time=1)
 
 

@@ -59,13 +59,13 @@ def test_a_sampling_time_may_be_given():
 @pytest.mark.parametrize(
     ("records", "message"),
     [
-        (U, "ndarray is no record of nonlinear_benchmarks: give an Input_output_data"),
-        ((), "tuple is no record"),
-        ([Record(U, Y, 1.0), 3], "int is no record"),
+        (U, "ndarray is not a record of nonlinear_benchmarks: give an Input_output_data"),
+        ((), "tuple is not a record"),
+        ([Record(U, Y, 1.0), 3], "int is not a record"),
         (Record(U, Y), "sampling time is None: give one number"),
         ([Record(U, Y, 1.0), Record(U, Y, 2.0)], r"sampling time is 1\.0, 2\.0"),
         ([Record(U, Y, 1.0), Record(U, np.stack([Y, Y], axis=1), 1.0)], "different channels"),
-        (Record(U, "nothing", 1.0), "y of the record is no array of numbers"),
+        (Record(U, "nothing", 1.0), "y of the record is not an array of numbers"),
         (Record(U, np.zeros((0,)), 1.0), "y of the record has shape"),
         (Record(U, Y[:5], 1.0), "differ in length"),
     ],

@@ -130,7 +130,7 @@ def test_a_constant_that_is_no_fraction_is_refused_with_the_box_of_a_parameter_f
     data = Dataset.from_arrays(
         input={"u": np.random.default_rng(3).uniform(-1, 1, N)}, output={"y": np.ones(N)}, sampling_time=1.0
     )
-    with pytest.raises(ModelError, match=r"sqrt\(2\), which is no fraction.*with the box \(1\.414.*, 1\.414"):
+    with pytest.raises(ModelError, match=r"sqrt\(2\), which is not a fraction.*with the box \(1\.414.*, 1\.414"):
         FeasibleSet(OutputError().add_term("w", sympy.sqrt(2) * u[t - 1]), data, BOUND)
 
 

@@ -147,7 +147,7 @@ def test_what_is_no_polynomial_is_refused() -> None:
         (Line(w[t], sympy.sin(a.symbol * w[t - 1]) + u[t - 1]),),
         (Measurement("y", "w", "eta"),),
     )
-    with pytest.raises(ModelError, match=r"the line of 'w' is no polynomial.*write it with polynomials"):
+    with pytest.raises(ModelError, match=r"the line of 'w' is not a polynomial.*write it with polynomials"):
         templates(model)
 
 

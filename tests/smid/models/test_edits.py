@@ -139,7 +139,7 @@ def test_an_input_has_no_line_to_edit(edit):
 def test_edits_name_what_is_wrong():
     with pytest.raises(ModelError, match="no signal 'q': its signals are u, w"):
         OutputError().insert_before("q", lambda s: s)
-    with pytest.raises(ModelError, match="no exact input"):
+    with pytest.raises(ModelError, match="not an exact input"):
         OutputError().with_input_noise("w")
     with pytest.raises(ModelError, match="uses k, no parameter"):
         OutputError().add_term("w", sympy.Symbol("k"))

@@ -62,7 +62,7 @@ def test_a_file_gives_the_model_of_the_call(tmp_path):
         ),
         ('class = "OutputError"\n[priors]\nstable = true', "unknown field of OutputError 'priors'.*stable"),
         ('class = "Reactor"\nstable = true', "unknown field of Reactor 'stable'.*sampling_time"),
-        ("class = ", "is no TOML"),
+        ("class = ", "is not valid TOML"),
     ],
 )
 def test_mistakes_are_named(tmp_path, text, message):

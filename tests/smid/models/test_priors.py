@@ -122,7 +122,7 @@ def test_ranges_of_real_roots(first, second, pair, gain):
 def test_ranges_beyond_two_roots_are_refused():
     with pytest.raises(ModelError, match="one or two roots, not 3"):
         OutputError(3, 0, pole_range=(0, 1))
-    with pytest.raises(ModelError, match="no range"):
+    with pytest.raises(ModelError, match="is not a range"):
         OutputError(1, 0, pole_range=(1, 0))
 
 
@@ -169,5 +169,12 @@ def test_the_gain_of_a_hammerstein_model_must_be_unique():
         Hammerstein(integrator=True)
     with pytest.raises(ModelError, match="list each power once"):
         Hammerstein(powers=(3, 3))
-    with pytest.raises(ModelError, match="poles = -1 is no order"):
+    with pytest.raises(ModelError, match="poles = -1 is not a valid order"):
         Hammerstein(poles=-1)
+
+
+def test_poles_on_the_circle_that_fixed_coefficients_imply_are_admitted():
+    # a1 = 0 is the only value with both poles within 0.5, and they lie on the circle.
+    model = OutputError(na=2, nb=1, stable=True, pole_radius=0.5, fixed={"a2": -0.25})
+    (a1,) = (p for p in model.parameters if p.name == "a1")
+    assert a1.lower == a1.upper == 0

@@ -111,7 +111,7 @@ def test_a_sampling_time_is_needed_and_comes_from_the_data():
     ("options", "message"),
     [
         ({"scheme": "rk5"}, "unknown scheme 'rk5', did you mean 'rk4'"),
-        ({"substeps": 0}, "substeps = 0 is no number of steps"),
+        ({"substeps": 0}, "substeps = 0 is not a number of steps"),
         ({"sampling_time": -1.0}, "give a positive number of seconds"),
     ],
 )

@@ -63,8 +63,8 @@ def test_symbols_without_assumptions_are_understood():
         (lambda: Parameter("a b"), "cannot be used"),
         (lambda: Measurement("y", "y", None), "both called 'y'"),
         (lambda: Measurement("y", "w", None, sympy.Symbol("k")), "must depend on VALUE"),
-        (lambda: Line(W[t], "w[t-1]"), "no sympy expression"),
-        (lambda: Line(W[t], U[t] > 0), "no expression"),
+        (lambda: Line(W[t], "w[t-1]"), "not a sympy expression"),
+        (lambda: Line(W[t], U[t] > 0), "not an expression"),
     ],
 )
 def test_nonsense_is_refused_with_its_cause(build, message):

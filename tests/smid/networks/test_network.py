@@ -121,7 +121,7 @@ def test_nguyen_widrow_spreads_the_neurons():
 def test_delay_lines():
     signal = np.arange(5.0)
     np.testing.assert_array_equal(delayed([signal], [(0, 2)])[:, 1], [0, 0, 0, 1, 2])
-    with pytest.raises(DataError, match="still to come"):
+    with pytest.raises(DataError, match="future samples"):
         delayed([signal], [(-1,)])
     with pytest.raises(DataError, match="same instants"):
         delayed([signal, signal[1:]], [(1,), (1,)])

@@ -54,14 +54,14 @@ def test_a_named_cause_is_told_from_verdict_to_versions(named, tmp_path):
         "The evidence",
         "Proven: no parameters of the base model explain samples 20 to 59",
         "confidence",
-        "The rivals, and why they lost",
+        "Other effects, and why they are rejected",
         named.causes[0].rivals[0].why,
-        "The data themselves",
+        "Faults in the data",
         "pressure is rounded to 0.01 bar.",
         "The extended model",
         "Before and after",
         "least noise bound that explains them",
-        "not tried: it needs a further measured channel",
+        "not tested: it needs a further measured channel",
         "What this page does not prove",
         "Settings and versions",
         versions()["clarabel"],
@@ -82,18 +82,18 @@ def test_nothing_wrong_reads_well(nothing, tmp_path):
     assert nothing.verdict is Verdict.NONE
     page = read(report(nothing, tmp_path / "r.html"))
     assert "no cause named" in page.text
-    assert "What the base model leaves looks like noise" in page.text
+    assert "The error of the base model looks like noise" in page.text
     assert "How the simulation compares" in page.text
-    assert "The rivals" not in page.text
+    assert "Other effects" not in page.text
     assert "extended model" not in page.text
 
 
 def test_the_ambiguous_names_both_and_draws_the_experiment(ambiguous, tmp_path):
     page = read(report(ambiguous, tmp_path / "r.html"))
     assert "Diagnosis of pressure: input dead zone or input delay" in page.text
-    assert "these data cannot tell which" in page.text
+    assert "These data do not decide between input dead zone and input delay" in page.text
     headings(page, "The experiment to do next", "To tell input dead zone from input delay", "What the simulation")
-    assert "The effects it may be" in page.text
+    assert "Possible effects" in page.text
     assert any("experiment to do next" in label for label in page.labels)
 
 
@@ -114,7 +114,7 @@ def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
 
 def test_an_interrupted_search_says_so(named, tmp_path):
     assert (
-        "Ended early: effects that were not tried"
+        "Ended early: effects that were not tested"
         in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
     )
 

@@ -5,16 +5,15 @@ import pytest
 import smid
 from smid.reports import report
 from smid.reports.pdf import find_browser
-from smid.theses.clutch.pages import sensors_page
+from smid.theses.chapter import write_chapter
 from smid.theses.hybrid.inputs import arm_inputs, input_study
-from smid.theses.hybrid.pages import inputs_page
 from tests.smid.reports.browser import PHONE, Browser
 from tests.smid.theses.clutch.small_clutch_studies import small_sensor_chapter
 
 KINDS = {
-    "identification": ["Proven: whichever parameters explain", "Validation on other records", "Not proven"],
-    "diagnosis": ["Cause: input dead zone", "The rivals, and why they lost", "Before and after"],
-    "study": ["2 cells: 2 certified", "All cells", "noise bound of y"],
+    "identification": ["Proven: all parameters that explain", "Validation on other records", "Not proven"],
+    "diagnosis": ["Cause: input dead zone", "Other effects, and why they are rejected", "Before and after"],
+    "study": ["All 2 runs have certified intervals", "All runs", "noise bound of y"],
     "sensors": ["One sensor for all temperatures", "An interval for the position", "What cannot be compared"],
     "hybrid": ["Certified intervals", "excites order", "voltage [V]"],
 }
@@ -40,8 +39,8 @@ def folder(pages, data):
     study = smid.order_study(smid.OutputError(na=1, stable=True), data.crop(0, 6), (0.1, 0.2), orders=[1], rounds=1)
     inputs = input_study({"six_unequal": arm_inputs(150)["six_unequal"]}, budget=0)
     report(study, pages / "study.html")
-    sensors_page(small_sensor_chapter(), pages / "sensors.html")
-    inputs_page(inputs, pages / "hybrid.html")
+    write_chapter(small_sensor_chapter(), pages / "sensors.html")
+    write_chapter(inputs, pages / "hybrid.html")
     return pages
 
 

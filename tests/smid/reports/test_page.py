@@ -56,7 +56,7 @@ def read(path):
 
 def test_page_says_all_it_must(estimate, bound, validation, data, tmp_path):
     page = read(report(estimate, tmp_path / "r.html", bound, [validation], settings={"solver": "clarabel"}))
-    assert "Proven: whichever parameters explain the 40 samples" in page.text
+    assert "Proven: all parameters that explain the 40 samples" in page.text
     for part in (
         "Parameter intervals",
         "Least noise bound",

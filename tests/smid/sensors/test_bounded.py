@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from smid.data import DataError, Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.sensors import CFPX, bound_error
 
@@ -79,4 +79,4 @@ def test_bad_input(sensor):
         bound_error(sensor, scattered(1, 8))
     said = bound_error(sensor, scattered(1, 100)).predict(scattered(2, 100))
     with pytest.raises(DataError, match="not those of the prediction"):
-        said.coverage(load_clutch_records("20C_step_a"))
+        said.coverage(load_clutch("20C_step_a"))

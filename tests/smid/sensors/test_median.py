@@ -8,7 +8,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import medfilt
 
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.sensors import CFPX, MedianFiltered
 from smid.sensors.median import causal_median, centred_median
@@ -54,7 +54,7 @@ def test_the_causal_median_is_late_by_what_it_states(order):
 
 
 def test_the_delay_in_milliseconds():
-    sensor = CFPX(3).fit(load_clutch_records("20C_step_a"), seed=1)
+    sensor = CFPX(3).fit(load_clutch("20C_step_a"), seed=1)
     assert MedianFiltered(sensor, 50, causal=True).delay_ms == pytest.approx(49.0)
     assert MedianFiltered(sensor, 250, causal=True).delay_ms == pytest.approx(249.0)
     assert MedianFiltered(sensor, 250).delay_ms == 0.0
@@ -62,15 +62,15 @@ def test_the_delay_in_milliseconds():
 
 @pytest.mark.parametrize("causal", [False, True])
 def test_a_median_longer_than_the_record(causal):
-    data = load_clutch_records("20C_step_a").crop(200, 240)
+    data = load_clutch("20C_step_a").crop(200, 240)
     sensor = MedianFiltered(CFPX(3), 50, causal=causal).fit(data, seed=1)
     with pytest.raises(DataError, match="order 50 is longer than the record of 40 samples"):
         sensor.predict(data)
 
 
 def test_a_centred_median_cannot_stream():
-    sensor = MedianFiltered(CFPX(3)).fit(load_clutch_records("20C_step_a").crop(200, 300), seed=1)
-    with pytest.raises(ModelError, match="still to come: take causal=True"):
+    sensor = MedianFiltered(CFPX(3)).fit(load_clutch("20C_step_a").crop(200, 300), seed=1)
+    with pytest.raises(ModelError, match="future samples: take causal=True"):
         sensor.stream()
 
 

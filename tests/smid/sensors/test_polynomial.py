@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import chebyshev, legendre
 
 from smid.data import Dataset
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.models import ModelError
 from smid.sensors import CFPX, DeadZone, MedianFiltered
 from smid.sensors.cfpx import scale_pressure
@@ -19,7 +19,7 @@ def static(pressure, position):
 
 @pytest.mark.parametrize("name", CLUTCH_RECORDS)
 def test_order_100_is_well_conditioned(name):
-    pressure = load_clutch_records(name).values("pressure")
+    pressure = load_clutch(name).values("pressure")
     ends = float(pressure.min()), float(pressure.max())
     assert np.linalg.cond(chebyshev.chebvander(scale_pressure(pressure, ends), 100)) < 1e4
     assert np.linalg.cond(np.vander(pressure, 101)) > 1e100
@@ -36,7 +36,7 @@ def test_a_polynomial_of_order_100_is_found_again():
 
 @pytest.mark.parametrize("order", [5, 20, 100])
 def test_another_basis_gives_the_same_sensor(order):
-    data = load_clutch_records("60C_ramp_b")
+    data = load_clutch("60C_ramp_b")
     pressure, position = data.values("pressure"), data.values("position")
     scaled = scale_pressure(pressure, (float(pressure.min()), float(pressure.max())))
     basis = legendre.legvander(scaled, order)
@@ -45,14 +45,14 @@ def test_another_basis_gives_the_same_sensor(order):
 
 
 def test_the_error_falls_with_the_order():
-    data = load_clutch_records("20C_step_a")
+    data = load_clutch("20C_step_a")
     errors = [CFPX(order).fit(data, seed=1).predict(data).mse(data) for order in (0, 5, 10, 20, 50, 100)]
     assert errors == sorted(errors, reverse=True)
     assert errors[0] == pytest.approx(np.var(data.values("position")))
 
 
 def test_beyond_the_range_the_end_is_held():
-    data = load_clutch_records("20C_step_a")
+    data = load_clutch("20C_step_a")
     sensor = CFPX(100).fit(data, seed=1)
     low, high = sensor.pressure_range
     said = sensor.evaluate({"pressure": np.array([low, high, low - 9.0, high + 9.0])})
@@ -89,7 +89,7 @@ def test_no_dead_zone_is_found_where_there_is_none():
 
 
 def test_a_median_inside_a_dead_zone_sees_the_sensor():
-    data = load_clutch_records("20C_step_a")
+    data = load_clutch("20C_step_a")
     sensor = DeadZone(MedianFiltered(CFPX(20), 50)).fit(data, seed=1)
     said = sensor.predict(data).position[0]
     np.testing.assert_array_equal(said[data.values("pressure") <= sensor.threshold], sensor.rest)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from smid.data import DataError, Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.networks import Scaling, TanhNetwork, weight_count
 from smid.sensors import CPX, PTX, MedianFiltered
@@ -129,22 +129,22 @@ def test_what_made_the_records_is_found_again():
 @pytest.fixture(scope="module")
 def small():
     names = [f"{t}C_{kind}_a" for t in ("20", "60", "m20") for kind in ("ramp", "step")]
-    return PTX(hidden=(3,), plays=1).fit(load_clutch_records(names).crop(800, 2800), seed=1, starts=2)
+    return PTX(hidden=(3,), plays=1).fit(load_clutch(names).crop(800, 2800), seed=1, starts=2)
 
 
 @pytest.mark.parametrize("held_out", ["20C_step_b", "60C_step_c", "m20C_step_c"])
 def test_few_parameters_beat_a_cpx_of_the_temperature_on_sets_with_hysteresis(small, held_out):
     assert small.n_parameters == 17
-    data = load_clutch_records(held_out)
+    data = load_clutch(held_out)
     own = held_out.split("C_")[0]
-    rival = CPX().fit(load_clutch_records([f"{own}C_ramp_a", f"{own}C_step_a"]), seed=1, starts=1)
+    rival = CPX().fit(load_clutch([f"{own}C_ramp_a", f"{own}C_step_a"]), seed=1, starts=1)
     filtered = MedianFiltered(rival, 50)
     error = small.predict(data).rmse(data)[held_out]
     assert error < 0.9 * filtered.predict(data).rmse(data)[held_out]
 
 
 def test_a_temperature_outside_the_range_is_answered_with_a_warning(small):
-    data = load_clutch_records("60C_ramp_b").crop(0, 300)
+    data = load_clutch("60C_ramp_b").crop(0, 300)
     run = data.experiments[0]
     hot = data.with_experiments([replace(run, values={**run.values, "temperature": np.full(300, 75.0)})])
     said = small.predict(hot)
@@ -177,16 +177,16 @@ def test_it_holds_between_the_temperatures_that_trained_it(small, temperature):
 
 def test_one_temperature_cannot_train_it():
     with pytest.raises(DataError, match=r"temperature \[degC\] is 20 in every sample"):
-        PTX().fit(load_clutch_records("20C_step_a"), seed=1)
+        PTX().fit(load_clutch("20C_step_a"), seed=1)
 
 
 def test_no_start_cannot_train_it():
     with pytest.raises(ModelError, match="starts = 0: give a positive number"):
-        PTX().fit(load_clutch_records(("20C_step_a", "60C_step_a")), seed=1, starts=0)
+        PTX().fit(load_clutch(("20C_step_a", "60C_step_a")), seed=1, starts=0)
 
 
 def test_the_temperature_may_vary_within_a_record(small):
-    data = load_clutch_records("20C_step_b").crop(0, 400)
+    data = load_clutch("20C_step_b").crop(0, 400)
     run = data.experiments[0]
     warming = np.linspace(-20, 60, 400)
     varied = data.with_experiments([replace(run, values={**run.values, "temperature": warming})])

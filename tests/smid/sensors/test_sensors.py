@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.sensors import (
     CFPX,
@@ -29,7 +29,7 @@ PART = (1200, 1800)
 
 
 def records(*names):
-    return load_clutch_records(names).crop(*PART)
+    return load_clutch(names).crop(*PART)
 
 
 SENSORS = {
@@ -163,7 +163,7 @@ def test_warm_up_samples_do_not_count():
         ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order"),
         ((0.0, 0.004), "0.004 s between the samples"),
         ((0.0, 0.002, 0.0), "came after"),
-        ((float("nan"),), "is no instant"),
+        ((float("nan"),), "is not a finite time"),
     ],
 )
 def test_samples_out_of_order(trained, times, message):
@@ -193,7 +193,7 @@ def test_another_sampling_time(trained):
 
 @pytest.mark.parametrize("name", ["CPX", "PX", "CFPX", "PTX"])
 def test_a_channel_that_does_not_vary(name):
-    data = load_clutch_records(["20C_step_a", "60C_step_a"]).crop(220, 255)
+    data = load_clutch(["20C_step_a", "60C_step_a"]).crop(220, 255)
     runs = [replace(r, values={**r.values, "pressure": np.full(35, 2.0)}) for r in data.experiments]
     with pytest.raises(DataError, match=r"pressure \[bar\] is 2 in every sample: train on"):
         SENSORS[name].fit(replace(data, experiments=tuple(runs), resampling=()), seed=1)
@@ -201,7 +201,7 @@ def test_a_channel_that_does_not_vary(name):
 
 @pytest.mark.parametrize("name", ["CPX", "PX", "CFPX", "PTX"])
 def test_too_few_samples(name):
-    data = load_clutch_records(["20C_step_a", "60C_step_a"]).crop(250, 255)
+    data = load_clutch(["20C_step_a", "60C_step_a"]).crop(250, 255)
     with pytest.raises(DataError, match=r"but \d+ (training )?samples"):
         replace(SENSORS[name], **({"order": 30} if name == "CFPX" else {"hidden": (10,)})).fit(data, seed=1)
 
@@ -209,7 +209,7 @@ def test_too_few_samples(name):
 def test_files_that_hold_no_sensor(tmp_path):
     with pytest.raises(DataError, match="no file"):
         load_sensor(tmp_path / "none.json")
-    for text, message in (("{", "is no JSON"), ("[1]", "holds no sensor"), ('{"kind": "XYZ"}', "kind 'XYZ'")):
+    for text, message in (("{", "is not valid JSON"), ("[1]", "holds no sensor"), ('{"kind": "XYZ"}', "kind 'XYZ'")):
         (tmp_path / "sensor.json").write_text(text)
         with pytest.raises(DataError, match=message):
             load_sensor(tmp_path / "sensor.json")

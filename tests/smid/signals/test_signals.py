@@ -23,7 +23,7 @@ def test_length_type_and_refusal(name):
     signal = SIGNALS[name](60, **seed)
     assert signal.shape == (60,)
     assert signal.dtype == np.float64
-    with pytest.raises(DataError, match="no number of samples"):
+    with pytest.raises(DataError, match="not a number of samples"):
         SIGNALS[name](0, **seed)
 
 
@@ -57,9 +57,9 @@ def test_a_clock_holds_the_levels():
     signal = prbs(1000, seed=2, sampling_time=0.1, clock_period=0.5, amplitude=3, offset=1)
     assert set(signal.tolist()) == {-2.0, 4.0}
     assert (np.flatnonzero(np.diff(signal)) % 5 == 4).all()
-    with pytest.raises(DataError, match=r"clock_period = 0\.25 s is no whole number of samples"):
+    with pytest.raises(DataError, match=r"clock_period = 0\.25 s is not a whole number of samples"):
         prbs(10, seed=2, sampling_time=0.1, clock_period=0.25)
-    with pytest.raises(DataError, match="order = 1 has no register"):
+    with pytest.raises(DataError, match="order = 1 is not supported"):
         prbs(10, seed=2, order=1)
 
 

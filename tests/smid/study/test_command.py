@@ -35,7 +35,7 @@ def test_a_study_is_printed_written_reported_and_resumed(smid):
     line = f"study run.csv other.csv {COMMON} --noise-bounds 0.2 --samples 5"
     result = smid(f"{line} --folder kept --json out.json --report out.html")
     assert result.exit_code == 0, result.output
-    assert result.output.splitlines()[-2] == "2 cells: 2 certified."
+    assert result.output.splitlines()[-2] == "All 2 runs have certified intervals."
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.study/1"
     assert [c["record"] for c in document["cells"]] == ["run", "other"]
@@ -79,22 +79,22 @@ def test_an_interrupted_study_says_how_to_go_on(smid, monkeypatch):
     monkeypatch.setattr(sys.modules["smid.cli.study"], "order_study", stopped)
     result = smid(f"study run.csv {COMMON} --noise-bounds 0.2 --folder kept")
     assert result.exit_code == 130
-    assert "go on with --resume kept" in result.stderr
+    assert "continue with --resume kept" in result.stderr
     assert "1 not run" in result.output
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("--orders 1,x", "'x' is no positive whole number"),
-        ("--methods best", "'best' is no method"),
-        ("--noise-bounds 0.5x", "below the least bound"),
-        ("--noise-bounds 0.2 --samples 50", "has 6 samples, 50 are asked for"),
+        ("--orders 1,x", "'x' is not a positive integer"),
+        ("--methods best", "'best' is not a method"),
+        ("--noise-bounds 0.5x", "below the least noise bound"),
+        ("--noise-bounds 0.2 --samples 50", "has 6 samples, fewer than 50"),
         ("--workers 2 --dask tcp://127.0.0.1:1", "give one of them"),
         ("--folder a --resume b", "give one of them"),
         ("--noise-bounds 0.2 --resume none", "holds no study to resume"),
         ("--noise-bounds 0.2 --dask nowhere", "no Dask scheduler answers at nowhere"),
-        ("run.csv", "two records are called 'run'"),
+        ("run.csv", "two records have the name 'run'"),
     ],
 )
 def test_a_mistake_is_one_line(smid, line, words):

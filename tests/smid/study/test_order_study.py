@@ -45,7 +45,7 @@ def test_an_order_that_is_too_low_is_refused_and_the_rest_goes_on(thread):
     study = order_study(model, record(1), 0.2, orders=[1, 2], methods=["sparse"], executor=thread, **QUICK)
     assert [o.status for o in study.outcomes] == [Status.REFUSED, Status.CERTIFIED]
     assert "order 1 is too low" in study.outcomes[0].message
-    assert study.conclusion == "2 cells: 1 certified, 1 does not apply."
+    assert study.conclusion == "2 runs: 1 certified, 1 does not apply."
     assert "order 1 is too low" in str(study)
 
 
@@ -117,10 +117,10 @@ def test_a_resumed_study_may_grow(thread, tmp_path):
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        ({"orders": [0]}, ModelError, "positive whole number"),
+        ({"orders": [0]}, ModelError, "positive integer"),
         ({"orders": []}, ModelError, "orders is empty"),
         ({"methods": ["fast"]}, ModelError, "unknown method 'fast'"),
-        ({"sample_sizes": [9]}, DataError, "has 8 samples, 9 are asked for"),
+        ({"sample_sizes": [9]}, DataError, "has 8 samples, fewer than 9"),
         ({"sample_sizes": [2]}, DataError, "take a longer record"),
         ({"noise_bound": [0.1, -1.0]}, ModelError, "positive number"),
         ({"workers": 0}, ModelError, "at least 1"),

@@ -56,7 +56,7 @@ def test_the_table_has_the_columns_that_vary():
     full = made(**FULL)
     assert full.table.header[:5] == ("record", "N", "bound", "method", "order")
     assert len(full.table.rows) == 32
-    assert full.conclusion == "32 cells: 32 certified."
+    assert full.conclusion == "All 32 runs have certified intervals."
     assert "record run, N 8" in made().table.caption
 
 
@@ -125,7 +125,7 @@ def test_the_page_has_a_picture_for_each_record_and_every_cell(tmp_path):
     assert page.count("<td") > 32 * 10
     nothing = Study(MODEL, {"run": record(1)}, Settings(), made().cells, (Outcome(Status.REFUSED, "too low"),), False)
     page = report(nothing, tmp_path / "none.html").read_text()
-    assert "Cells without intervals" in page
+    assert "Runs without intervals" in page
     assert "<svg" not in page
 
 

@@ -76,7 +76,7 @@ def test_a_study_is_neither_overwritten_nor_made_up(begun, tmp_path):
 
 def test_a_file_that_is_no_database_is_refused(tmp_path):
     (tmp_path / FILE).write_text("these are no tables" * 100)
-    with pytest.raises(StudyError, match="is no database"), open_store(tmp_path, SUBJECT, resume=True):
+    with pytest.raises(StudyError, match="is not a database"), open_store(tmp_path, SUBJECT, resume=True):
         pass
 
 
@@ -99,7 +99,7 @@ def test_a_full_disk_is_told_and_leaves_the_file_whole(tmp_path):
     with open_store(tmp_path, SUBJECT, resume=False) as store:
         (pages,) = store.connection.execute("PRAGMA page_count").fetchone()
         store.connection.execute(f"PRAGMA max_page_count = {pages + 4}")
-        with pytest.raises(StudyError, match=r"the disk is full; the cells done so far are kept\. Free some space"):
+        with pytest.raises(StudyError, match=r"the disk is full; the runs done so far are kept\. Free some space"):
             add_all(store)
     with open_store(tmp_path, SUBJECT, resume=True) as store:
         kept = len(store.outcomes())

@@ -128,6 +128,18 @@ def test_a_proof_that_nothing_fits_is_verified(tmp_path) -> None:
     assert "proven: no parameters explain the data" in str(found)
 
 
+def test_a_proof_with_products_is_verified_where_the_input_begins_at_zero(tmp_path) -> None:
+    u = [0.0, 0.0, 0.0, 1.0, 0.5, -0.5, 1.0, 0.25, -1.0, 0.75, 0.5, -0.25]
+    w = [0.0]
+    for past in u[:-1]:
+        w.append(0.5 * w[-1] + 0.5 * past)
+    data = record_of(u, w)
+    model = Hammerstein(poles=1, powers=(1,), unit_dc_gain=True, stable=True)  # without bounds on gamma
+    proof = tmp_path / "proof.json"
+    identify(model, data, 0.01, certificate=proof)
+    assert verify(proof, data, model, 0.01).equations > 0
+
+
 def changed_sample(data: Dataset, rng: np.random.Generator) -> tuple[Dataset, str, int]:
     """Return the data with one sample changed by little."""
     channel = str(rng.choice(data.names))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from smid.diagnosis.effects.effect import Array, Site
+from relaxations.algebra.arrays import Array
+from smid.diagnosis.effects.effect import Site
 
 __all__ = ["amplitudes", "leftover", "peaks"]
 

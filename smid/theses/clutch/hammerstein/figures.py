@@ -18,13 +18,7 @@ __all__ = ["free_runs_figure", "printed_figure", "validation_figure", "width_fig
 
 
 def validation_figure(validation: Validation) -> Figure:
-    """Draw output and error of a free run, a row per record, ramps first: figures 3.3 and 3.4 of the thesis.
-
-    Returns
-    -------
-    Figure
-        The band around the errors is the noise bound.
-    """
+    """Draw output and error of a free run, a row per record, ramps first: figures 3.3 and 3.4 of the thesis."""
     data, scores = validation.data, validation.scores
     order = sorted(range(len(scores)), key=lambda k: "step" in scores[k].experiment)
     unit = data.channel(data.output).unit
@@ -32,6 +26,7 @@ def validation_figure(validation: Validation) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.7 + 1.05 * len(scores)), layout="constrained")
         panels = figure.subplots(len(scores), 2, sharex=True, sharey="col", squeeze=False)
         for (left, right), k in zip(panels, order, strict=True):
+            # Output on the left, error with the noise bound on the right.
             score = scores[k]
             measured, simulated = data.values(score.channel, k), validation.simulated[k][score.channel]
             left.plot(data.time(k), measured, color=INK, linewidth=2.2, alpha=0.3, label="measured")
@@ -53,13 +48,7 @@ def validation_figure(validation: Validation) -> Figure:
 
 
 def width_figure(study: WidthStudy) -> Figure:
-    """Draw the widths over the noise bound, each in percent of the centre at the largest noise bound.
-
-    Returns
-    -------
-    Figure
-        The line across is the least noise bound.
-    """
+    """Draw the widths over the noise bound, in percent of the centre at the largest bound, and the least bound."""
     bounds = [study.noise_bound(k) for k in range(len(study.factors))]
     with style():
         figure = Figure(figsize=(NARROW, 2.6), layout="constrained")
@@ -101,17 +90,12 @@ def free_runs_figure(runs: FreeRuns) -> Figure:
 
 
 def printed_figure(comparison: PrintedComparison) -> Figure:
-    """Draw the printed interval and model of each parameter over the certified interval of the thesis's own model.
-
-    Returns
-    -------
-    Figure
-        Each row has its own scale.
-    """
+    """Draw printed intervals and models over certified intervals, each row on its own scale."""
     shown = [p for p in PRINTED if p.name in {i.name for i in comparison.known.intervals}]
     with style():
         figure = Figure(figsize=(NARROW, 0.7 + 0.55 * len(shown)), layout="constrained")
         for axes, p in zip(figure.subplots(len(shown), 1, squeeze=False)[:, 0], shown, strict=True):
+            # Certified interval, attained values, printed interval, printed model.
             interval = comparison.known[p.name]
             axes.barh(0, interval.width, left=interval.lower, height=1.0, color=SKY)
             axes.barh(

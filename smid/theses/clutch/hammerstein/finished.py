@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of a study ends it: its parts only make sense together."""
+"""Ctrl-C during a study ends the whole study, because its parts are only useful together."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ __all__ = ["finished"]
 
 
 class Computed(Protocol):
-    """What says why its computation stopped."""
+    """A result with the reason why its computation stopped."""
 
     @property
     def reason(self) -> Reason:
-        """Why it stopped."""
+        """Return why it stopped."""
         ...
 
 
@@ -22,12 +22,9 @@ T = TypeVar("T", bound=Computed)
 
 
 def finished(result: T) -> T:
-    """Return a result, unless the user interrupted it.
+    """Return a result; raise KeyboardInterrupt if the user interrupted it.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        Where it was; identification on its own swallows it to save what is proven.
+    Identification alone returns what is proven so far.
     """
     if result.reason is Reason.INTERRUPTED:
         raise KeyboardInterrupt

@@ -1,13 +1,12 @@
-"""Models side by side: free runs over the same records."""
+"""Free runs of several models over the same records."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
@@ -15,29 +14,26 @@ from smid.display.table import Table
 from smid.fitting.validate import Validation, validate
 from smid.models import Model, ModelError
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 __all__ = ["FreeRuns", "free_runs"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeRuns(Tabular):
-    """Free runs of several models over the same records.
-
-    Parameters
-    ----------
-    validations
-        By the name of the model; all over the same data.
-    """
+    """Free runs by the name of the model, all over the same records."""
 
     validations: Mapping[str, Validation]
 
     @property
     def data(self) -> Dataset:
-        """The records."""
+        """Return the records."""
         return next(iter(self.validations.values())).data
 
     @property
     def records(self) -> tuple[str, ...]:
-        """Their names."""
+        """Return the names of the records."""
         return tuple(run.name for run in self.data.experiments)
 
     def rmse(self, model: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -46,7 +42,7 @@ class FreeRuns(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return a row per record, a column per model."""
+        """Return a row per record and a column per model."""
         columns = [self.rmse(name) for name in self.validations]
         rows = tuple((record, *(f"{column[k]:.3f}" for column in columns)) for k, record in enumerate(self.records))
         unit = self.data.channel(self.data.output).unit
@@ -57,7 +53,7 @@ class FreeRuns(Tabular):
         yield self.table
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each model and record."""
+        """Return a row for each model and record."""
         for name, validation in self.validations.items():
             yield from ({"model": name, **row} for row in validation._rows())
 
@@ -73,30 +69,7 @@ class FreeRuns(Tabular):
 
 
 def free_runs(models: Mapping[str, Model], records: Dataset, noise_bound: float | None = None) -> FreeRuns:
-    """Simulate models freely over records.
-
-    Parameters
-    ----------
-    models
-        With values, by the names to show.
-    records
-        With one input and one output.
-    noise_bound
-        In the output's unit, to count violations.
-
-    Raises
-    ------
-    ModelError, DataError
-        If there is no model, or a model does not fit the records.
-
-    Examples
-    --------
-    >>> from smid.models import OutputError
-    >>> data = Dataset.from_arrays(input=[1.0, 1, 1], output=[0.0, 1, 1.5], sampling_time=1.0)
-    >>> model = OutputError().with_values({"a1": -0.5, "b0": 1.0})
-    >>> free_runs({"true": model}, data).rmse("true").tolist()
-    [0.0]
-    """
+    """Return free runs of models over records; ModelError if there is no model."""
     if not models:
         raise ModelError("there is nothing to simulate: give at least one model")
     return FreeRuns({name: validate(model, records, noise_bound) for name, model in models.items()})

@@ -1,22 +1,21 @@
-"""Intervals against the relaxation order, and against the noise bound.
+"""Parameter intervals over the relaxation order, and over the noise bound.
 
-A higher order is worth its price until every certified end meets its witness: then no order gives another interval, and
-the estimate at the next order is this one.
+A higher order is useful until every certified end meets its witness. Then no order gives other intervals, and the
+estimate of the next order is the same.
 
-At the least noise bound the feasible set shrinks to a point whatever the truth is.  So a narrow interval says little
-until one knows how it widens with the noise bound.
+At the least noise bound the feasible set shrinks to a point, whatever the true parameters are. The width of an
+interval is therefore meaningful only together with its growth over the noise bound.
 
 Reference: clutch thesis, section 3.2.3; (2.15)-(2.17) and (3.18).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
+from relaxations.deadline import Progress
 from relaxations.search.hierarchy import Reason
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
@@ -27,21 +26,22 @@ from smid.identification.identify import identify
 from smid.models import Model, ModelError
 from smid.theses.clutch.hammerstein.finished import finished
 
-__all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Progress = Callable[[str], None]
+__all__ = ["OrderStudy", "WidthStudy", "order_study", "width_study"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrderStudy(Tabular):
-    """The intervals at several relaxation orders.
+    """Intervals at several relaxation orders.
 
     Parameters
     ----------
     orders
         Rising.
     estimates
-        One for each order; the same one again where the order below left no gap.
+        One per order; the same one again if the order below left no gap.
     """
 
     orders: tuple[int, ...]
@@ -60,8 +60,8 @@ class OrderStudy(Tabular):
         first = self.estimates[0]
         bounds = ", ".join(f"{b:.4g} {first.data.channel(c).unit}" for c, b in first.noise_bound.items())
         caption = (
-            f"Certified intervals on {first.data.n_samples} samples, noise of at most {bounds}. The gap is what is "
-            "undecided between an end and its witness."
+            f"Certified intervals on {first.data.n_samples} samples, noise of at most {bounds}. The gap is "
+            "between an end and its witness."
         )
         return Table(caption, header, tuple(rows), "rlrrrr")
 
@@ -71,7 +71,7 @@ class OrderStudy(Tabular):
         for order, estimate in zip(self.orders, self.estimates, strict=True):
             if estimate.reason is Reason.TIGHT:
                 return f"Order {order} suffices: every certified end meets a verified point within the tolerance."
-        return f"Order {self.orders[-1]} leaves gaps: a higher one, or branching, may narrow the intervals."
+        return f"Order {self.orders[-1]} leaves gaps: a higher order, or branching, may narrow the intervals."
 
     def _content(self) -> Iterator[Part]:
         yield self.table
@@ -98,40 +98,7 @@ def order_study(
     *,
     progress: Progress | None = None,
 ) -> OrderStudy:
-    """Identify at several relaxation orders.
-
-    Parameters
-    ----------
-    noise_bound
-        In the output's unit.
-    progress
-        Called with a line of text now and then.
-
-    Returns
-    -------
-    OrderStudy
-        From the lowest order to the highest.
-
-    Raises
-    ------
-    ModelError
-        If an order is no whole number of at least 1, or there is none.
-    EmptyFeasibleSetError
-        Where no parameters explain the data, proven.
-
-    Examples
-    --------
-    >>> from smid.models import OutputError
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> study = order_study(OutputError(na=1, stable=True), data, 0.1, orders=(2, 1))
-    >>> study.orders, study.estimates[0]["a1"].width >= study.estimates[1]["a1"].width
-    ((1, 2), True)
-
-    References
-    ----------
-    Clutch thesis, section 3.2.3.
-    """
+    """Identify at several relaxation orders; ModelError unless these are positive whole numbers."""
     for order in orders:
         if isinstance(order, bool) or not isinstance(order, int) or order < 1:
             raise ModelError(f"order = {order!r} is no relaxation order: give whole numbers of at least 1")
@@ -149,7 +116,7 @@ def order_study(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WidthStudy(Tabular):
-    """The widths of the intervals at several noise bounds.
+    """Widths of the intervals at several noise bounds.
 
     Parameters
     ----------
@@ -158,7 +125,7 @@ class WidthStudy(Tabular):
     factors
         Noise bounds as multiples of the upper end of the least one; rising.
     estimates
-        One for each factor.
+        One per factor.
     """
 
     least: ErrorBound
@@ -167,7 +134,7 @@ class WidthStudy(Tabular):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters."""
+        """Return the names of the parameters."""
         return tuple(i.name for i in self.estimates[0].intervals)
 
     def noise_bound(self, number: int) -> float:
@@ -218,39 +185,9 @@ def width_study(
     tolerance: float = 1e-2,
     progress: Progress | None = None,
 ) -> WidthStudy:
-    """Identify at several noise bounds.
+    """Identify at noise bounds that are multiples of the upper end of the least one, to a tolerance of each width.
 
-    Parameters
-    ----------
-    least
-        Of this model on these data.
-    factors
-        What the upper end of the least bound is multiplied by.
-    tolerance
-        Stop once each gap is below this share of its interval's width.
-    progress
-        Called with a line of text now and then.
-
-    Returns
-    -------
-    WidthStudy
-        From the smallest factor to the largest.
-
-    Raises
-    ------
-    ModelError
-        If a factor is below one, or there is none.
-
-    Examples
-    --------
-    >>> from smid.identification.error_bound import error_bound
-    >>> from smid.models import OutputError
-    >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> model = OutputError(na=1, stable=True)
-    >>> study = width_study(model, data, error_bound(model, data), factors=(1.1, 2.0))
-    >>> study.estimates[0]["a1"].width < study.estimates[1]["a1"].width
-    True
+    ModelError if a factor is below one, or there is none.
     """
     for factor in factors:
         if not 1.0 <= factor < float("inf"):

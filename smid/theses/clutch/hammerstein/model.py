@@ -11,21 +11,5 @@ __all__ = ["clutch_hammerstein"]
 
 
 def clutch_hammerstein(poles: int = 1, powers: Sequence[int] = (5, 4, 3)) -> Model:
-    """Give a stable Hammerstein model of unit DC gain, its input scaled as the thesis scales it.
-
-    Parameters
-    ----------
-    powers
-        Of the static polynomial; by default those of (3.5).
-
-    Raises
-    ------
-    ModelError
-        If poles or powers make no sense.
-
-    Examples
-    --------
-    >>> [p.name for p in clutch_hammerstein().parameters]
-    ['alpha', 'gamma1', 'gamma2', 'gamma3']
-    """
+    """Return the thesis's stable Hammerstein model of unit DC gain; by default with the powers of (3.5)."""
     return Hammerstein(poles=poles, powers=powers, input_scale=INPUT_SCALE, unit_dc_gain=True, stable=True)

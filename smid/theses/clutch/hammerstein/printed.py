@@ -1,29 +1,30 @@
-"""What the thesis prints for the Hammerstein model, beside what a certificate allows.
+"""The thesis's printed Hammerstein model, compared with certified intervals.
 
-Three checks need no data.  An interval whose lower end lies above its upper end is empty.  With unit DC gain, (3.12),
-``beta = 1 + alpha``, so the exact interval of alpha determines that of beta.  And a model that was identified from a
-set must lie inside that set's intervals.
+Three checks need no data. An interval whose lower end is above its upper end is empty. With unit DC gain, (3.12),
+``beta = 1 + alpha``, so the exact interval of alpha determines that of beta. A model identified from a set must lie
+inside that set's intervals.
 
-Two more need data, and the thesis's are not public.  So the thesis's own central model makes some: its free run over a
-bundled current, with uniform noise up to its own noise bound.  There the model is right and the noise bound is right,
-and the certified intervals, which verified points attain, tell what 400 samples can know.  And on the bundled record,
-whose plant is no Hammerstein model, the widths just above the least noise bound tell where widths like the thesis's
-come from.
+Two checks need data, and the thesis's are not public:
 
-The unit of the thesis's noise bound is not printed.  It is taken to be that of its pressure, of which it is 4 %.
+- The thesis's central model makes data over a bundled current, with uniform noise up to its own noise bound. There
+  model and noise bound are right. The certified intervals, whose widths verified points attain, show the information
+  in 400 samples.
+- On the bundled record the widths just above the least noise bound are as small as the thesis's.
+
+The unit of the thesis's noise bound is not printed. We take the unit of its pressure, of which the bound is 4 %.
 
 Reference: clutch thesis, section 3.2.3.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -34,6 +35,9 @@ from smid.models import Hammerstein, Model
 from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = [
     "PRINTED",
@@ -53,12 +57,10 @@ class Printed:
 
     Parameters
     ----------
-    lower, upper
-        Its interval.
-    central
-        Its central estimate.
+    lower, upper, central
+        Interval and central estimate.
     model
-        Its value in the model that is printed below the table.
+        Value in the model that is printed below the table.
     """
 
     name: str
@@ -69,17 +71,17 @@ class Printed:
 
     @property
     def width(self) -> float:
-        """Upper minus lower end: negative where they are inverted."""
+        """Return upper minus lower end; negative if they are inverted."""
         return self.upper - self.lower
 
     @property
     def inverted(self) -> bool:
-        """Whether the lower end lies above the upper one."""
+        """Tell whether the lower end is above the upper end."""
         return self.lower > self.upper
 
     @property
     def outside(self) -> float:
-        """How far the printed model lies outside, the ends put in order; zero inside."""
+        """Return the distance of the printed model from the interval, its ends sorted; zero inside."""
         low, high = sorted((self.lower, self.upper))
         return max(low - self.model, self.model - high, 0.0)
 
@@ -97,24 +99,12 @@ _STEP_CURVE = {5: 7.31e-15, 4: -2.28e-11, 3: 2.36e-8, 2: -6.9e-6, 1: 5.77e-4}  #
 
 
 def printed_central_model() -> Model:
-    """Give the thesis's Hammerstein model with its central estimates.
-
-    Examples
-    --------
-    >>> printed_central_model().values["alpha"]
-    -0.65142
-    """
+    """Return the thesis's Hammerstein model with its central estimates."""
     return _with({p.name: p.central for p in PRINTED})
 
 
 def printed_model() -> Model:
-    """Give the Hammerstein model that the thesis prints below its intervals.
-
-    Examples
-    --------
-    >>> printed_model().values["alpha"]
-    -0.62932623
-    """
+    """Return the Hammerstein model that the thesis prints below its intervals."""
     return _with({p.name: p.model for p in PRINTED})
 
 
@@ -124,17 +114,9 @@ def _with(values: dict[str, float]) -> Model:
 
 
 def printed_step_model() -> Model:
-    """Give the thesis's HS20, (3.22)-(3.23), that MATLAB identified on steps; printed without a delay.
+    """Return the thesis's HS20, (3.22)-(3.23), identified on steps by MATLAB and printed without a delay.
 
-    Returns
-    -------
-    Model
-        With the gain of the linear part moved into the polynomial, which then has the current in mA.
-
-    Examples
-    --------
-    >>> printed_step_model().values["alpha"]
-    -0.9562
+    The gain of the linear part is moved into the polynomial, whose input is the current in mA.
     """
     model = Hammerstein(poles=1, powers=tuple(_STEP_CURVE), delay=0, stable=True)
     gains = {f"gamma{k}": c / (1.0 - _STEP_POLE) for k, c in enumerate(_STEP_CURVE.values(), start=1)}
@@ -143,7 +125,7 @@ def printed_step_model() -> Model:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedComparison(Result):
-    """The printed intervals beside certified ones.
+    """Printed intervals, and certified ones.
 
     Parameters
     ----------
@@ -158,19 +140,19 @@ class PrintedComparison(Result):
 
     @property
     def consistency(self) -> Table:
-        """Return what is printed, parameter by parameter, and what contradicts itself."""
+        """Return the printed numbers of each parameter, and their contradictions."""
         rows = []
         for p in PRINTED:
             verdict = "lower end above upper end; " if p.inverted else ""
             verdict += f"model outside, by {p.outside / abs(p.width):.0f} widths" if p.outside else "model inside"
             values = (f"{value:.8g}" for value in (p.lower, p.upper, p.central, p.model))
             rows.append((p.name, *values, verdict))
-        header = ("parameter", "lower", "upper", "central", "model", "what does not fit")
+        header = ("parameter", "lower", "upper", "central", "model", "contradiction")
         return Table("What the thesis prints: intervals, central estimate and model.", header, tuple(rows), "lrrrrl")
 
     @property
     def table(self) -> Table:
-        """Return the widths side by side; beta = 1 + alpha is as wide as alpha."""
+        """Return the printed and certified widths; beta = 1 + alpha is as wide as alpha."""
         nearest = self.widths.estimates[0]
         rows = []
         for p in PRINTED:
@@ -197,7 +179,7 @@ class PrintedComparison(Result):
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """Return what the numbers say, a sentence or two each."""
+        """Return what the numbers show, a sentence or two each."""
         by_name = {p.name: p for p in PRINTED}
         alpha, beta = by_name["alpha"], by_name["beta"]
         inverted = [p for p in PRINTED if p.inverted]
@@ -207,24 +189,23 @@ class PrintedComparison(Result):
         factor, nearest = self.widths.factors[0], self.widths.estimates[0]["alpha"].width
         return (
             *(
-                f"The interval printed for {p.name}, [{p.lower:g}, {p.upper:g}], is inverted: read as printed, no "
-                "model explains the data. A certified lower end cannot lie above a certified upper end unless the "
-                "feasible set is proven empty, and then that is what is reported."
+                f"The interval printed for {p.name}, [{p.lower:g}, {p.upper:g}], is inverted. Taken as printed, no "
+                "model explains the data. Certified ends are inverted only if the feasible set is proven empty."
                 for p in inverted
             ),
-            f"With unit DC gain, beta = 1 + alpha, so the printed interval of alpha makes that of beta "
-            f"[{1 + alpha.lower:.6f}, {1 + alpha.upper:.6f}]. Printed is [{beta.lower:.6f}, {beta.upper:.6f}]: not "
-            "both are the exact ends that (3.15) and (3.16) define.",
-            f"The model printed below the table lies outside the printed intervals of {', '.join(outside)}: of "
-            f"{len(outside)} of {len(PRINTED)} parameters. If it explains the data within the noise bound, as its "
-            f"validation suggests, alpha's interval reaches from {alpha.lower:g} to {alpha.model:g} at least: "
+            f"With unit DC gain, beta = 1 + alpha. From the printed interval of alpha, the interval of beta is "
+            f"[{1 + alpha.lower:.6f}, {1 + alpha.upper:.6f}]. Printed is [{beta.lower:.6f}, {beta.upper:.6f}]. At "
+            "least one of the two does not have the exact ends of (3.15) and (3.16).",
+            f"The model printed below the table lies outside the printed intervals of {', '.join(outside)} "
+            f"({len(outside)} of {len(PRINTED)} parameters). Its validation suggests that it explains the data within "
+            f"the noise bound. Then alpha's interval contains {alpha.lower:g} to {alpha.model:g}, "
             f"{(alpha.model - alpha.lower) / alpha.width:.0f} times the printed width.",
-            f"On {self.known.data.n_samples} samples made by the thesis's own central model, with noise up to its own "
-            f"bound, values of alpha that are {attained:.2g} apart explain the data, verified: "
+            f"The thesis's central model made {self.known.data.n_samples} samples, with noise up to the thesis's "
+            f"bound. Values of alpha with a distance of {attained:.2g} explain these samples (verified). This is "
             f"{attained / alpha.width:.0f} times the printed width of {alpha.width:.2g}.",
-            f"Widths like the printed ones come from a noise bound next to the least one: on our record alpha's "
-            f"interval is {nearest:.2g} wide at {factor:g} times the least bound. There an interval is narrow whatever "
-            "the truth is, so its width says nothing about how well alpha is known.",
+            f"A noise bound close to the least one gives widths like the printed ones. On our record alpha's interval "
+            f"has a width of {nearest:.2g} at {factor:g} times the least bound. There every interval is narrow, so the "
+            "width does not show how well alpha is known.",
         )
 
     def _content(self) -> Iterator[Part]:
@@ -249,40 +230,13 @@ class PrintedComparison(Result):
 
 
 def compare_with_printed(
-    part: Dataset, widths: WidthStudy, *, seed: int = 1, progress: Callable[[str], None] | None = None
+    part: Dataset, widths: WidthStudy, *, seed: int = 1, progress: Progress | None = None
 ) -> PrintedComparison:
-    """Hold the intervals that the thesis prints against what a certificate allows.
+    """Compare the intervals that the thesis prints with certified ones.
 
-    Parameters
-    ----------
-    part
-        Whose current the thesis's central model is run over.
-    widths
-        On a bundled record.
-    seed
-        Of the noise.
-    progress
-        Called with a line of text now and then.
-
-    Raises
-    ------
-    DataError, ModelError
-        If the part does not fit the model.
-
-    Examples
-    --------
-    >>> from smid.data.bundled import load_clutch_records
-    >>> from smid.theses.clutch.hammerstein.intervals import width_study
-    >>> from smid.identification.error_bound import error_bound
-    >>> part = replace(load_clutch_records("20C_ramp_a").crop(2790, 2850), outputs=("pressure",))
-    >>> widths = width_study(clutch_hammerstein(), part, error_bound(clutch_hammerstein(), part), factors=(1.05,))
-    >>> compare_with_printed(part, widths).known["alpha"].width > 50 * PRINTED[0].width
-    True
-
-    References
-    ----------
-    Clutch thesis, section 3.2.3.
+    The current of the part drives the thesis's central model; the widths are those on the same part.
     """
+    # Data of the thesis's central model with noise up to its bound.
     model = bind(printed_central_model(), part)
     free_run = model.simulate(part).outputs[0][part.output]
     noise = np.random.default_rng(seed).uniform(-PRINTED_NOISE_BOUND, PRINTED_NOISE_BOUND, free_run.size)

@@ -1,20 +1,21 @@
-"""The choice of the structure: how far each power and each pole lowers the least noise bound, and the error elsewhere.
+"""The choice of the structure: the least noise bound and the error elsewhere for several powers and poles.
 
-The least noise bound falls with every term, for it is a fit. A term is worth its parameter where the bound falls much
-and the error on samples that no fit has seen falls too.  With two poles the enclosure of the least bound takes a minute
-and stays wide, so there the least-squares fit alone must tell.
+The least noise bound falls with every term, because it is a fit. A term is justified if the bound falls much and the
+error on the rest of the record falls too. With two poles the enclosure of the least bound takes a minute and stays
+wide, so only the least-squares fit is compared.
 
 Reference: clutch thesis, section 3.2.1 ("this structure has been selected after several trials") and (3.5).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from relaxations.deadline import Progress
 from smid.data import Dataset
-from smid.display.result import Part, Result
+from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
@@ -37,7 +38,7 @@ STRUCTURES: tuple[tuple[int, Powers], ...] = (
 )
 """Poles and powers of the candidates: up to the thesis's (3.5), then all powers as in (3.23), then a second pole."""
 NEAR = 1.1
-"""Least noise bounds up to that many times the smallest count as equal: a model error is hardly known better."""
+"""Least noise bounds up to this multiple of the smallest count as equal."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Structure:
     bound
         Least noise bound on the part; None with more than one pole.
     rmse, rmse_elsewhere
-        Of the free run of the least-squares fit, on the part it was fitted to and on the whole record.
+        Of the free run of the least-squares fit, on the part and on the whole record.
     """
 
     poles: int
@@ -60,29 +61,13 @@ class Structure:
 
     @property
     def n_parameters(self) -> int:
-        """How many numbers it has: poles and coefficients, for the gain of the linear part is one."""
+        """Return the number of poles and coefficients; the gain of the linear part is one."""
         return self.poles + len(self.powers)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        return {
-            "poles": self.poles,
-            "powers": list(self.powers),
-            "bound": None if self.bound is None else self.bound.to_dict(),
-            "rmse": self.rmse,
-            "rmse_elsewhere": self.rmse_elsewhere,
-        }
 
 
 @dataclass(frozen=True, repr=False)
 class StructureChoice(Result):
-    """The candidates side by side.
-
-    Parameters
-    ----------
-    unit
-        Of the output.
-    """
+    """Candidates for the structure, and the unit of the output."""
 
     structures: tuple[Structure, ...]
     unit: str
@@ -107,7 +92,7 @@ class StructureChoice(Result):
 
     @property
     def choice(self) -> Structure:
-        """The candidate with the fewest parameters whose least noise bound is near the smallest of all."""
+        """Return the candidate with the fewest parameters whose least noise bound is near the smallest."""
         bounded = [(s, s.bound) for s in self.structures if s.bound is not None]
         smallest = min(bound.upper for _, bound in bounded)
         near = [s for s, bound in bounded if bound.upper <= NEAR * smallest]
@@ -128,7 +113,7 @@ class StructureChoice(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
-        return {"structures": [s.to_dict() for s in self.structures], "conclusion": self.conclusion}
+        return {"structures": plain(self.structures), "conclusion": self.conclusion}
 
 
 def choose_structure(
@@ -136,39 +121,9 @@ def choose_structure(
     record: Dataset,
     structures: Sequence[tuple[int, Powers]] = STRUCTURES,
     *,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> StructureChoice:
-    """Put candidates for the structure side by side.
-
-    Parameters
-    ----------
-    part
-        What is identified on: current in mA, pressure in bar.
-    record
-        The whole record.
-    progress
-        Called with a line of text now and then.
-
-    Raises
-    ------
-    ModelError
-        If there is no candidate with one pole, or poles or powers make no sense.
-    DataError
-        If the data do not fit.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from smid.data.bundled import load_clutch_records
-    >>> record = replace(load_clutch_records("20C_ramp_a"), outputs=("pressure",))
-    >>> found = choose_structure(record.crop(2790, 2850), record, [(1, (3,)), (1, (4, 3))])
-    >>> found.choice.powers
-    (4, 3)
-
-    References
-    ----------
-    Clutch thesis, section 3.2.1.
-    """
+    """Compare pairs of poles and powers, identified on a part of a record; ModelError if no pair has one pole."""
     if not any(poles == 1 for poles, _ in structures):
         raise ModelError("there is no structure with one pole to choose: give at least one pair such as (1, (5, 4, 3))")
     models = [clutch_hammerstein(poles, powers) for poles, powers in structures]

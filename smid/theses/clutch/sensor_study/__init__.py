@@ -1,4 +1,4 @@
-"""Chapter 5 of the clutch thesis on records that anyone may have, and the sensor that it asks for."""
+"""The virtual sensors of chapter 5 of the clutch thesis on the bundled records, and one sensor for all temperatures."""
 
 from smid.theses.clutch.sensor_study.cross import ErrorTable, cross_errors
 from smid.theses.clutch.sensor_study.intervals import IntervalRow, IntervalStudy, interval_study

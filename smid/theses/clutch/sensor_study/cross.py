@@ -1,24 +1,26 @@
-"""Every sensor of chapter 5 on every record: where it holds, and where temperature or hysteresis defeat it.
+"""Errors of every sensor of chapter 5 on every record, at all temperatures, with and without hysteresis.
 
 Reference: clutch thesis, 5.2.3, 5.2.5 and 5.3.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models import ModelError
-from smid.networks import Array
 from smid.sensors import VirtualSensor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["ErrorTable", "cross_errors"]
 
@@ -29,10 +31,8 @@ class ErrorTable(Tabular):
 
     Parameters
     ----------
-    caption
-        What is compared.
     rmse
-        Shape (records, sensors). Root mean squared errors, in mm.
+        Shape (records, sensors). In mm.
     """
 
     caption: str
@@ -42,12 +42,17 @@ class ErrorTable(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return the errors as text; what is more, sensors or records, runs down."""
+        """Return the errors as text, with the longer list, sensors or records, in the rows."""
         first, down, across, errors = "record", self.records, self.sensors, self.rmse
         if len(across) > len(down):
             first, down, across, errors = "sensor", across, down, errors.T
         rows = tuple((name, *(f"{error:.3f}" for error in row)) for name, row in zip(down, errors, strict=True))
         return Table(self.caption, (first, *across), rows, "l" + "r" * len(across))
+
+    def only(self, sensors: Sequence[str]) -> ErrorTable:
+        """Return the errors of some of the sensors."""
+        places = [self.sensors.index(name) for name in sensors]
+        return ErrorTable(self.caption, tuple(sensors), self.records, self.rmse[:, places])
 
     def _content(self) -> Iterator[Part]:
         yield self.table
@@ -58,7 +63,7 @@ class ErrorTable(Tabular):
                 yield {"record": record, "sensor": sensor, "rmse": rmse}
 
     def plot(self) -> Figure:
-        """Draw the errors as a chart of shades."""
+        """Draw the errors as shades."""
         from smid.theses.clutch.sensor_study.figures import error_figure
 
         return error_figure(self)
@@ -73,16 +78,12 @@ def cross_errors(
     data: Dataset | None = None,
     caption: str = "RMSE of each sensor on each record, in mm.",
 ) -> ErrorTable:
-    """Compare sensors on records.
+    """Return the errors of trained sensors on records.
 
     Parameters
     ----------
-    sensors
-        Trained.
     data
-        With the position; all bundled records by default.
-    caption
-        Of the table.
+        With the position; by default all records of the actuator.
 
     Raises
     ------
@@ -92,12 +93,12 @@ def cross_errors(
     Examples
     --------
     >>> from smid.sensors import CFPX
-    >>> sensor = CFPX(5).fit(load_clutch_records("20C_step_a"), seed=1)
+    >>> sensor = CFPX(5).fit(load_clutch("20C_step_a"), seed=1)
     >>> cross_errors({"CFPX": sensor}).rmse.shape
     (11, 1)
     """
     if not sensors:
         raise ModelError("no sensor is given: give one or more, trained")
-    data = load_clutch_records() if data is None else data
+    data = load_clutch() if data is None else data
     columns = [list(sensor.predict(data).rmse(data).values()) for sensor in sensors.values()]
     return ErrorTable(caption, tuple(sensors), tuple(run.name for run in data.experiments), np.array(columns).T)

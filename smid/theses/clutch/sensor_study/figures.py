@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
-from smid.networks import Array
 
 if TYPE_CHECKING:
     from smid.theses.clutch.sensor_study.cross import ErrorTable
@@ -21,12 +21,12 @@ __all__ = ["error_figure", "interval_figure", "structure_figure", "traces_figure
 _COLOURS = (ORANGE, BLUE, GREEN, RED)
 _CURVE = "5.14"
 _MOST_POINTS = 3000
-_STRETCHES = 280  # over the width of a figure; a line is half as thick as one
+_STRETCHES = 280  # over the width of a figure; a line is half as wide as a stretch
 _SHOWN = 600  # samples of a record in the figure of intervals
 
 
 def structure_figure(study: StructureTable) -> Figure:
-    """Draw our errors and the thesis's, each over that of its first row."""
+    """Draw our errors and the thesis's, each divided by the error of its first row."""
     rows = [row for row in study.rows if row.printed is not None]
     places = np.arange(len(rows))
     with style():
@@ -70,7 +70,7 @@ def traces_figure(traces: SensorTraces) -> Figure:
 
 
 def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """Keep the least and the largest of each stretch: the line looks the same, and the page has megabytes less."""
+    """Return the smallest and the largest value of each stretch: the line looks the same, and the page is smaller."""
     length = max(1, values.size // _STRETCHES)
     whole = values.size // length * length
     blocks = values[:whole].reshape(-1, length)
@@ -91,7 +91,7 @@ def _curve(traces: SensorTraces) -> Figure:
 
 
 def error_figure(errors: ErrorTable) -> Figure:
-    """Draw errors as shades with their numbers, laid out as their table."""
+    """Draw errors as shades with their numbers, in the layout of their table."""
     down, across, values = errors.records, errors.sensors, errors.rmse
     if len(across) > len(down):
         down, across, values = across, down, values.T
@@ -102,7 +102,7 @@ def error_figure(errors: ErrorTable) -> Figure:
         image = axes.imshow(shades, cmap="YlOrBr", aspect="auto")
         for (row, column), error in np.ndenumerate(values):
             red, green, blue, _ = image.to_rgba(shades[row, column])
-            # Not the ink of the page, which is light on a dark one: the shades stay as they are.
+            # The shades are the same on a dark page, so the ink does not follow the page.
             ink = "black" if 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2 > 0.18 else "white"
             axes.text(column, row, f"{error:.2f}", ha="center", va="center", fontsize=7, color=ink)
         axes.set_xticks(range(len(across)), across, rotation=40, ha="right", rotation_mode="anchor")
@@ -120,6 +120,7 @@ def interval_figure(study: IntervalStudy) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.7 + 1.2 * len(said.records)), layout="constrained")
         panels = figure.subplots(len(said.records), 2, squeeze=False, sharex="col", sharey="col")
         for k, run in enumerate(study.data.experiments):
+            # The middle of the record, with the position on the left and the error on the right.
             begin = max(0, (run.n_samples - _SHOWN) // 2)
             part = slice(begin, begin + _SHOWN)
             measured = run.values["position"][part]

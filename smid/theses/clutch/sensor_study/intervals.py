@@ -1,7 +1,7 @@
-"""How often the position lies within the bound that a sensor states, and how wide the bound is.
+"""Coverage and width of a sensor's error bound.
 
-Each record that did not train the sensor is left out in turn: the bound is found from the others, widened by a margin,
-and tried on it.
+Each record that did not train the sensor is left out in turn. The bound is found from the others, widened by a margin,
+and tested on it.
 
 Reference: `smid.sensors.bounded`.
 """
@@ -10,16 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.sensors import BoundedSensor, IntervalPrediction, VirtualSensor, bound_error
 from smid.theses.clutch.sensor_study.single_sensor import HELD_OUT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["IntervalRow", "IntervalStudy", "interval_study"]
 
@@ -28,12 +29,12 @@ MARGINS = (0.0, 0.1, 0.2, 0.3)
 
 @dataclass(frozen=True)
 class IntervalRow:
-    """One record, left out of what the bound was found from.
+    """One record that the bound was not found from.
 
     Parameters
     ----------
     margin
-        By which share the bound was widened.
+        Relative increase of the bound.
     coverage
         Share of the record's positions inside.
     mean_width
@@ -53,16 +54,14 @@ class IntervalRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IntervalStudy(Tabular):
-    """The bound of a sensor's error, with what leaving out each record says of it.
+    """The error bound of a sensor, with the results for each record that was left out.
 
     Parameters
     ----------
     sensor
-        Its bound is from all records, with the default margin.
+        With the bound from all records and the default margin.
     rows
         A row for each record and margin.
-    data
-        The records.
     """
 
     sensor: BoundedSensor
@@ -87,14 +86,14 @@ class IntervalStudy(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence what the stated margin gives."""
+        """Return the coverage at the default margin in a few sentences."""
         chosen = [row for row in self.rows if row.margin == self.sensor.margin]
         return (
             f"With the margin of {100 * self.sensor.margin:.0f} %, at least "
-            f"{100 * min(row.coverage for row in chosen):.2f} % of a left-out record lies inside, "
-            f"{100 * sum(row.coverage for row in chosen) / len(chosen):.3f} % on average, in a mean width of "
-            f"{sum(row.mean_width for row in chosen) / len(chosen):.2f} mm. Were samples independent, at most "
-            f"{100 * self.sensor.violation:.3f} % would leave the bound without margin."
+            f"{100 * min(row.coverage for row in chosen):.2f} % of a left-out record lies inside the interval, and "
+            f"{100 * sum(row.coverage for row in chosen) / len(chosen):.3f} % on average. The mean width is "
+            f"{sum(row.mean_width for row in chosen) / len(chosen):.2f} mm. If samples were independent, at most "
+            f"{100 * self.sensor.violation:.3f} % would exceed the bound without margin."
         )
 
     def _content(self) -> Iterator[Part]:
@@ -105,7 +104,7 @@ class IntervalStudy(Tabular):
         return (dict(vars(row)) for row in self.rows)
 
     def predictions(self) -> IntervalPrediction:
-        """Return the intervals of the records with the bound from all of them."""
+        """Return the intervals of the records, with the bound from all of them."""
         return self.sensor.predict(self.data)
 
     def plot(self) -> Figure:
@@ -120,29 +119,29 @@ class IntervalStudy(Tabular):
 
 
 def interval_study(sensor: VirtualSensor, records: Sequence[str] = HELD_OUT) -> IntervalStudy:
-    """Try the error bound of a sensor on records left out in turn.
+    """Test the error bound of a sensor on records that are left out in turn.
 
     Parameters
     ----------
     sensor
         Trained on other records.
     records
-        Two or more bundled records.
+        Two or more records of the actuator.
 
     Examples
     --------
     >>> from smid.sensors import CFPX
-    >>> sensor = CFPX(10).fit(load_clutch_records("20C_ramp_a"), seed=1)
+    >>> sensor = CFPX(10).fit(load_clutch("20C_ramp_a"), seed=1)
     >>> study = interval_study(sensor, ["20C_ramp_b", "20C_step_b"])
     >>> len(study.rows), study.sensor.n_samples
     (8, 10002)
     """
     rows = []
     for left_out in records:
-        bound = bound_error(sensor, load_clutch_records([name for name in records if name != left_out]))
-        data = load_clutch_records(left_out)
+        bound = bound_error(sensor, load_clutch([name for name in records if name != left_out]))
+        data = load_clutch(left_out)
         for margin in MARGINS:
             said = replace(bound, margin=margin).predict(data)
             rows.append(IntervalRow(left_out, margin, said.coverage(data)[left_out], said.mean_width))
-    data = load_clutch_records(records)
+    data = load_clutch(records)
     return IntervalStudy(bound_error(sensor, data), tuple(rows), data)

@@ -1,6 +1,6 @@
-"""The sensors of chapter 5, trained on our records as the thesis trained them on its own.
+"""The sensors of chapter 5, trained on the bundled records.
 
-CPX20 is CPX trained on ``20C_step_a``; 60 and m20 stand for the other temperatures, H for a set with hysteresis.
+CPX20 is CPX trained on ``20C_step_a``; 60 and m20 are the other temperatures, H is a record with hysteresis.
 
 Reference: clutch thesis, 5.2.3, 5.3.3 and 5.3.4.
 """
@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from smid.data.bundled import load_clutch_records
+from relaxations.deadline import Progress
+from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.sensors import CFPX, CPX, PX, VirtualSensor
-from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, Report, final_form
+from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, final_form
 
 __all__ = ["THESIS_SENSORS", "train_thesis_sensors"]
 
@@ -32,12 +33,12 @@ THESIS_SENSORS: Mapping[str, tuple[VirtualSensor, str]] = {
 }
 """Name to sensor and the record that trains it.
 
-Filtered stands for median and dead zone; enforced, and a polynomial's order, for the dead zone alone.
+"filtered": with median and dead zone. "enforced", and a polynomial's order: with the dead zone alone.
 """
 
 
 def train_thesis_sensors(
-    names: tuple[str, ...] = tuple(THESIS_SENSORS), seed: int = 1, report: Report | None = None
+    names: tuple[str, ...] = tuple(THESIS_SENSORS), seed: int = 1, progress: Progress | None = None
 ) -> dict[str, VirtualSensor]:
     """Train sensors of the thesis.
 
@@ -45,15 +46,6 @@ def train_thesis_sensors(
     ----------
     names
         Among `THESIS_SENSORS`.
-    seed
-        Of splits and starts.
-    report
-        Told what is being trained.
-
-    Returns
-    -------
-    dict of str to VirtualSensor
-        Trained.
 
     Raises
     ------
@@ -69,8 +61,8 @@ def train_thesis_sensors(
     for name in names:
         if name not in THESIS_SENSORS:
             raise ModelError(f"no sensor {name!r} in the thesis; {name_hint(name, THESIS_SENSORS)}")
-        if report is not None:
-            report(f"training {name}")
+        if progress is not None:
+            progress(f"training {name}")
         sensor, record = THESIS_SENSORS[name]
-        result[name] = sensor.fit(load_clutch_records(record), seed=seed)
+        result[name] = sensor.fit(load_clutch(record), seed=seed)
     return result

@@ -1,18 +1,18 @@
-"""One sensor for all temperatures and hysteresis, beside a CPX for each temperature with the median filter.
+"""One sensor for all temperatures with hysteresis, compared with a CPX for each temperature.
 
-PTX is trained on the records ``ramp_a`` and ``step_a`` of the three temperatures; all others are held out, among them
-every set with hysteresis.  Each CPX has its own temperature only, and is trained on
+PTX is trained on the records ``ramp_a`` and ``step_a`` of the three temperatures. All others are held out, with every
+record that has hysteresis. Each CPX is for one temperature, and is trained on
 
 - its ``step_a``, as in the thesis,
-- the same two records of its temperature that PTX has,
-- all records of its temperature, the held-out ones too: what no sensor of its structure does better.
+- the same two records of its temperature as PTX,
+- all records of its temperature, also the held-out ones: the best possible result of its structure.
 
-Each is shown as it is, behind the centred median of order 50, which sees 50 ms ahead, with the dead zone enforced, and
-behind the causal median, which real time needs.  PTX has no filter and no delay.
+Each CPX is shown without filter, with the centred median of order 50, which uses 50 ms of future samples, with the
+dead zone enforced, and with the causal median, which works in real time. PTX has no filter and no delay.
 
-The records are simulated, and PTX has the same order of things as their plant: friction, a curve that the temperature
-scales, a lag.  The plant's friction is Dahl's, not plays, its gain no exponential, and none of its numbers is given to
-PTX; yet a real clutch may fit that order less well.
+The records are simulated, and PTX has the same structure as their plant: friction, a curve scaled by temperature, a
+lag. The plant's friction is Dahl's, not plays, its gain is not an exponential, and PTX knows none of its numbers. A
+real clutch may fit this structure less well.
 
 Reference: clutch thesis, section 6.2.
 """
@@ -21,17 +21,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from relaxations.deadline import Progress
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.networks import ProgressCallback
 from smid.sensors import CPX, PTX, MedianFiltered, VirtualSensor
 from smid.theses.clutch.sensor_study.cross import ErrorTable
-from smid.theses.clutch.sensor_study.structures import CPX_ORDER, Report, final_form
+from smid.theses.clutch.sensor_study.structures import CPX_ORDER, final_form
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["HELD_OUT", "TRAINING", "SingleSensorStudy", "single_sensor_study", "train_single_sensor"]
 
@@ -45,7 +48,7 @@ _FORMS = {"M": "behind the centred median", "MD": "and with dead zone", "C": "be
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SingleSensorStudy(Result):
-    """PTX beside the sensors of one temperature.
+    """PTX, compared with the sensors of one temperature.
 
     Parameters
     ----------
@@ -71,20 +74,20 @@ class SingleSensorStudy(Result):
 
     @property
     def advantage(self) -> dict[str, float]:
-        """For each held-out record, the least RMSE of any CPX over that of PTX: above 1, PTX is better than all."""
+        """Return the least RMSE of any CPX divided by that of PTX, for each held-out record."""
         best = self.held_out.rmse[:, :-1].min(axis=1) / self.held_out.rmse[:, -1]
         return dict(zip(self.held_out.records, best.tolist(), strict=True))
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence what the tables say."""
+        """Return the result of the tables in a sentence."""
         ratios = list(self.advantage.values())
         verdict = "below" if min(ratios) > 1 else "not always below"
         parameters = CPX().n_parameters
         return (
-            f"One sensor of {self.sensor.n_parameters} parameters, without a filter, against {len(TEMPERATURES)} CPX "
-            f"of {parameters} each: its RMSE is {verdict} that of the best CPX on every held-out record, "
-            f"which is {min(ratios):.2f} to {max(ratios):.2f} times as large."
+            f"One sensor of {self.sensor.n_parameters} parameters, without a filter, is compared with "
+            f"{len(TEMPERATURES)} CPX of {parameters} each. On every held-out record its RMSE is {verdict} that of the "
+            f"best CPX. The RMSE of the best CPX is {min(ratios):.2f} to {max(ratios):.2f} times as large."
         )
 
     def _content(self) -> Iterator[Part]:
@@ -113,12 +116,10 @@ def train_single_sensor(
 
     Parameters
     ----------
-    seed
-        Of split and starts.
     sensor
         Of another size than the default.
     starts
-        How many random starts.
+        Number of random starts.
     progress
         Called after each step.
 
@@ -130,20 +131,18 @@ def train_single_sensor(
     ('20C_ramp_a', '20C_step_a', '60C_ramp_a', '60C_step_a', 'm20C_ramp_a', 'm20C_step_a')
     >>> sensor = train_single_sensor()  # doctest: +SKIP
     """
-    return (sensor or PTX()).fit(load_clutch_records(TRAINING), seed=seed, starts=starts, progress=progress)
+    return (sensor or PTX()).fit(load_clutch(TRAINING), seed=seed, starts=starts, progress=progress)
 
 
-def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report | None = None) -> SingleSensorStudy:
+def single_sensor_study(
+    sensor: PTX | None = None, seed: int = 1, progress: Progress | None = None
+) -> SingleSensorStudy:
     """Compare one sensor for all temperatures with a CPX for each.
 
     Parameters
     ----------
     sensor
         Trained; by default, one is trained.
-    seed
-        Of splits and starts.
-    report
-        Told what is being trained.
 
     Examples
     --------
@@ -151,17 +150,18 @@ def single_sensor_study(sensor: PTX | None = None, seed: int = 1, report: Report
 
     >>> HELD_OUT
     ('20C_ramp_b', '20C_step_b', '60C_ramp_b', '60C_step_c', 'm20C_step_c')
-    >>> print(single_sensor_study(report=print).conclusion)  # doctest: +SKIP
+    >>> print(single_sensor_study(progress=print).conclusion)  # doctest: +SKIP
     """
-    tell = report or (lambda _: None)
+    say = progress or (lambda _: None)
     if sensor is None:
-        tell("training PTX")
+        say("training PTX")
         sensor = train_single_sensor(seed)
+    # For each temperature and training set, a CPX in four forms.
     rivals: dict[str, dict[str, VirtualSensor]] = {}
     for key, words in _TRAINED_ON.items():
         for temperature in TEMPERATURES:
-            tell(f"training CPX of {temperature} degC on {words}")
-            data = load_clutch_records(_records(key, temperature))
+            say(f"training CPX of {temperature} degC on {words}")
+            data = load_clutch(_records(key, temperature))
             plain = CPX().fit(data, seed=seed)
             forms: dict[str, VirtualSensor] = {
                 "": plain,
@@ -189,7 +189,7 @@ def _errors(
 ) -> ErrorTable:
     rows = []
     for name in names:
-        data = load_clutch_records(name)
+        data = load_clutch(name)
         temperature = name.split("C_")[0]
         used = [*(by_temperature[temperature] for by_temperature in rivals.values()), sensor]
         rows.append([each.predict(data).rmse(data)[name] for each in used])

@@ -1,28 +1,27 @@
-"""Tables 5.1 to 5.4 of the thesis: which structure a sensor needs, on our records.
+"""Tables 5.1 to 5.4 of the thesis on the bundled records: the errors of sensor structures.
 
-The thesis's errors are of normalised, confidential data: only how they compare from row to row can be held against
-ours, which are in mm^2 on simulated records.  Each error is over the whole record that trained the sensor, as in the
-thesis.
+The thesis's errors are of normalised, confidential data. Only their ratios can be compared with ours, which are in mm^2
+on simulated records. Each error is over the whole record that trained the sensor, as in the thesis.
 
 Reference: clutch thesis, tables 5.1 to 5.4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
-from smid.data.bundled import load_clutch_records
+from relaxations.deadline import Progress
+from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.sensors import CFPX, CPX, PX, DeadZone, MedianFiltered, VirtualSensor
 
-__all__ = ["StructureRow", "StructureTable", "table_5_1", "table_5_2", "table_5_3", "table_5_4"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Report = Callable[[str], None]
+__all__ = ["StructureRow", "StructureTable", "table_5_1", "table_5_2", "table_5_3", "table_5_4"]
 
 CPX_PRINTED = {
     (2,): 0.098,
@@ -60,7 +59,7 @@ class StructureRow:
     name
         Its structure.
     n_parameters
-        Numbers that training found.
+        Number of trained parameters.
     mse
         Mean squared error on our record, in mm^2.
     printed
@@ -89,7 +88,7 @@ class StructureTable(Tabular):
     subject
         What is compared.
     record
-        What trained the sensors.
+        That trained the sensors.
     """
 
     number: str
@@ -119,7 +118,7 @@ class StructureTable(Tabular):
         )
 
     def plot(self) -> Figure:
-        """Draw our errors and the thesis's, each over that of its own first row."""
+        """Draw our errors and the thesis's, each divided by the error of its first row."""
         from smid.theses.clutch.sensor_study.figures import structure_figure
 
         return structure_figure(self)
@@ -135,13 +134,13 @@ def _compare(
     record: str,
     sensors: Sequence[tuple[str, VirtualSensor, float | None]],
     seed: int,
-    report: Report | None,
+    progress: Progress | None,
 ) -> StructureTable:
-    data = load_clutch_records(record)
+    data = load_clutch(record)
     rows = []
     for name, sensor, printed in sensors:
-        if report is not None:
-            report(f"table {number}: {name}")
+        if progress is not None:
+            progress(f"table {number}: {name}")
         mse = sensor.fit(data, seed=seed).predict(data).mse(data)
         rows.append(StructureRow(name, sensor.n_parameters, mse, printed))
     return StructureTable(number, subject, record, tuple(rows))
@@ -152,18 +151,14 @@ def _layers(hidden: tuple[int, ...]) -> str:
 
 
 def table_5_1(
-    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(CPX_PRINTED), report: Report | None = None
+    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(CPX_PRINTED), progress: Progress | None = None
 ) -> StructureTable:
     """Compare networks for CPX.
 
     Parameters
     ----------
-    seed
-        Of splits and starts.
     structures
         Neurons of each hidden layer, among those of the thesis.
-    report
-        Told what is being trained.
 
     Examples
     --------
@@ -171,22 +166,13 @@ def table_5_1(
     13
     """
     sensors = [(_layers(hidden), CPX(hidden), CPX_PRINTED[hidden]) for hidden in structures]
-    return _compare("5.1", "neurons of CPX", "m20C_step_a", sensors, seed, report)
+    return _compare("5.1", "neurons of CPX", "m20C_step_a", sensors, seed, progress)
 
 
 def table_5_2(
-    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(PX_PRINTED), report: Report | None = None
+    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(PX_PRINTED), progress: Progress | None = None
 ) -> StructureTable:
     """Compare networks for PX; the parameters are those of `table_5_1`.
-
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
-    structures
-        Neurons of each hidden layer, among those of the thesis.
-    report
-        Told what is being trained.
 
     Examples
     --------
@@ -194,18 +180,11 @@ def table_5_2(
     7
     """
     sensors = [(_layers(hidden), PX(hidden), PX_PRINTED[hidden]) for hidden in structures]
-    return _compare("5.2", "neurons of PX", "20C_step_a", sensors, seed, report)
+    return _compare("5.2", "neurons of PX", "20C_step_a", sensors, seed, progress)
 
 
-def table_5_3(seed: int = 1, report: Report | None = None) -> StructureTable:
-    """Compare orders of the polynomial of CFPX; the parameters are those of `table_5_1`.
-
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
-    report
-        Told what is being trained.
+def table_5_3(seed: int = 1, progress: Progress | None = None) -> StructureTable:
+    """Compare orders of the polynomial of CFPX.
 
     Examples
     --------
@@ -213,21 +192,14 @@ def table_5_3(seed: int = 1, report: Report | None = None) -> StructureTable:
     [6, 11, 21, 51, 101]
     """
     sensors = [(f"order {order}", CFPX(order), printed) for order, printed in CFPX_PRINTED.items()]
-    return _compare("5.3", "orders of CFPX", "20C_step_a", sensors, seed, report)
+    return _compare("5.3", "orders of CFPX", "20C_step_a", sensors, seed, progress)
 
 
-def table_5_4(seed: int = 1, report: Report | None = None) -> StructureTable:
-    """Compare CPX20, PX20 and CFPX20 with glitches filtered and the dead zone enforced; parameters as in `table_5_1`.
+def table_5_4(seed: int = 1, progress: Progress | None = None) -> StructureTable:
+    """Compare CPX20, PX20 and CFPX20 with the median filter and the dead zone enforced.
 
-    The thesis counts the parameters without the two of the dead zone.  Its median of order 250 takes half a second, as
-    long as our records hold a level: so CFPX20 stands there without it too.
-
-    Parameters
-    ----------
-    seed
-        Of splits and starts.
-    report
-        Told what is being trained.
+    The thesis does not count the two parameters of the dead zone. Its median of order 250 takes half a second, as
+    long as our records hold a level, so CFPX20 is also shown without it.
 
     Examples
     --------
@@ -240,9 +212,9 @@ def table_5_4(seed: int = 1, report: Report | None = None) -> StructureTable:
         ("CFPX20", final_form(CFPX(20), CFPX_ORDER), FINAL_PRINTED["CFPX20"]),
         ("CFPX20 without median", final_form(CFPX(20), None), None),
     ]
-    return _compare("5.4", "sensors with median filter and dead zone", "20C_step_a", sensors, seed, report)
+    return _compare("5.4", "sensors with median filter and dead zone", "20C_step_a", sensors, seed, progress)
 
 
 def final_form(sensor: VirtualSensor, order: int | None) -> VirtualSensor:
-    """Return a sensor with the median filter of that order, if any, and the dead zone enforced behind it."""
+    """Return a sensor with the median filter of an order, if any, and the dead zone enforced after it."""
     return DeadZone(sensor if order is None else MedianFiltered(sensor, order))

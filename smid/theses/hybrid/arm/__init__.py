@@ -1,4 +1,4 @@
-"""The rotating arm: its exact motion, and the hybrid thesis's ways to estimate what is not known of it."""
+"""The rotating arm: its exact motion, and the hybrid thesis's methods to estimate its unknown parts."""
 
 from smid.theses.hybrid.arm.alternating import Alternation, alternate
 from smid.theses.hybrid.arm.arm_study import (
@@ -10,10 +10,10 @@ from smid.theses.hybrid.arm.arm_study import (
     input_error_runs,
     shape_of,
 )
-from smid.theses.hybrid.arm.cost_surface import CostSurface, cost_surface, figure_6_9
 from smid.theses.hybrid.arm.embedded_arm import (
     embedded_arm,
     embedded_error,
+    figure_6_9,
     friction_curve,
     random_start,
     true_friction,
@@ -28,7 +28,6 @@ from smid.theses.hybrid.arm.embedded_study import (
     run_embedded,
 )
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.theses.hybrid.arm.free_run_error import FreeRunError, FreeRuns
 from smid.theses.hybrid.arm.friction_start import certified_start, friction_start, white_start
 from smid.theses.hybrid.arm.global_start import global_start, multistart_start
 from smid.theses.hybrid.arm.input_error import (
@@ -38,7 +37,6 @@ from smid.theses.hybrid.arm.input_error import (
     modulate_motion,
     quiet_filter,
 )
-from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
 from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
 from smid.theses.hybrid.arm.white import (
     INTEGRATIONS,
@@ -58,13 +56,9 @@ __all__ = [
     "WAYS",
     "Alternation",
     "ArmStudy",
-    "CostSurface",
     "EmbeddedRuns",
     "EmbeddedStudy",
-    "FreeRunError",
-    "FreeRuns",
     "InputError",
-    "ModulatingFilter",
     "Motion",
     "NetworkRuns",
     "Way",
@@ -73,7 +67,6 @@ __all__ = [
     "alternating_runs",
     "arm_study",
     "certified_start",
-    "cost_surface",
     "embedded_arm",
     "embedded_error",
     "embedded_study",

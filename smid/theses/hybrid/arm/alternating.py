@@ -1,13 +1,12 @@
-"""Alternating estimation: the network at a fixed inertia, then the inertia at a fixed network, and so on.
+"""Alternating estimation: the network at a fixed inertia, then the inertia at a fixed network, repeated.
 
     a few Levenberg-Marquardt steps of    sum_t (N(v) - (c u - a / theta))^2    over the weights
-    theta  <-  sum_t a f / sum_t f^2,     f = c u - N(v)                        which is exact
+    theta  <-  sum_t a f / sum_t f^2,     f = c u - N(v)                        (exact)
 
-Each half is easy: a static network, and one division.  Together they descend slowly, as coordinate descent does where
-inertia and friction can stand in for each other, but they hardly get stuck.
+Each half is easy: a static network, and one division. The descent is slow where inertia and friction can replace each
+other, but it rarely stops in a local minimum.
 
-The thesis's listing reads speed and acceleration off the simulated plant; here they come with the `Motion`, from
-wherever it was measured.
+The thesis's listing takes speed and acceleration from the simulated plant. Here they are part of the `Motion`.
 
 Reference: hybrid thesis, sections 6.3.4 and F.3, listing K.22.
 """
@@ -19,8 +18,8 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
 from smid.networks import Iterate, Method, NetworkError, TanhNetwork, levenberg_marquardt
@@ -29,14 +28,12 @@ from smid.theses.hybrid.arm.input_error import Motion
 
 __all__ = ["Alternation", "alternate"]
 
-Array = NDArray[np.float64]
-
 STEPS, SETTLED = 2, 1e-7
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Alternation(Result):
-    """What the alternation came to.
+    """The result of the alternation.
 
     Parameters
     ----------
@@ -54,12 +51,12 @@ class Alternation(Result):
 
     @property
     def reciprocal_inertia(self) -> float:
-        """The last 1/J, in 1/(kg m2)."""
+        """Return the last 1/J, in 1/(kg m2)."""
         return float(self.theta[-1])
 
     def _content(self) -> Iterator[Part]:
-        told = f"1/J = {self.reciprocal_inertia:.5g} 1/(kg m2) after {self.theta.size - 1} rounds"
-        yield f"{told}, error of the torque {self.rmse:.3g} Nm RMS."
+        found = f"1/J = {self.reciprocal_inertia:.5g} 1/(kg m2) after {self.theta.size - 1} rounds"
+        yield f"{found}, error of the torque {self.rmse:.3g} Nm RMS."
 
 
 def alternate(
@@ -74,16 +71,14 @@ def alternate(
 
     Parameters
     ----------
-    motion
-        Speed, acceleration and motor torque.
     start
-        Of scaled speed; where the network begins.
+        First network, of scaled speed.
     theta
-        Where 1/J begins, in 1/(kg m2).
+        First 1/J, in 1/(kg m2).
     rounds
-        At most so many; it ends sooner when 1/J has moved by less than 1e-7 of itself in ten rounds.
+        Largest number; fewer if 1/J changes by less than 1e-7 of itself in ten rounds.
     method
-        Of `smid.networks`, for the network: `gradient_descent` is the back propagation of the textbooks.
+        Of `smid.networks`, for the network; `gradient_descent` is back propagation.
 
     Raises
     ------
@@ -103,6 +98,7 @@ def alternate(
         raise ModelError(f"theta = {theta}, rounds = {rounds}: give positive numbers")
     inputs, weights, path = motion.speed[:, None] / SPEED_UNIT, start.weights, [float(theta)]
     for _ in range(rounds):
+        # The network at this inertia, then the inertia at this network.
         target = (motion.torque - motion.acceleration / path[-1]) / TORQUE_UNIT
         points: Iterator[Iterate] = method(NetworkError(start.sizes, inputs, target), weights)
         *_, last = islice(points, STEPS + 1)

@@ -1,9 +1,9 @@
-"""The embedded arm: Newton's law with a network in the place of friction and drag, and the two estimated at once.
+"""The embedded arm: Newton's law with a network in place of friction and drag, estimated together with the inertia.
 
     d/dt angle = speed,    d/dt speed = (c u - 16 Nm N(speed / 80 rad/s)) / J
 
-Scaled so, the network's input and output stay within about +-1.  1/J and the weights are lowered in free-run error
-together: the topology in which the thesis met its local minima.
+With this scaling the network's input and output stay within about +-1. The free-run error is minimised over 1/J and the
+weights. With this topology the thesis found local minima.
 
 Reference: hybrid thesis, (5.15), (6.8), figures F.1.a and F.1.b, listings K.15, K.16, K.18 and K.22.
 """
@@ -14,16 +14,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
+from smid.hybrid.free_run_error import FreeRunError
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.neural import network_of
 from smid.models import RotatingArm, signal, t
 from smid.networks import TanhNetwork
+from smid.signals import TABLE_F1
 from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.arm.free_run_error import FreeRunError
+from smid.theses.hybrid.arm.records import held_record
 from smid.theses.hybrid.plants import arm_friction
 
 __all__ = [
@@ -32,12 +36,11 @@ __all__ = [
     "TORQUE_UNIT",
     "embedded_arm",
     "embedded_error",
+    "figure_6_9",
     "friction_curve",
     "random_start",
     "true_friction",
 ]
-
-Array = NDArray[np.float64]
 
 SPEED_UNIT, TORQUE_UNIT = 80.0, 16.0  # rad/s, Nm
 WEIGHT_BOX = (-1e4, 1e4)
@@ -45,19 +48,14 @@ INERTIA_START = 16.0  # 1/(kg m2), where every run of the thesis starts
 
 
 def embedded_arm(hidden: tuple[int, ...] = (3,), *, scheme: str = "rk4", substeps: int = 1) -> HybridModel:
-    """Give the arm with a network for its friction.
+    """Return the arm with a network for its friction; free are ``theta``, the reciprocal inertia, and the weights.
 
     Parameters
     ----------
     hidden
         Neurons of each hidden layer; the thesis has three.
     scheme, substeps
-        How the rates are integrated; see `Model`.
-
-    Returns
-    -------
-    HybridModel
-        Free are ``theta``, the reciprocal inertia, and the weights.
+        Of the integration; see `Model`.
 
     Examples
     --------
@@ -73,19 +71,14 @@ def embedded_arm(hidden: tuple[int, ...] = (3,), *, scheme: str = "rk4", substep
 
 
 def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
-    """Give the free-run error of an embedded arm over records that begin at rest.
+    """Return the free-run error of an embedded arm over records that begin at rest.
+
+    Its variables are 1/J in 16 / (kg m2) and the weights.
 
     Parameters
     ----------
-    hybrid
-        From `embedded_arm`.
     data
         With the channels of `held_record`.
-
-    Returns
-    -------
-    FreeRunError
-        Of (1/J in 16 / (kg m2), weights).
 
     Examples
     --------
@@ -102,7 +95,9 @@ def embedded_error(hybrid: HybridModel, data: Dataset) -> FreeRunError:
 
 
 def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Generator) -> Array:
-    """Draw a start as the thesis did: 1/J at 16, every weight uniform from 0 to a spread, in rad, s and Nm.
+    """Return a random start for `embedded_error` as in the thesis, shape (p,).
+
+    1/J is 16, every weight uniform from 0 to `spread`, in rad, s and Nm.
 
     Parameters
     ----------
@@ -110,13 +105,6 @@ def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Gener
         From `embedded_arm`, with one hidden layer.
     spread
         1 in listing K.22, 0.01 in listing K.18.
-    seed
-        Of the draw.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        For `embedded_error`.
 
     Examples
     --------
@@ -131,21 +119,12 @@ def random_start(hybrid: HybridModel, spread: float, seed: int | np.random.Gener
 
 
 def friction_curve(hybrid: HybridModel, values: Mapping[str, float], speed: ArrayLike) -> Array:
-    """Evaluate the torque that the network takes for friction and drag.
+    """Return the network's torque for friction and drag in Nm, shape (n,).
 
     Parameters
     ----------
-    hybrid
-        From `embedded_arm`.
-    values
-        Its parameters.
     speed
         Shape (n,). In rad/s.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In Nm.
 
     Examples
     --------
@@ -159,19 +138,12 @@ def friction_curve(hybrid: HybridModel, values: Mapping[str, float], speed: Arra
 
 
 def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
-    """Evaluate friction and drag of the plant, (5.7)-(5.8), figure 6.8.
+    """Return friction and drag of the plant in Nm, (5.7)-(5.8), figure 6.8, shape (n,).
 
     Parameters
     ----------
     speed
         Shape (n,). In rad/s.
-    values
-        Constants of the plant.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In Nm.
 
     Examples
     --------
@@ -181,3 +153,23 @@ def true_friction(speed: ArrayLike, values: Mapping[str, float] = ARM) -> Array:
     v = np.asarray(speed, dtype=np.float64)
     law = [values[name] for name in ("Ws", "eps", "Wd", "b")]
     return np.array([arm_friction(item, *law) for item in v.ravel().tolist()]).reshape(v.shape)
+
+
+def figure_6_9(points: int = 81) -> CostSurface:
+    """Return the surface of the thesis's figure 6.9: one neuron without biases, the plant's inertia, one sine.
+
+    Parameters
+    ----------
+    points
+        Number of values of each weight: the neuron's, for speed in 80 rad/s, and the output's, for torque in 16 Nm.
+
+    Examples
+    --------
+    >>> figure_6_9(11).rmse.shape
+    (11, 11)
+    """
+    hybrid = embedded_arm((1,))
+    neuron, bias, output, offset = (parameter.name for parameter in hybrid.term.parameters)
+    problem = embedded_error(hybrid, held_record(TABLE_F1["one_sine"]))
+    grid = {neuron: np.linspace(-8.0, 8.0, points), output: np.linspace(-4.0, 4.0, points)}
+    return cost_surface(problem, {"theta": ARM["theta"], bias: 0.0, offset: 0.0}, grid)

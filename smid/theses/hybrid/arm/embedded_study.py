@@ -1,16 +1,15 @@
-"""The embedded arm from many starts: how often it comes out right, the thesis's way and ours (table 8).
+"""The embedded arm from many starts: how many runs are right, with the thesis's method and ours (table 8).
 
-A *way* says how the record is made, how the model is integrated, how many neurons it has and where it starts.  The
-thesis: Euler's method for plant and model, every tenth sample, three neurons, 1/J from 16 and random weights.  Ours:
-exact motion under held voltage, RK4, five neurons, and one of five starts: as the thesis's; the white model, estimated
-from the record; the centres of the intervals that are proven for it; the best of a search in input error, local or
-global.  All starts of a way are trained in lockstep.
+A *way* sets the record, the integration, the number of neurons and the start. The thesis: Euler's method for plant and
+model, every tenth sample, three neurons, 1/J from 16 and random weights. Ours: exact motion under held voltage, RK4,
+five neurons, and one of five starts: as the thesis's; the estimated white model; the centres of its certified
+intervals; the best of a local or a global search in input error. All starts of a way are trained in lockstep.
 
-Every model is run freely over a validation record of similar sines, without noise and within the speeds that it was
-trained on.  Its error is compared with that of the white model run by the same integrator, (6.6)-(6.7), estimated from
-the same record with that integrator or exactly, whichever is better.
+Every model is run freely over a validation record of similar sines, without noise and within the speeds of the
+training. Its error is compared with that of the white model with the same integrator, (6.6)-(6.7), estimated from the
+same record with that integrator or exactly, whichever is better.
 
-    good: no larger        moderate: at most ten times larger        bad: beyond
+    good: not larger        moderate: at most ten times larger        bad: above
 
 The thesis judged by eye, from plots.
 
@@ -21,12 +20,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress
 from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
@@ -48,9 +48,10 @@ from smid.theses.hybrid.arm.input_error import modulate_motion, quiet_filter
 from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
 from smid.theses.hybrid.arm.white import estimate_white, white_arm
 
-__all__ = ["COMPARED", "TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+__all__ = ["COMPARED", "TABLE_8", "WAYS", "EmbeddedRuns", "EmbeddedStudy", "Way", "embedded_study", "run_embedded"]
 
 MODERATE, EVALUATIONS, AT_REST = 10.0, 100, 1.5  # times the white error, rad/s beyond which a jump is over
 HIDDEN, MORE = 5, 9
@@ -65,27 +66,23 @@ TABLE_8: dict[str, str] = {
     "six_signs": "0/0/20",
     "six_unequal": "24/20/56",
 }
-"""Good/moderate/bad in the thesis."""
+"""Good/moderate/bad runs in the thesis."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """How a record is made and an embedded arm estimated from it.
+    """A record, an integration and a start for the embedded arm.
 
     Parameters
     ----------
-    label
-        For display.
     record
-        Makes a record.
-    scheme
-        Integrates the models.
+        Function that makes a record.
+    scheme, substeps
+        Of the integration of the models.
     hidden
-        Neurons.
+        Number of neurons.
     starts
-        Shape (B, p). Gives the first points.
-    substeps
-        Of the scheme, per sample.
+        Function that returns the starts, shape (B, p).
 
     Examples
     --------
@@ -135,7 +132,7 @@ WAYS: dict[str, Way] = {
 
 
 COMPARED = ("random", "small", "local", "certified", "multistart")
-"""The ways that are compared unless others are named; one of the rest takes as long as these together."""
+"""The ways of a study by default; one of the others takes as long as these together."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -144,18 +141,16 @@ class EmbeddedRuns(Tabular):
 
     Parameters
     ----------
-    input, way
-        Names.
     theta
         Shape (n,). 1/J of each run, in 1/(kg m2).
     training, validation
-        Shape (n,). Free-run errors in rad, RMS; infinite where the run leaves the finite range.
+        Shape (n,). Free-run RMSE in rad; infinite where the run diverges.
     white
-        The white model's free-run error over the validation record, in rad.
+        The white model's free-run RMSE over the validation record, in rad.
     curve
-        Shape (n,). Largest error of the friction curve over the visited speeds, as a share of the largest friction.
+        Shape (n,). Largest error of the friction curve over the visited speeds, relative to the largest friction.
     jump
-        Shape (n,). The network's step from -1.5 to 1.5 rad/s over the plant's.
+        Shape (n,). The network's step from -1.5 to 1.5 rad/s relative to the plant's.
     """
 
     input: str
@@ -169,17 +164,17 @@ class EmbeddedRuns(Tabular):
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """Which runs are no worse than the white model."""
+        """Tell which runs are no worse than the white model."""
         return np.asarray(self.validation <= self.white)
 
     @property
     def bad(self) -> NDArray[np.bool_]:
-        """Which runs are more than ten times worse."""
+        """Tell which runs are more than ten times worse."""
         return ~(self.validation <= MODERATE * self.white)
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """Good, moderate and bad runs."""
+        """Return the numbers of good, moderate and bad runs."""
         good, bad = int(self.good.sum()), int(self.bad.sum())
         return good, self.theta.size - good - bad, bad
 
@@ -200,13 +195,13 @@ class EmbeddedRuns(Tabular):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EmbeddedStudy(Tabular):
-    """Ways and inputs compared."""
+    """Several ways on several inputs."""
 
     runs: tuple[EmbeddedRuns, ...]
 
     @property
     def table(self) -> Table:
-        """Table 8, ours beside the thesis's."""
+        """Return table 8, with the thesis's numbers."""
         header = ("input", "way", "good/moderate/bad", "thesis", "1/J when good", "white", "median", "curve", "jump")
         rows = []
         for runs in self.runs:
@@ -235,13 +230,13 @@ class EmbeddedStudy(Tabular):
         yield self.table
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each run."""
+        """Return a row for each run."""
         for runs in self.runs:
             yield from runs._rows()
 
     def plot(self) -> Figure:
-        """Draw 1/J of every run, as figures F.3 and F.7 do: good, moderate and bad ones apart."""
-        from smid.theses.hybrid.arm.figures import inertia_figure  # the figures know the results
+        """Draw 1/J of every run, as figures F.3 and F.7: good, moderate and bad ones apart."""
+        from smid.theses.hybrid.arm.figures import inertia_figure
 
         return inertia_figure(self)
 
@@ -273,15 +268,15 @@ def run_embedded(
     Parameters
     ----------
     name
-        Input, one of `smid.signals.TABLE_F1`.
+        Input, from `smid.signals.TABLE_F1`.
     way
-        One of `WAYS`.
+        From `WAYS`.
     seeds
         One run for each.
     noise_bound
-        The record's angle is off by uniform noise within this bound, in rad; the validation record's is not.
+        Of the record's angle, in rad; the noise is uniform. The validation record has no noise.
     noise_seed
-        Of the noise; needed where there is any.
+        Needed if there is noise.
 
     Raises
     ------
@@ -298,9 +293,11 @@ def run_embedded(
     chosen = WAYS[way]
     record = chosen.record(TABLE_F1[name], noise_bound=noise_bound, seed=noise_seed)
     check = chosen.record(similar(TABLE_F1[name]))
+    # Train all starts on the record.
     hybrid = embedded_arm((chosen.hidden,), scheme=chosen.scheme, substeps=chosen.substeps)
     problem, validation = embedded_error(hybrid, record), embedded_error(hybrid, check)
     found = problem.lower(chosen.starts(record, noise_bound, list(seeds)), evaluations=EVALUATIONS)
+    # Compare the networks with the plant's friction over the visited speeds, and at rest.
     speed = record.experiments[0].values["speed"]
     visited = speed[np.abs(speed) > ARM["eps"]]
     wanted, edges = true_friction(visited), np.array([-AT_REST, AT_REST])
@@ -325,20 +322,9 @@ def embedded_study(
     ways: Iterable[str] = COMPARED,
     *,
     starts: int = 100,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> EmbeddedStudy:
-    """Run several ways on several inputs.
-
-    Parameters
-    ----------
-    inputs
-        Of `smid.signals.TABLE_F1`.
-    ways
-        Of `WAYS`.
-    starts
-        Runs for each.
-    progress
-        Told what is run next.
+    """Run several ways of `WAYS` on several inputs of `TABLE_F1`, from so many starts each.
 
     Raises
     ------

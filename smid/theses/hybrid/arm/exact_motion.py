@@ -1,23 +1,23 @@
-"""The arm's motion without a step size: each regime of its friction is solved in closed form, from event to event.
+"""The exact motion of the arm: each regime of its friction has a closed solution, from event to event.
 
-While the speed v stays in glide or in stick, on one side of rest, the torque T being held, (5.7)-(5.8) are
+While the speed v stays in glide or in stick, on one side of rest, at a constant torque T, (5.7)-(5.8) are a Riccati
+equation
 
     v' = p - q v - r v^2,     r = theta b sign(v)
     glide:  p = theta (T - Wd sign(v)),  q = 0             stick:  p = theta T,  q = theta Ws / eps
 
-a Riccati equation.  With D = sqrt(q^2 + 4 p r), ``C = cosh(D t / 2)``, ``S = sinh(D t / 2) / D`` and v the speed at its
-beginning,
+With D = sqrt(q^2 + 4 p r), ``C = cosh(D t / 2)``, ``S = sinh(D t / 2) / D`` and v the first speed,
 
     v(t) = (v (C - q S) + 2 p S) / (C + (q + 2 r v) S)
     angle(t) = (log(C + (q + 2 r v) S) - q t / 2) / r
     v(t) = v1  where  S / C = (v1 - v) / (2 p - q (v + v1) - 2 r v v1)
 
-the last being the time at which the speed meets an edge of its regime, 0 or +-eps: an event.  Where D is imaginary,
-cosh and sinh become cos and sin.  Nothing is approximated, so this is the oracle for every integrator of the arm, and
-because events are few it is also the fastest way to simulate it.
+The last line gives the time at which the speed reaches an edge of its regime, 0 or +-eps: an event. Where D is
+imaginary, cosh and sinh become cos and sin. There is no approximation, so this is the reference for every integrator of
+the arm. It is also the fastest simulation, because events are few.
 
-Safeguards: sticking must hold at least as firmly as gliding, Ws >= Wd, or the speed would chatter at eps, which no
-closed form follows.  An edge is where the next regime begins, so rounding cannot leave the speed between two.
+Safeguards: Ws >= Wd is required; otherwise the speed would chatter at eps, without a closed solution. At an edge the
+next regime begins, so rounding cannot leave the speed between two regimes.
 
 References: hybrid thesis, (5.7)-(5.9); Reid, "Riccati Differential Equations" (1972), chapter 1.
 """
@@ -27,16 +27,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from smid.data import DataError
+from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
+from smid.theses.series import finite_series
 
 __all__ = ["ARM", "exact_motion"]
-
-Array = NDArray[np.float64]
 
 ARM: dict[str, float] = {name: value for name, (value, _) in (MOTOR | DRAG | FRICTION).items()}
 """The thesis's values: theta, c, b, Ws, eps, Wd."""
@@ -51,7 +50,7 @@ def exact_motion(
     values: dict[str, float] | None = None,
     start: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """Solve the arm's motion exactly, event by event.
+    """Return the arm's angle in rad and speed in rad/s at the samples, solved event by event, shape (n, 2).
 
     Parameters
     ----------
@@ -64,15 +63,10 @@ def exact_motion(
     start
         Angle in rad and speed in rad/s at the first sample.
 
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Angle in rad and speed in rad/s at the samples.
-
     Raises
     ------
     DataError
-        If the input is no series of finite numbers, or the sampling time not positive.
+        If the input is not a finite series, or the sampling time is not positive.
     ModelError
         If a constant is unknown, theta, b or eps is not positive, or Ws < Wd.
 
@@ -81,11 +75,7 @@ def exact_motion(
     >>> exact_motion([0.05, 0.05, 0.05], 0.1)[:, 1].round(6)
     array([0.     , 0.01995, 0.01995])
     """
-    inputs = np.asarray(u, dtype=np.float64)
-    if inputs.ndim != 1 or not inputs.size or not np.isfinite(inputs).all():
-        raise DataError(f"the input has shape {inputs.shape} or is not finite: give a series of finite samples")
-    if not (math.isfinite(sampling_time) and sampling_time > 0):
-        raise DataError(f"sampling_time = {sampling_time} is refused: give a positive number of seconds")
+    inputs = finite_series(u, sampling_time)
     refuse_unknown("constant of the arm", values or (), ARM)
     arm = ARM | (values or {})
     for name in ("theta", "b", "eps"):
@@ -105,7 +95,7 @@ def exact_motion(
 
 
 def _hold(angle: float, speed: float, torque: float, duration: float, arm: dict[str, float]) -> tuple[float, float]:
-    """Move for one held torque, from event to event."""
+    """Return angle and speed after a duration at a constant torque, from event to event."""
     eps = arm["eps"]
     for _ in range(EVENTS):
         side, gliding = _regime(speed, torque, arm)
@@ -127,7 +117,7 @@ def _hold(angle: float, speed: float, torque: float, duration: float, arm: dict[
 
 
 def _regime(speed: float, torque: float, arm: dict[str, float]) -> tuple[int, bool]:
-    """Return the side of rest, 0 for rest itself, and whether the arm glides; an edge counts as where it is left to."""
+    """Return the side of rest (0: at rest), and whether the arm glides; at an edge, those after the event."""
     if speed == 0.0:
         return (torque > 0) - (torque < 0), False
     side = 1 if speed > 0 else -1
@@ -154,7 +144,7 @@ def _move(v: float, time: float, p: float, q: float, r: float) -> tuple[float, f
 
 
 def _time_to(v: float, edge: float, p: float, q: float, r: float) -> float:
-    """Return when the speed meets an edge within one regime; infinite where it never does."""
+    """Return the time at which the speed reaches an edge within one regime; infinite if it never does."""
     below = 2.0 * p - q * (v + edge) - 2.0 * r * v * edge
     square = q * q + 4.0 * p * r
     size = math.sqrt(abs(square))

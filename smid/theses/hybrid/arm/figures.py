@@ -1,26 +1,23 @@
-"""The figures of the arm: where the runs of a study ended, friction curves, cost surfaces, the filter's response."""
+"""The figures of the arm: 1/J of the runs, friction curves, and the filter's response."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.theses.hybrid.arm.embedded_arm import true_friction
 from smid.theses.hybrid.arm.exact_motion import ARM
 
 if TYPE_CHECKING:
-    from smid.theses.hybrid.arm.cost_surface import CostSurface
+    from smid.signals import ModulatingFilter
     from smid.theses.hybrid.arm.embedded_study import EmbeddedStudy
-    from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
 
-__all__ = ["friction_figure", "inertia_figure", "response_figure", "surface_figure"]
-
-Array = NDArray[np.float64]
+__all__ = ["friction_figure", "inertia_figure", "response_figure"]
 
 CEILING = 30.0  # of 1/J, where bad runs are drawn that end beyond
 COLUMNS = 2
@@ -28,13 +25,7 @@ COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 
 
 def inertia_figure(study: EmbeddedStudy) -> Figure:
-    """Draw 1/J of every run, as figures F.3 and F.7 do; good, moderate and bad ones apart.
-
-    Returns
-    -------
-    Figure
-        Runs beyond 0 to 30 / (kg m2) stand at the edge.
-    """
+    """Draw 1/J of every run, as figures F.3 and F.7; runs outside 0 to 30 / (kg m2) are drawn at the edge."""
     rows = -(-len(study.runs) // COLUMNS)
     with style():
         figure = Figure(figsize=(WIDTH, 0.4 + 1.5 * rows), layout="constrained")
@@ -63,7 +54,7 @@ def inertia_figure(study: EmbeddedStudy) -> Figure:
 
 
 def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure:
-    """Draw networks beside the friction that they should learn, figure 6.8: all speeds, and those near rest.
+    """Draw networks and the plant's friction, figure 6.8: all speeds, and those near rest.
 
     Parameters
     ----------
@@ -88,41 +79,8 @@ def friction_figure(curves: Mapping[str, ArrayLike], speed: ArrayLike) -> Figure
     return figure
 
 
-def surface_figure(surface: CostSurface) -> Figure:
-    """Draw a cost surface in space, as figure 6.9, and its contours with the least point of the grid."""
-    one, two = surface.names
-    height = np.log10(np.where(np.isfinite(surface.rmse), surface.rmse, np.nan))
-    across, along = np.meshgrid(surface.second, surface.first)
-    with style():
-        figure = Figure(figsize=(WIDTH, 2.9))
-        # Constrained layout cuts the labels of axes in space.
-        space: Any = figure.add_axes((0.02, 0.14, 0.46, 0.76), projection="3d")
-        space.plot_surface(along, across, height, cmap="viridis", linewidth=0.0, rcount=80, ccount=80)
-        space.set(title="log10 of the RMS error", xlabel=one, ylabel=two)
-        space.view_init(elev=38, azim=-60)
-        space.tick_params(labelsize=7)
-        for axis in (space.xaxis, space.yaxis, space.zaxis):
-            axis.set_pane_color("none")  # light panes would shine on a dark page
-        flat = figure.add_axes((0.62, 0.16, 0.36, 0.7))
-        flat.contourf(along, across, height, levels=24, cmap="viridis")
-        flat.plot(*surface.least, "o", markersize=4, color=RED, markeredgecolor=INK, markeredgewidth=0.5)
-        flat.set(xlabel=one, ylabel=two, title=f"least: {surface.rmse.min():.3g}")
-    return figure
-
-
 def response_figure(modulating: ModulatingFilter, sampling_time: float) -> Figure:
-    """Draw the frequency responses of a modulating filter as smoother, first and further differentiators.
-
-    Parameters
-    ----------
-    sampling_time
-        In seconds.
-
-    Returns
-    -------
-    Figure
-        Magnitudes, with the ideal differentiators dashed.
-    """
+    """Draw the magnitude of a modulating filter as smoother and differentiator, with ideal ones dashed."""
     omega = np.linspace(0.0, np.pi / sampling_time, 1001)[1:-1]
     with style():
         figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")

@@ -1,9 +1,9 @@
-"""Where to begin in free-run error, out of a white arm: its inertia, and a network that is its friction and drag.
+"""Starts in free-run error from a white arm: its inertia, and a network fitted to its friction and drag.
 
-    16 Nm N(v) ~ Wd sign(v) + b v |v|      over the speeds that the white arm reaches, and their opposites
+    16 Nm N(v) ~ Wd sign(v) + b v |v|      over the speeds that the white arm reaches, and the opposite speeds
 
-The constants are estimates or, without any starting value, the centres of intervals that `smid.theses.hybrid.certified`
-proves.  Of sticking the network is told nothing: within eps of rest it is what the free run makes of it.
+The constants are estimates, or the centres of the intervals that `smid.theses.hybrid.certified` proves without a start
+value. The network is not fitted to sticking: within eps of rest the free run determines it.
 
 Reference: hybrid thesis, section 7.4 and appendix F.1.
 """
@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.networks import NetworkError, levenberg_marquardt, multistart
 from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQUE_UNIT, true_friction
@@ -25,14 +25,15 @@ from smid.theses.hybrid.certified import certify_arm
 
 __all__ = ["certified_start", "friction_start", "white_start"]
 
-Array = NDArray[np.float64]
 Seeds = Iterable[int | np.random.Generator]
 
 GRID, STARTS, ITERATIONS = 400, 2, 100
 
 
 def friction_start(data: Dataset, constants: Mapping[str, float], hidden: int = 5, *, seeds: Seeds) -> Array:
-    """Fit networks to the gliding friction and drag of a white arm.
+    """Return 1/J and the weights of networks fitted to a white arm's friction, shape (B, 3 hidden + 2).
+
+    They are scaled for `embedded_error` with as many neurons.
 
     Parameters
     ----------
@@ -41,14 +42,9 @@ def friction_start(data: Dataset, constants: Mapping[str, float], hidden: int = 
     constants
         theta, b, Ws and Wd, in the units of `smid.theses.hybrid.arm.ARM`.
     hidden
-        Neurons.
+        Number of neurons.
     seeds
-        One network for each, the nearer of two that begin as in `multistart_start`.
-
-    Returns
-    -------
-    ndarray, shape (B, 3 hidden + 2)
-        For `embedded_error` of as many neurons: 1/J, then the weights, both scaled.
+        One network for each, the better of two that start as in `multistart_start`.
 
     Examples
     --------
@@ -74,19 +70,12 @@ def friction_start(data: Dataset, constants: Mapping[str, float], hidden: int = 
 
 
 def white_start(data: Dataset, hidden: int = 5, *, seeds: Seeds) -> Array:
-    """Begin at the white arm that is estimated from a record with its exact motion.
+    """Return starts as `friction_start`, from the white arm estimated by its exact motion.
 
     Parameters
     ----------
     data
         One record with input ``u`` in V and output ``y``, the angle in rad.
-    hidden, seeds
-        As for `friction_start`.
-
-    Returns
-    -------
-    ndarray, shape (B, 3 hidden + 2)
-        As from `friction_start`.
 
     Examples
     --------
@@ -100,7 +89,7 @@ def white_start(data: Dataset, hidden: int = 5, *, seeds: Seeds) -> Array:
 
 
 def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds: Seeds) -> Array:
-    """Begin at the centres of the intervals of 1/J, b and Wd that are proven, without a starting value.
+    """Return starts as `friction_start`, from the centres of the certified intervals of 1/J, b and Wd.
 
     Parameters
     ----------
@@ -108,18 +97,11 @@ def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds
         One record with input ``u`` in V and output ``y``, the angle in rad.
     noise_bound
         Largest error of a measured angle, in rad.
-    hidden, seeds
-        As for `friction_start`.
-
-    Returns
-    -------
-    ndarray, shape (B, 3 hidden + 2)
-        As from `friction_start`.
 
     Raises
     ------
     DataError
-        Where no arm explains the record within the bound.
+        If no arm explains the record within the bound.
 
     Examples
     --------
@@ -137,6 +119,6 @@ def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds
     )
     proven = certify_arm(record, noise_bound)
     constants = {name: proven.centre(name) for name in ("theta", "b", "Wd")}
-    # Of Ws often the lower end alone means something.
+    # Often only the lower end of Ws is narrow.
     constants["Ws"] = max(proven.intervals["Ws"][0], constants["Wd"])
     return friction_start(data, constants, hidden, seeds=seeds)

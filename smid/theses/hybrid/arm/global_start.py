@@ -1,16 +1,17 @@
-"""Where to begin in free-run error: at the best of a global search in input error.
+"""Starts in free-run error from a search in input error.
 
-The free-run error of the embedded arm has many minima, and every look at it costs a simulation.  The input error has
-its best point nearly in the same place, costs a thousandth, and is linear in 1/J and the output weights, which are
-solved for at every point (variable projection).  What is left to search are the neurons' places and steepness,
+The free-run error of the embedded arm has many minima, and each evaluation is a simulation. The input error has its
+best point nearly in the same place and costs a thousandth. It is linear in 1/J and the output weights, which are solved
+for at every point (variable projection). The search is over the centres and slopes of the neurons,
 
     N(v) = sum_i w_i tanh(e^(s_i) (v - p_i)) + d,    p_i within the visited speeds,  s_i in a range,
 
-a box of twice as many numbers as neurons, in which differential evolution goes from a random population, without a
-start.  Its best point is finished by Levenberg-Marquardt, first in input error, then by the user in free-run error.
+a box of two numbers per neuron. Differential evolution searches it from a random population, without a start.
+Levenberg-Marquardt refines its best point, first in input error, then in free-run error.
 
-The other way is insight: "one neuron takes care of the discontinuity" (section F.1), so one begins as a jump at rest,
-the others after Nguyen and Widrow, and of several such starts the one of the least input error is taken.
+The alternative uses knowledge of the plant: "one neuron takes care of the discontinuity" (section F.1). One neuron
+starts as a jump at rest, the others after Nguyen and Widrow. Of several such starts the one with the least input error
+is used.
 
 References: hybrid thesis, section 7.4; Storn, Price, "Differential evolution", J. Global Optimization 11 (1997);
 Golub, Pereyra, SIAM J. Numerical Analysis 10 (1973).
@@ -21,9 +22,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
 from smid.networks import lockstep, nguyen_widrow
@@ -32,8 +33,6 @@ from smid.theses.hybrid.arm.input_error import InputError, Motion, estimate_by_i
 
 __all__ = ["global_start", "jump_start", "multistart_start"]
 
-Array = NDArray[np.float64]
-
 STEEPNESS = (0.5, 1600.0)  # of a neuron, per 80 rad/s: from nearly straight to a jump
 POPULATION = 5  # per number searched; scipy's own 15 leaves too few generations for so small a budget
 RIDGE = 1e-10
@@ -41,30 +40,17 @@ JUMP, DESCENT = 3.0 * SPEED_UNIT, 100  # steepness per 80 rad/s, iterations
 
 
 def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed: int | np.random.Generator) -> Array:
-    """Search the input error globally, for a start in free-run error.
+    """Return 1/J and the weights from a global search in input error, shape (3 hidden + 2,).
 
-    Parameters
-    ----------
-    motion
-        Speed, acceleration and motor torque, see `modulate_motion`.
-    hidden
-        Neurons.
-    budget
-        Points at which the input error is evaluated.
-    seed
-        Of the population.
-
-    Returns
-    -------
-    ndarray, shape (3 hidden + 2,)
-        For `embedded_error` of as many neurons: 1/J, then the weights, both scaled.
+    They are scaled for `embedded_error` with as many neurons. The budget is the number of evaluations of the input
+    error.
 
     Raises
     ------
     ModelError
         If there is no neuron, or the budget is less than two generations.
     DataError
-        If the motion has fewer samples than there are numbers, or is at rest.
+        If the motion has fewer samples than variables, or is at rest.
 
     Examples
     --------
@@ -83,6 +69,7 @@ def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed:
     speed = motion.speed / SPEED_UNIT
     if not np.ptp(speed) > 0:
         raise DataError("the arm is at rest in every sample: give a voltage that moves it")
+    # Search centres and slopes of the neurons.
     problem = InputError(motion, (hidden,))
     low, high = np.log(STEEPNESS)
     box = Bounds(
@@ -104,6 +91,7 @@ def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed:
         updating="deferred",
         rng=seed,
     )
+    # Refine all variables together.
     _, linear = _project(problem, found.x[None, :])
     steepness = np.exp(found.x[hidden:])
     inertia, output, bias = linear[0, 0], linear[0, 1:-1], linear[0, -1:]
@@ -113,30 +101,14 @@ def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed:
 
 
 def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed: int | np.random.Generator) -> Array:
-    """Descend in input error from several starts of which one neuron is a jump at rest, for a start in free-run error.
-
-    Parameters
-    ----------
-    motion
-        Speed, acceleration and motor torque, see `modulate_motion`.
-    hidden
-        Neurons.
-    starts
-        How many.
-    seed
-        Of the starts.
-
-    Returns
-    -------
-    ndarray, shape (3 hidden + 2,)
-        As from `global_start`.
+    """Return a start as `global_start`, from descents whose first neuron is a jump at rest.
 
     Raises
     ------
     ModelError
         If there is no neuron or no start.
     DataError
-        If the motion has fewer samples than there are numbers.
+        If the motion has fewer samples than variables.
 
     Examples
     --------
@@ -159,41 +131,26 @@ def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed:
 
 
 def jump_start(hidden: int, generator: np.random.Generator) -> Array:
-    """Draw the weights of a network of one input in which one neuron is a jump at rest.
-
-    Parameters
-    ----------
-    hidden
-        Neurons.
-
-    Returns
-    -------
-    ndarray, shape (3 hidden + 1,)
-
-    Examples
-    --------
-    >>> jump_start(2, np.random.default_rng(1))[[0, 2]]
-    array([240.,   0.])
-    """
+    """Return random weights of a network of one input in which one neuron is a jump at rest, shape (3 hidden + 1,)."""
     weights = nguyen_widrow((1, hidden), generator).weights.copy()
     weights[0], weights[hidden] = JUMP, 0.0
     return weights
 
 
 def _for_free_run(problem: InputError, theta: Array) -> Array:
-    """Put 1/J, in the unit of the free-run error, where the input error has J."""
+    """Replace J by 1/J in the unit of the free-run error."""
     return np.append(problem.reciprocal_inertia(theta) / INERTIA_START, theta[1:])
 
 
 def _project(problem: InputError, points: Array) -> tuple[Array, Array]:
-    """Return the least input error at each point of places and steepness, shape (B, 2 hidden), and what is linear."""
+    """Return the least input error at points of centres and slopes, shape (B, 2 hidden), and the linear variables."""
     places, steepness = np.split(points, 2, axis=1)
     hidden = np.tanh(np.exp(steepness)[:, None, :] * (problem.speed[None, :, :] - places[:, None, :]))
     ones = np.ones((*hidden.shape[:2], 1))
     columns = np.concatenate([np.broadcast_to(problem.pull[:, None], ones.shape), hidden, ones], axis=2)
     gram = np.swapaxes(columns, 1, 2) @ columns / len(problem.pull)
     right = np.swapaxes(columns, 1, 2) @ problem.torque / len(problem.pull)
-    # Two neurons in one place are no less good than one; the ridge keeps their sum.
+    # Two equal neurons make the equations singular; the ridge keeps them solvable.
     linear = np.linalg.solve(gram + RIDGE * np.eye(gram.shape[1]), right[:, :, None])[:, :, 0]
     residual = (columns @ linear[:, :, None])[:, :, 0] - problem.torque
     return np.mean(residual**2, axis=1), linear

@@ -1,13 +1,13 @@
-"""Input error: the motor's torque, computed back from the measured motion, compared with the one that was applied.
+"""Input error: the motor's torque, computed from the measured motion, compared with the applied torque.
 
-    r = a / theta + N(v) - c u,    v, a, u: the first and second derivative of the angle, and the voltage, all modulated
+    r = a / theta + N(v) - c u,    v, a, u: the first and second derivative of the angle, and the voltage, all filtered
 
-No model is run: 1/J enters linearly and the network reads what is measured, so a step of the method costs a thousandth
-of one in free-run error, and there is nothing that could run away.  What is found is a prediction model.  Three shapes
-of network come out: right, too smooth (no jump at rest) and wrong (a jump that goes down).
+No simulation is needed: 1/J enters linearly and the network reads measured signals. A step costs a thousandth of a step
+in free-run error, and nothing can diverge. The result is a prediction model. Three shapes of network occur: right, too
+smooth (no jump at rest) and wrong (a jump in the other direction).
 
-All three signals go through the same modulating function, as in figure 6.10, which cancels in the linear terms; for
-N(v) it does not, because the mean of N is not N of the mean.
+All three signals pass the same modulating filter, as in figure 6.10, which cancels in the linear terms. It does not
+cancel for N(v), because the mean of N is not N of the mean.
 
 Reference: hybrid thesis, sections 3.1 and 6.3.5, figures 6.10 and 6.11, listings K.23 and K.24.
 """
@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.networks import (
     Descent,
@@ -31,13 +32,12 @@ from smid.networks import (
     stacked_normal_equations,
     sum_normal_equations,
 )
+from smid.signals import ModulatingFilter
 from smid.theses.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.arm.modulating_filter import ModulatingFilter
 
 __all__ = ["INERTIA_UNIT", "InputError", "Motion", "estimate_by_input_error", "modulate_motion", "quiet_filter"]
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 ACCELERATION_UNIT = 400.0  # rad/s2
@@ -46,17 +46,7 @@ INERTIA_UNIT = TORQUE_UNIT / ACCELERATION_UNIT  # kg m2
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Speed, acceleration and motor torque at the same instants.
-
-    Parameters
-    ----------
-    speed
-        Shape (n,). In rad/s.
-    acceleration
-        Shape (n,). In rad/s2.
-    torque
-        Shape (n,). In Nm.
-    """
+    """Speed (rad/s), acceleration (rad/s2) and motor torque (Nm) at the same instants, each of shape (n,)."""
 
     speed: Array
     acceleration: Array
@@ -64,14 +54,14 @@ class Motion:
 
 
 def quiet_filter(noise_bound: float, sampling_time: float) -> ModulatingFilter:
-    """Choose the least width at which uniform noise on the angle makes accelerations off by 1 % of 400 rad/s2 at most.
+    """Return the filter of least width for which noise on the angle changes accelerations by at most 1 % of 400 rad/s2.
 
-    Two differences over the width w = m T of an average over m samples: ``sqrt(6 / m) sigma / w^2``, an RMS value.
+    Two differences over the width w = m T of an average over m samples give the RMS error ``sqrt(6 / m) sigma / w^2``.
 
     Parameters
     ----------
     noise_bound
-        In rad.
+        Of the uniform noise, in rad.
     sampling_time
         T, in seconds.
 
@@ -85,19 +75,14 @@ def quiet_filter(noise_bound: float, sampling_time: float) -> ModulatingFilter:
 
 
 def modulate_motion(data: Dataset, modulating: ModulatingFilter | None = None) -> Motion:
-    """Find speed and acceleration of measured records, and the torque smoothed alike.
+    """Return speed and acceleration of measured records, and the torque filtered alike, all records in a row.
 
     Parameters
     ----------
     data
-        One or more records with input ``u`` in V, held between samples, and output ``y``, the angle in rad.
+        Input ``u`` in V, held between samples, and output ``y``, the angle in rad.
     modulating
         By default of order 3 and the least width.
-
-    Returns
-    -------
-    Motion
-        Of all records, one after another.
 
     Raises
     ------
@@ -127,7 +112,7 @@ def modulate_motion(data: Dataset, modulating: ModulatingFilter | None = None) -
 
 @dataclass(frozen=True, eq=False)
 class InputError:
-    """The input error as a least-squares problem in (J, weights), scaled as the embedded arm's network is.
+    """The input error as a least-squares problem in (J, weights), scaled as the embedded arm's network.
 
     Parameters
     ----------
@@ -147,7 +132,7 @@ class InputError:
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Of the network."""
+        """Return the sizes of the network."""
         return (1, *self.hidden)
 
     def error(self, theta: Array) -> float:
@@ -163,22 +148,22 @@ class InputError:
         return sum_normal_equations([(residual, jacobian)])
 
     def points(self, thetas: Array) -> InputErrors:
-        """Evaluate many points, shape (B, p), for `smid.networks.lockstep`."""
+        """Return the input error at many points, shape (B, p), for `smid.networks.lockstep`."""
         return InputErrors(self, thetas)
 
     @property
     def speed(self) -> Array:
-        """Scaled speed, shape (n, 1)."""
+        """Return the scaled speed, shape (n, 1)."""
         return self.motion.speed[:, None] / SPEED_UNIT
 
     @property
     def pull(self) -> Array:
-        """Scaled torque that one unit of inertia takes, shape (n,)."""
+        """Return the scaled torque of one unit of inertia, shape (n,)."""
         return INERTIA_UNIT / TORQUE_UNIT * self.motion.acceleration
 
     @property
     def torque(self) -> Array:
-        """Scaled motor torque, shape (n,)."""
+        """Return the scaled motor torque, shape (n,)."""
         return self.motion.torque / TORQUE_UNIT
 
     def reciprocal_inertia(self, theta: Array) -> float:
@@ -188,30 +173,24 @@ class InputError:
 
 @dataclass(frozen=True, eq=False)
 class InputErrors:
-    """The input error at many points.
-
-    Parameters
-    ----------
-    thetas
-        Shape (B, p).
-    """
+    """The input error at many points, shape (B, p)."""
 
     problem: InputError
     thetas: Array
 
     @cached_property
     def residuals(self) -> Array:
-        """In 16 Nm, shape (B, n)."""
+        """Return the residuals in 16 Nm, shape (B, n)."""
         network = TanhNetwork(self.problem.sizes, self.thetas[:, 1:])
         return self.thetas[:, :1] * self.problem.pull + network(self.problem.speed) - self.problem.torque
 
     @property
     def errors(self) -> Array:
-        """Mean squared errors, shape (B,)."""
+        """Return the mean squared errors, shape (B,)."""
         return np.asarray(np.mean(self.residuals**2, axis=1))
 
     def jacobian(self, rows: Rows) -> Array:
-        """Return the derivatives of some of the residuals by theta, shape (K, n, p)."""
+        """Return the derivatives of the residuals of some points, shape (K, n, p)."""
         part = TanhNetwork(self.problem.sizes, self.thetas[rows, 1:]).linearise(self.problem.speed)
         pull = np.broadcast_to(self.problem.pull[:, None], (*part.by_weights.shape[:2], 1))
         return np.concatenate([pull, part.by_weights], axis=2)
@@ -228,13 +207,11 @@ def estimate_by_input_error(problem: InputError, start: Array, *, iterations: in
     ----------
     start
         Shape (p,). J in 0.04 kg m2, then the weights.
-    iterations
-        Most steps.
 
     Raises
     ------
     DataError
-        If there are more numbers than samples.
+        If there are more variables than samples.
 
     Examples
     --------

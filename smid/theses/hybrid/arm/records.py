@@ -1,8 +1,8 @@
-"""Records of the simulated arm, ten seconds sampled every 0.02 s, under the inputs of table F.1.
+"""Records of the simulated arm: ten seconds, sampled every 0.02 s, under the inputs of table F.1.
 
-Two ways, because it matters.  The thesis integrates by Euler's method in steps of 0.002 s and keeps every tenth sample
-of input and output; the input that it then gives to its models is on average 9 ms early.  A computer that drives a
-motor holds its voltage between samples: so does `held_record`, whose motion is solved exactly.
+There are two kinds. The thesis integrates by Euler's method in steps of 0.002 s and keeps every tenth sample of input
+and output; the input of its models is on average 9 ms early. A computer that drives a motor holds its voltage between
+samples, as `held_record` does, whose motion is exact.
 
 Reference: hybrid thesis, listings K.13, K.14 and K.22, table F.1.
 """
@@ -12,8 +12,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.signals import Sines
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
@@ -21,16 +22,14 @@ from smid.theses.hybrid.plants import arm_friction
 
 __all__ = ["SAMPLING_TIME", "held_record", "similar", "thesis_record"]
 
-Array = NDArray[np.float64]
-
 SAMPLING_TIME, KEPT, DURATION = 0.02, 10, 10.0  # s, of how many, s
 
 
 def similar(sines: Sines) -> Sines:
-    """Give sines to validate with: like those of the record, 10 % slower and 10 % weaker.
+    """Return validation sines: 10 % slower and 10 % weaker than those of a record.
 
-    So the arm's speeds stay within those that a network has seen, for every input of table F.1; 10 % faster they do
-    not for two.  Figure F.4 validates with "a similar input signal" too.
+    The arm's speeds then stay within those of the training for every input of table F.1. With sines 10 % faster they do
+    not for two inputs. Figure F.4 also validates with "a similar input signal".
 
     Examples
     --------
@@ -44,26 +43,23 @@ def similar(sines: Sines) -> Sines:
 def held_record(
     u: Sines | ArrayLike, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None
 ) -> Dataset:
-    """Simulate the arm from rest under a voltage that is held between samples, exactly.
+    """Simulate the arm exactly, from rest, under a voltage that is held between samples.
+
+    Channels: input ``u`` in V, output ``y``, the angle in rad, and ``speed`` in rad/s without noise.
 
     Parameters
     ----------
     u
-        Shape (n,). Motor voltage in V every 0.02 s, or a sum of sines that gives it for ten seconds.
+        Shape (n,). Motor voltage in V every 0.02 s, or a sum of sines for ten seconds.
     noise_bound
-        The measured angle is off by uniform noise within this bound, in rad.
+        Of the uniform noise on the angle, in rad.
     seed
-        Of the noise; needed where there is any.
-
-    Returns
-    -------
-    Dataset
-        Input ``u`` in V, output ``y``, the angle in rad, and channel ``speed`` in rad/s without noise.
+        Needed if there is noise.
 
     Raises
     ------
     DataError
-        If the input is no series of finite numbers, the bound is negative, or there is noise without a seed.
+        If the input is not a finite series, the bound is negative, or there is noise without a seed.
 
     Examples
     --------
@@ -78,17 +74,7 @@ def held_record(
 def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None) -> Dataset:
     """Simulate the arm as the thesis did: Euler's method, 0.002 s, every tenth sample kept.
 
-    Parameters
-    ----------
-    sines
-        Motor voltage.
-    noise_bound, seed
-        As for `held_record`.
-
-    Returns
-    -------
-    Dataset
-        Channels as in `held_record`.
+    Channels and noise are those of `held_record`.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """The white model of the arm, all four constants estimated at once: table F.2.
 
-1/J, b, Ws and Wd are moved until the free run fits the angle.  The thesis did it twice, with Euler's method and with
-ODE23, and the integrator decides: what Euler errs, the constants make up for.  Here also with the exact motion
-(`smid.theses.hybrid.arm.exact_motion`), which is free of a step size.  That matters for friction: with a step size
-the run jumps as a constant moves an event across a sample, and no derivative sees it; the exact run is continuous.
+1/J, b, Ws and Wd are changed until the free run fits the angle. The thesis used Euler's method and ODE23. The result
+depends on the integrator, because the constants compensate the error of Euler's method. Here also the exact motion is
+used (`smid.theses.hybrid.arm.exact_motion`), which has no step size. With a step size the run jumps when a constant
+moves an event across a sample, and derivatives do not include the jump. The exact run is continuous.
 
 Reference: hybrid thesis, section F.2, table F.2.
 """
@@ -14,20 +14,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.result import Part, Result
+from smid.hybrid.free_run_error import FreeRunError
 from smid.models import Model, ModelError, RotatingArm
 from smid.models.errors import refuse_unknown
 from smid.networks import descend, levenberg_marquardt
 from smid.theses.hybrid.arm.exact_motion import exact_motion
-from smid.theses.hybrid.arm.free_run_error import FreeRunError
 
 __all__ = ["INTEGRATIONS", "TABLE_F2_START", "WhiteEstimate", "estimate_white", "white_arm", "white_free_run"]
-
-Array = NDArray[np.float64]
 
 INTEGRATIONS = ("exact", "rk4", "euler")
 TABLE_F2_START: dict[str, float] = {"theta": 16.0, "b": 0.0016, "Ws": 1.6, "Wd": 0.16}
@@ -57,17 +55,17 @@ class WhiteEstimate(Result):
     rmse: float
 
     def _content(self) -> Iterator[Part]:
-        told = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
-        yield f"white arm, {self.integration}: {told}; free-run error {self.rmse:.3g} rad"
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
+        yield f"white arm, {self.integration}: {values}; free-run error {self.rmse:.3g} rad"
 
 
 def white_arm(scheme: str = "rk4", substeps: int = 1) -> Model:
-    """Give the arm's white model with theta, b, Ws and Wd free.
+    """Return the arm's white model with theta, b, Ws and Wd free.
 
     Parameters
     ----------
     scheme, substeps
-        How the rates are integrated; see `Model`.
+        Of the integration; see `Model`.
 
     Examples
     --------
@@ -88,9 +86,7 @@ def estimate_white(
     data
         One record with input ``u`` in V and output ``y``, the angle in rad.
     integration
-        One of {"exact", "rk4", "euler"}. How the model's motion is computed.
-    start
-        Where the search begins.
+        One of `INTEGRATIONS`.
 
     Raises
     ------
@@ -117,7 +113,7 @@ def estimate_white(
         model = white_arm(integration)
         free = [p.name for p in model.parameters if p.lower < p.upper]
         problem = FreeRunError(model, data, np.array([start[name] for name in free]))
-        # The thesis's method: a constant that the run hardly tells, as Ws, stays where it starts.
+        # The thesis's method: a constant with little effect on the run, such as Ws, stays at its start.
         found = descend(levenberg_marquardt, problem, np.ones(len(free)), patience=1000).theta
         values = problem.values(found)
     ordered = {name: values[name] for name in TABLE_F2_START}
@@ -126,7 +122,7 @@ def estimate_white(
 
 
 def white_free_run(values: Mapping[str, float], data: Dataset, integration: str = "exact") -> Array:
-    """Run the white arm freely from rest.
+    """Return the angle of the white arm in rad, in a free run from rest, shape (n,).
 
     Parameters
     ----------
@@ -135,12 +131,7 @@ def white_free_run(values: Mapping[str, float], data: Dataset, integration: str 
     data
         One record with input ``u``.
     integration
-        One of {"exact", "rk4", "euler"}. How.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Angle in rad.
+        One of `INTEGRATIONS`.
 
     Examples
     --------
@@ -161,11 +152,11 @@ def white_free_run(values: Mapping[str, float], data: Dataset, integration: str 
 
 
 def _exactly(data: Dataset, start: Mapping[str, float]) -> dict[str, float]:
-    """Fit the exact motion: first with Ws held where it starts, then all four from several levels of Ws.
+    """Return the fit of the exact motion: with Ws fixed at its start, then of all four constants from several Ws.
 
-    Under a held voltage the arm breaks away at the first sample whose torque exceeds Ws, so the error jumps where Ws
-    passes such a torque, and no descent crosses the jump: levels are tried.  The numbers searched are logarithms, and
-    that of Ws - Wd, because all are positive and sticking holds no less than gliding.
+    Under a held voltage the arm breaks away at the first sample whose torque exceeds Ws. The error jumps where Ws
+    passes such a torque, and no descent crosses the jump, so several levels of Ws are tried. The variables are
+    logarithms, and that of Ws - Wd, because all constants are positive and Ws >= Wd.
     """
     u, y = data.experiments[0].values["u"], data.experiments[0].values["y"]
 

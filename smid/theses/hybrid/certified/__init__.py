@@ -1,4 +1,4 @@
-"""Certified intervals of first-principles models, without a starting value."""
+"""Certified intervals of first-principles models, without a start value."""
 
 from smid.theses.hybrid.certified.arm import CertifiedArm, certify_arm
 from smid.theses.hybrid.certified.box import PRIOR

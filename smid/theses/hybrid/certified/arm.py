@@ -1,21 +1,19 @@
-r"""Certified intervals of the rotating arm's constants, from bounded errors on its angle and without a starting value.
+"""Certified intervals of the rotating arm's constants, from bounded errors of its angle and without a start value.
 
 The feasible set: all 1/J, b, Wd, Ws for which some motion of (5.7)-(5.8) stays within the noise bound of every measured
-angle.  Given the motion's speeds the law is linear in 1/J, b/J, Wd/J and Ws/J; friction is a sign and a dead zone of
-the speed.  So two steps take turns, each of which only cuts off what is proven infeasible:
+angle. For known speeds the law is linear in 1/J, b/J, Wd/J and Ws/J; friction is a sign and a dead zone of the speed.
+Two steps alternate, and each removes only what is proven infeasible:
 
-1. the box of the constants confines the speeds (`smid.theses.hybrid.certified.speeds`), which settles at almost all
-samples
-   which way the arm moves, and whether it glides or sticks;
-2. the speeds give linear inequalities (`smid.theses.hybrid.certified.relations`), whose least and largest constants
-are bounds
-   by linear programs, certified by their multipliers whatever the solver says (`relaxations.proof.certificate`).
+1. The box of the constants bounds the speeds (`smid.theses.hybrid.certified.speeds`). At almost all samples the bounds
+   determine the direction, and whether the arm glides or sticks.
+2. The speeds give linear inequalities (`smid.theses.hybrid.certified.relations`). Linear programs bound the constants.
+   Their multipliers certify the bounds, whatever the solver returns (`relaxations.proof.certificate`).
 
-Where neither shrinks the box any more and 1/J or b is still known within no factor of 1.5, its interval is halved; a
-part that is proven empty is dropped.  The answer is the hull of the parts that are left.
+When the box no longer shrinks and the ends of 1/J or b differ by more than a factor of 1.5, its interval is halved. A
+part that is proven empty is dropped. The result is the hull of the remaining parts.
 
-Everything is computed with outward rounding, and the law is integrated exactly: no scheme, no step size.  Assumed are
-the law itself, its torque per volt c and its eps, an input held between samples, and Ws >= Wd.
+All operations round outwards, and the law is integrated exactly, without a step size. Assumptions: the law itself, its
+torque per volt c and its eps, an input held between samples, and Ws >= Wd.
 
 Reference: hybrid thesis, (5.7)-(5.9) and section 7.4 ("an optimisation method that can handle local minima").
 """
@@ -23,80 +21,65 @@ Reference: hybrid thesis, (5.7)-(5.9) and section 7.4 ("an optimisation method t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from relaxations.algebra.intervals import Intervals
+from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Tabular
+from smid.display.result import Part
 from smid.display.table import Table
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 from smid.theses.hybrid.certified.box import CONSTANTS, PRIOR, ArmBox
+from smid.theses.hybrid.certified.constants import CertifiedConstants
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
-from smid.theses.hybrid.certified.enclosure import Enclosure
 from smid.theses.hybrid.certified.relations import arm_problem
 from smid.theses.hybrid.certified.speeds import ArmRecord, enclose_speeds
 
 __all__ = ["CertifiedArm", "certify_arm"]
 
-Progress = Callable[[str], None]
-
 ROUNDS = 30
-WORTH = 0.02  # a round that takes less off every width is the last one
+WORTH = 0.02  # least relative reduction of a width for another round
 COARSE = 1.5  # theta and b are halved while their ends differ by more than this factor
 MOST_PARTS = 120
 UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
 @dataclass(frozen=True, repr=False)
-class CertifiedArm(Tabular):
-    """Intervals that hold every arm that explains the angles.
+class CertifiedArm(CertifiedConstants):
+    """Intervals that contain the constants of every arm that explains the angles.
 
     Parameters
     ----------
     intervals
         theta (1/J) in 1/(kg m2), b in Nm s2/rad2, Wd and Ws in Nm.
     prior
-        Where they were sought.
+        Intervals of the search.
     speeds
-        Shape (n,). Where the speed is at the samples, in rad/s.
+        Shape (n,). Interval of the speed at each sample, in rad/s.
     noise_bound
         In rad.
     parts, rounds
-        Boxes looked at, and times that one was contracted, by eight linear programs.
+        Number of boxes, and of contractions, each with eight linear programs.
     """
 
-    intervals: Mapping[str, tuple[float, float]]
     prior: Mapping[str, tuple[float, float]]
-    speeds: Enclosure
+    speeds: Intervals
     noise_bound: float
     parts: int
     rounds: int
     seconds: float
 
-    def centre(self, name: str) -> float:
-        """Return the middle of a constant's interval."""
-        low, high = self.intervals[name]
-        return 0.5 * (low + high)
+    def determined(self, name: str) -> bool:
+        """Tell whether the constant is proven within a factor of two.
 
-    def relative_width(self, name: str) -> float:
-        """Return the width of a constant's interval as a share of its middle."""
-        low, high = self.intervals[name]
-        return (high - low) / self.centre(name)
-
-    def told(self, name: str) -> bool:
-        """Tell whether the constant is proven to lie within a factor of two.
-
-        The intervals are outer ones: of a constant that is not told, the data may hold more than is proven here.
+        The intervals are outer ones: the data may determine a constant better than is proven here.
         """
         low, high = self.intervals[name]
         return low > 0 and high <= 2 * low
-
-    def holds(self, values: Mapping[str, float]) -> bool:
-        """Tell whether all the given constants lie inside."""
-        return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
     @property
     def table(self) -> Table:
@@ -124,19 +107,19 @@ class CertifiedArm(Tabular):
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for name, (lower, upper) in self.intervals.items():
-            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name], "told": self.told(name)}
+            yield {"constant": name, "lower": lower, "upper": upper, "unit": UNITS[name], "told": self.determined(name)}
 
     def _verdict(self, name: str) -> str:
         if self.intervals[name][1] >= self.prior[name][1]:
             return "no: as large as the prior allows"
-        return "yes" if self.told(name) else "no"
+        return "yes" if self.determined(name) else "no"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {
             "noise_bound": self.noise_bound,
             "intervals": {
-                name: {"lower": low, "upper": high, "unit": UNITS[name], "told": self.told(name)}
+                name: {"lower": low, "upper": high, "unit": UNITS[name], "told": self.determined(name)}
                 for name, (low, high) in self.intervals.items()
             },
             "prior": {name: list(ends) for name, ends in self.prior.items()},
@@ -155,7 +138,7 @@ def certify_arm(
     eps: float = FRICTION["eps"][0],
     progress: Progress | None = None,
 ) -> CertifiedArm:
-    """Prove where the constants of the arm lie.
+    """Return certified intervals of the arm's constants.
 
     Parameters
     ----------
@@ -164,20 +147,18 @@ def certify_arm(
     noise_bound
         Largest error of a measured angle, in rad.
     prior
-        Other intervals than `PRIOR` to look in.
+        Intervals that replace those of `PRIOR`.
     c
         Torque per volt, in Nm/V.
     eps
         Speed below which the arm sticks, in rad/s.
-    progress
-        Called with a line of text now and then.
 
     Raises
     ------
     DataError
-        Where the record does not fit, or no arm explains it.
+        If the record does not fit, or no arm explains it.
     ModelError
-        Where the prior makes no sense.
+        If the prior is not valid.
 
     Examples
     --------
@@ -193,7 +174,8 @@ def certify_arm(
     started = time.perf_counter()
     record = arm_record(data, noise_bound, c, eps)
     box = ArmBox.of(prior or {})
-    nothing_known = Enclosure.of(np.full(record.n_samples, -np.inf), np.full(record.n_samples, np.inf))
+    nothing_known = Intervals.of(np.full(record.n_samples, -np.inf), np.full(record.n_samples, np.inf))
+    # Contract boxes, and halve those that stay coarse.
     waiting, found = [_Part(box, nothing_known)], []
     parts = rounds = 0
     while waiting:
@@ -206,8 +188,8 @@ def certify_arm(
         part = result.part
         if progress:
             low, high = part.box.constants.lower[0], part.box.constants.upper[0]
-            progress(f"1/J in [{low:.6g}, {high:.6g}], {len(waiting)} parts to go")
-        # The frictions are left whole: what they do not tell they never will, and inertia and drag settle the motion.
+            progress(f"1/J in [{low:.6g}, {high:.6g}], {len(waiting)} parts left")
+        # Halve inertia and drag only: they determine the motion. Halving the frictions gains nothing.
         coarse = part.box.coarseness()[:2]
         if coarse.max() > COARSE and parts + len(waiting) < MOST_PARTS:
             waiting += [_Part(half, part.speeds) for half in part.box.halves(int(coarse.argmax()))]
@@ -218,7 +200,7 @@ def certify_arm(
             f"proven: no arm within the prior explains these angles within {noise_bound:g} rad. Raise the noise bound, "
             "widen the prior, or extend the law (smid.diagnose)"
         )
-    # One linear program per quotient is worth it only now.
+    # Bound the quotients once, at the end: each costs a linear program.
     finished = [_quotients(record, part) for part in found]
     lower = np.min([constants.lower for constants in finished], axis=0)
     upper = np.max([constants.upper for constants in finished], axis=0)
@@ -251,27 +233,27 @@ def arm_record(data: Dataset, noise_bound: float, c: float, eps: float) -> ArmRe
         raise DataError(f"{len(angle)} samples for {len(CONSTANTS)} constants: give at least {len(CONSTANTS) + 3}")
     if not (np.isfinite(angle).all() and np.isfinite(voltage).all()):
         raise DataError("the voltage or the angle has gaps: crop the record, or fill them")
-    return ArmRecord(angle, Enclosure.of(voltage[:-1]) * c, float(noise_bound), data.sampling_time, eps)
+    return ArmRecord(angle, Intervals.of(voltage[:-1]) * c, float(noise_bound), data.sampling_time, eps)
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A box, and where the speeds are if the constants lie in it."""
+    """A box of constants, and the speeds for constants in it."""
 
     box: ArmBox
-    speeds: Enclosure
+    speeds: Intervals
 
 
 @dataclass(frozen=True)
 class _Contraction:
-    """A contracted part, None where it is proven empty, and the rounds that it took."""
+    """A contracted part, None if it is proven empty, and the number of rounds."""
 
     part: _Part | None
     rounds: int
 
 
 def _contract(record: ArmRecord, part: _Part) -> _Contraction:
-    """Confine speeds and constants in turns, as long as it pays."""
+    """Bound speeds and constants by turns, until the box no longer shrinks."""
     box, speeds = part.box, part.speeds
     for k in range(1, ROUNDS + 1):
         speeds = enclose_speeds(record, box.products, speeds)
@@ -281,6 +263,7 @@ def _contract(record: ArmRecord, part: _Part) -> _Contraction:
         found = contracted(relaxed_problem(arm_problem(record, box.products, speeds)), box.products)
         if found.empty:
             return _Contraction(None, k)
+        # Stop when no width shrinks enough.
         box = box.with_products(found)
         if box.products.empty or box.constants.empty:
             return _Contraction(None, k)
@@ -290,9 +273,9 @@ def _contract(record: ArmRecord, part: _Part) -> _Contraction:
     return _Contraction(_Part(box, speeds), k)
 
 
-def _quotients(record: ArmRecord, part: _Part) -> Enclosure:
-    """Return the constants, b, Wd and Ws bounded as quotients by theta."""
+def _quotients(record: ArmRecord, part: _Part) -> Intervals:
+    """Return the constants, with b, Wd and Ws bounded as quotients by theta."""
     relaxed = relaxed_problem(arm_problem(record, part.box.products, part.speeds))
     known, theta = part.box.constants, part.box.products[0]
     found = [known[0]] + [quotient(relaxed, j, theta, known[j]) for j in range(1, len(CONSTANTS))]
-    return Enclosure(np.array([e.lower for e in found]), np.array([e.upper for e in found]))
+    return Intervals(np.array([e.lower for e in found]), np.array([e.upper for e in found]))

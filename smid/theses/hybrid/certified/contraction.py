@@ -1,4 +1,4 @@
-"""Bounds of the constants in a linear problem, each certified, and of their quotients."""
+"""Certified bounds of variables in a linear problem, and of their quotients."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Relaxed, relax
-from smid.theses.hybrid.certified.enclosure import Enclosure
 
 __all__ = ["contracted", "quotient", "relaxed_problem"]
 
@@ -19,45 +19,28 @@ def relaxed_problem(problem: PolynomialProblem) -> Relaxed:
     return relax(problem, "lift", 1)
 
 
-def contracted(relaxed: Relaxed, box: Enclosure) -> Enclosure:
-    """Return the certified box of the first variables; empty where the problem is proven to hold no point.
-
-    Parameters
-    ----------
-    relaxed
-        Of a linear problem.
-    box
-        Shape (count,). Of its first variables; those of no width are left alone.
-    """
+def contracted(relaxed: Relaxed, box: Intervals) -> Intervals:
+    """Return the certified box of the first variables of a linear problem; empty if it is proven infeasible."""
     lower, upper = box.lower.copy(), box.upper.copy()
     for j in np.flatnonzero(box.lower < box.upper).tolist():
         lower[j] = max(lower[j], _bound(relaxed, {(j,): 1.0}))
         upper[j] = min(upper[j], -_bound(relaxed, {(j,): -1.0}))
         if lower[j] > upper[j]:
             break
-    return Enclosure(lower, upper)
+    return Intervals(lower, upper)
 
 
-def quotient(relaxed: Relaxed, j: int, over: Enclosure, known: Enclosure) -> Enclosure:
-    """Return the certified interval of the j-th variable divided by the first.
+def quotient(relaxed: Relaxed, j: int, over: Intervals, known: Intervals) -> Intervals:
+    """Return the certified interval of the j-th variable divided by the first, which lies in `over`.
 
-    With q an end that is known already, ``x_j - q x_0 >= gap`` moves it by gap over some x_0: a linear program each.
-
-    Parameters
-    ----------
-    relaxed
-        Of a linear problem.
-    over
-        Of the first variable, which is positive.
-    known
-        Of the quotient.
+    For a known end q of the quotient, the bound ``x_j - q x_0 >= gap`` moves the end by gap / x_0.
     """
     ends = []
     for sign, end in ((1.0, float(known.lower)), (-1.0, float(known.upper))):
         gap = _bound(relaxed, {(j,): sign, (0,): -sign * end})
         move = gap / float(over.upper if gap > 0 else over.lower) if np.isfinite(gap) else -np.inf
         ends.append(np.nextafter(sign * end + np.nextafter(move, -np.inf), -np.inf))
-    return known.meet(Enclosure.of(ends[0], -ends[1]))
+    return known.meet(Intervals.of(ends[0], -ends[1]))
 
 
 def _bound(relaxed: Relaxed, objective: Mapping[tuple[int, ...], float]) -> float:

@@ -1,21 +1,20 @@
-r"""Certified intervals of the reactor's time constant and factor, from bounded errors on its concentration.
+"""Certified intervals of the reactor's time constant and factor, from bounded errors of its concentration.
 
-The law (5.11) with its power x known reads, with ``k = 1/tau`` and ``g = a/tau``, in which it is linear,
+The law (5.11) with a known power x is linear in ``k = 1/tau`` and ``g = a/tau``,
 
     y' = (k - r) u - g Y,     Y = y^x,     u held between samples.
 
-Over one interval h it integrates to ``y(1) - y(0) = h ((k - r) u - g mean(Y))``.  The concentration moves in one
-direction only, so mean(Y) lies between Y(0) and Y(1): at ``Y(0) + psi (Y(1) - Y(0))``.  The rate of Y decays like
-``Y'' / Y' = -L`` with
+Over one interval h, ``y(1) - y(0) = h ((k - r) u - g mean(Y))``. The concentration is monotonic, so mean(Y) lies
+between Y(0) and Y(1), at ``Y(0) + psi (Y(1) - Y(0))``. The rate of Y decays as ``Y'' / Y' = -L`` with
 
     L = g x y^(x-1) - (x - 1) y' / y,     phi(h L_least) <= psi <= phi(h L_largest),     phi(z) = 1/(1 - e^-z) - 1/z,
 
-for phi(h L) is psi where L is constant, and a rate that decays faster moves the mean further.  For x = 1 and a known g
-this is exact.  The noise stays an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x between
-its chord and the parallel tangent over the noise, and g times the noise linear about the middle of g.
+because phi(h L) is psi for a constant L, and a faster decay moves the mean further. For x = 1 and a known g this is
+exact. The noise is an unknown of each sample, as in `smid.theses.hybrid.certified.relations`: y^x lies between its
+chord and the parallel tangent over the noise, and g times the noise is linear about the middle of g.
 
-The box of k and g confines psi, linear programs the box, in turns; a box that stays coarse is halved, and dropped where
-it is proven empty.  There is no scheme and no starting value.
+The box of k and g bounds psi, and linear programs bound the box, by turns. A box that stays coarse is halved, and
+dropped if it is proven empty. There is no step size and no start value.
 
 Reference: hybrid thesis, (5.6), (5.10)-(5.13), table 2.
 """
@@ -29,31 +28,33 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import Balls
+from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Tabular
+from smid.display.result import Part
 from smid.display.table import Table
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.reactor import A_BOX, LEAST_TAU, REACTION_RATE
+from smid.theses.hybrid.certified.constants import CertifiedConstants
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure
 
 __all__ = ["CertifiedReactor", "certify_reactor"]
 
 ROUNDS = 30
 COARSE = 1.02  # boxes whose ends differ by less than this factor are not halved
 MOST_PARTS = 60
-WORTH = 0.02  # a round that takes less off both widths is the last one
+WORTH = 0.02  # least relative reduction of a width for another round
 SERIES = 1e-2  # below it phi is taken between terms of its series
 UNITS = {"tau": "s", "a": ""}
 
 
 @dataclass(frozen=True, repr=False)
-class CertifiedReactor(Tabular):
-    """Intervals that hold every reactor that explains the concentrations.
+class CertifiedReactor(CertifiedConstants):
+    """Intervals that contain the constants of every reactor that explains the concentrations.
 
     Parameters
     ----------
@@ -62,22 +63,12 @@ class CertifiedReactor(Tabular):
     noise_bound
         In the output's unit.
     parts
-        Boxes looked at.
+        Number of boxes.
     """
 
-    intervals: Mapping[str, tuple[float, float]]
     noise_bound: float
     parts: int
     seconds: float
-
-    def relative_width(self, name: str) -> float:
-        """Return the width of a constant's interval as a share of its middle."""
-        low, high = self.intervals[name]
-        return 2 * (high - low) / (high + low)
-
-    def holds(self, values: Mapping[str, float]) -> bool:
-        """Tell whether all the given constants lie inside."""
-        return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
     @property
     def table(self) -> Table:
@@ -114,14 +105,14 @@ def certify_reactor(
     reaction_rate: float = REACTION_RATE,
     prior: Mapping[str, tuple[float, float]] | None = None,
 ) -> CertifiedReactor:
-    """Prove where the reactor's constants lie.
+    """Return certified intervals of the reactor's constants.
 
     Parameters
     ----------
     data
         One experiment: concentrations of inflow, held between samples, and outflow.
     noise_bound
-        Largest error of a measured concentration; less than the least one measured where the power is not 1.
+        Largest error of a measured concentration; below the least measured one if the power is not 1.
     power
         x, at least 1.
     reaction_rate
@@ -132,9 +123,9 @@ def certify_reactor(
     Raises
     ------
     DataError
-        Where the record does not fit, or no reactor explains it.
+        If the record does not fit, or no reactor explains it.
     ModelError
-        Where power or prior make no sense.
+        If power or prior are not valid.
 
     Examples
     --------
@@ -149,14 +140,15 @@ def certify_reactor(
     started = time.perf_counter()
     if power < 1 or power != int(power):
         raise ModelError(f"power = {power} is refused: certified intervals need a whole number of at least 1")
+    # The box of k and g from the prior.
     u, y = _series(data, noise_bound, power)
     constants = _prior(prior or {}, reaction_rate)
     tau, a = constants[0], constants[1]
-    k = Enclosure(np.nextafter(1 / tau.upper, 0), np.nextafter(1 / tau.lower, np.inf))
+    k = Intervals(np.nextafter(1 / tau.upper, 0), np.nextafter(1 / tau.lower, np.inf))
     g = a * k
-    first = Enclosure(np.array([k.lower, g.lower]), np.array([k.upper, g.upper]))
+    first = Intervals(np.array([k.lower, g.lower]), np.array([k.upper, g.upper]))
 
-    def problem(box: Enclosure) -> PolynomialProblem:
+    def problem(box: Intervals) -> PolynomialProblem:
         return _problem(u, y, data.sampling_time, noise_bound, power, reaction_rate, box)
 
     left, parts = _split(problem, first)
@@ -165,8 +157,9 @@ def certify_reactor(
             f"proven: no reactor of power {power} within the prior explains these concentrations within "
             f"{noise_bound:g}. Raise the noise bound, widen the prior, or extend the law (smid.diagnose)"
         )
+    # The factor is the quotient g / k, the time constant 1 / k.
     factors = [quotient(relaxed_problem(problem(box)), 1, box[0], a.meet(_ratio(box))) for box in left]
-    times = Enclosure.of(
+    times = Intervals.of(
         np.nextafter(1 / max(float(box.upper[0]) for box in left), 0),
         np.nextafter(1 / min(float(box.lower[0]) for box in left), np.inf),
     ).meet(tau)
@@ -181,8 +174,8 @@ def certify_reactor(
     )
 
 
-def _split(problem: Callable[[Enclosure], PolynomialProblem], first: Enclosure) -> tuple[list[Enclosure], int]:
-    """Contract the box, halve what stays coarse, the coarsest first, and drop what is proven empty."""
+def _split(problem: Callable[[Intervals], PolynomialProblem], first: Intervals) -> tuple[list[Intervals], int]:
+    """Contract the box, halve parts that stay coarse, the coarsest first, and drop those that are proven empty."""
     waiting, parts = [first], 0
     while waiting:
         waiting.sort(key=_coarseness)
@@ -196,7 +189,7 @@ def _split(problem: Callable[[Enclosure], PolynomialProblem], first: Enclosure) 
     return waiting, parts
 
 
-def _contract(problem: Callable[[Enclosure], PolynomialProblem], box: Enclosure) -> Enclosure | None:
+def _contract(problem: Callable[[Intervals], PolynomialProblem], box: Intervals) -> Intervals | None:
     for _ in range(ROUNDS):
         found = contracted(relaxed_problem(problem(box)), box)
         if found.empty:
@@ -208,22 +201,22 @@ def _contract(problem: Callable[[Enclosure], PolynomialProblem], box: Enclosure)
     return box
 
 
-def _coarseness(box: Enclosure) -> float:
-    """Return by which factor the ends of a box differ at most; both its constants are positive."""
+def _coarseness(box: Intervals) -> float:
+    """Return the largest ratio of the ends of a box; both constants are positive."""
     return float((box.upper / box.lower).max())
 
 
-def _halves(box: Enclosure) -> tuple[Enclosure, Enclosure]:
-    """Return the box cut at the geometric middle of its coarser constant."""
+def _halves(box: Intervals) -> tuple[Intervals, Intervals]:
+    """Return the box cut at the geometric mean of its coarser constant."""
     j = int((box.upper / box.lower).argmax())
     lower, upper = box.lower.copy(), box.upper.copy()
     lower[j] = upper[j] = np.sqrt(box.lower[j] * box.upper[j])
-    return Enclosure(box.lower, upper), Enclosure(lower, box.upper)
+    return Intervals(box.lower, upper), Intervals(lower, box.upper)
 
 
-def _ratio(box: Enclosure) -> Enclosure:
-    """Return the second constant over the first."""
-    return Enclosure.of(np.nextafter(box.lower[1] / box.upper[0], 0), np.nextafter(box.upper[1] / box.lower[0], np.inf))
+def _ratio(box: Intervals) -> Intervals:
+    """Return the second constant divided by the first."""
+    return Intervals.of(np.nextafter(box.lower[1] / box.upper[0], 0), np.nextafter(box.upper[1] / box.lower[0], np.inf))
 
 
 def _series(data: Dataset, noise_bound: float, power: int) -> tuple[Array, Array]:
@@ -243,46 +236,46 @@ def _series(data: Dataset, noise_bound: float, power: int) -> tuple[Array, Array
     return u, y
 
 
-def _prior(prior: Mapping[str, tuple[float, float]], reaction_rate: float) -> Enclosure:
+def _prior(prior: Mapping[str, tuple[float, float]], reaction_rate: float) -> Intervals:
     usual = {"tau": (LEAST_TAU, 1 / reaction_rate), "a": A_BOX}
     refuse_unknown("constant of the reactor", prior, usual)
     pairs = np.array([prior.get(name, usual[name]) for name in usual], dtype=np.float64)
     if not (np.isfinite(pairs).all() and (pairs[:, 0] > 0).all() and (pairs[:, 0] <= pairs[:, 1]).all()):
         raise ModelError(f"the prior {dict(prior)} makes no sense: give positive finite ends in rising order")
-    return Enclosure(pairs[:, 0], pairs[:, 1])
+    return Intervals(pairs[:, 0], pairs[:, 1])
 
 
 def _problem(
-    u: Array, y: Array, h: float, noise_bound: float, power: int, reaction_rate: float, box: Enclosure
+    u: Array, y: Array, h: float, noise_bound: float, power: int, reaction_rate: float, box: Intervals
 ) -> PolynomialProblem:
     """Return the linear problem in k, g and the noises."""
     n = len(y)
-    noise = Enclosure.within(noise_bound)
-    measured = Enclosure.of(y)
+    noise = Intervals.within(noise_bound)
+    measured = Intervals.of(y)
     true = measured + noise
     # y^x = curve - slope eta, for some curve in these, |eta| within the noise
     slope = power * y ** (power - 1)
     curve = _power(measured, power).hull(_curved(y, slope, noise_bound, power))
     psi = _psi(u, true, h, power, reaction_rate, box)
-    held = Enclosure.of(u[:-1])
+    held = Intervals.of(u[:-1])
     middle = float(0.5 * (box.lower[1] + box.upper[1]))
     # h g ((1 - psi) Y(0) + psi Y(1)), Y = curve - slope eta
     ends = ((1.0 - psi.upper, 1.0 - psi.lower, 0), (psi.lower, psi.upper, 1))
-    curves = Enclosure.of(np.zeros(n - 1))
+    curves = Intervals.of(np.zeros(n - 1))
     noises = []
     rest = np.zeros(n - 1)
     g = box[1]
     for low, high, side in ends:
-        share = Enclosure(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+        share = Intervals(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
         part = slice(side, n - 1 + side)
         curves = curves + share * curve[part]
         weight = middle * h * 0.5 * (low + high) * slope[part]
         spread = share * g * h * slope[part]
         rest = rest + (spread - weight).magnitude * noise_bound
         noises.append(weight)
+    # k (h u) - r h u - g h curves + g h (weights eta) - step + (eta(1) - eta(0)) = 0
     concentration = held * h
     step = measured[1:] - measured[:-1]
-    # k (h u) - r h u - g h curves + g h (weights eta) - step + (eta(1) - eta(0)) = 0
     free = step + concentration * reaction_rate
     at = np.arange(n - 1)
     eta = [noises[0] - 1.0, noises[1] + 1.0]
@@ -312,33 +305,33 @@ def _rows(inflow: Array, drain: Array, eta: list[Array], at: Index, free: Array,
     ).collect()
 
 
-def _power(values: Enclosure, power: int) -> Enclosure:
-    """Return powers; those above the first are of positive numbers."""
-    result = Enclosure.of(np.ones_like(values.lower))
+def _power(values: Intervals, power: int) -> Intervals:
+    """Return powers; above the first power the numbers are positive."""
+    result = Intervals.of(np.ones_like(values.lower))
     for _ in range(power):
         result = result * values
     return result
 
 
-def _curved(y: Array, slope: Array, noise_bound: float, power: int) -> Enclosure:
-    """Return ``(y - eta)^x + slope eta`` at both ends of the noise: convex in eta, it is largest at one of them."""
-    both = [_power(Enclosure.of(y) - eta, power) + Enclosure.of(slope) * eta for eta in (-noise_bound, noise_bound)]
-    # Its least value is at eta = 0, up to the rounding of the slope.
+def _curved(y: Array, slope: Array, noise_bound: float, power: int) -> Intervals:
+    """Return ``(y - eta)^x + slope eta`` over the noise: it is convex in eta, so an end of the noise is the maximum."""
+    both = [_power(Intervals.of(y) - eta, power) + Intervals.of(slope) * eta for eta in (-noise_bound, noise_bound)]
+    # The minimum is at eta = 0, up to the rounding of the slope.
     ends = both[0].hull(both[1])
-    return ends + Enclosure.within(1e-14 * np.abs(slope) * noise_bound)
+    return ends + Intervals.within(1e-14 * np.abs(slope) * noise_bound)
 
 
-def _psi(u: Array, true: Enclosure, h: float, power: int, reaction_rate: float, box: Enclosure) -> Enclosure:
-    """Return where between its ends the mean of Y lies on each interval."""
+def _psi(u: Array, true: Intervals, h: float, power: int, reaction_rate: float, box: Intervals) -> Intervals:
+    """Return the place of the mean of Y between its ends, on each interval."""
     v = true[:-1].hull(true[1:])
     g = box[1]
     decay = _power(v, power - 1) * g * float(power)
     if power > 1:
-        rate = (box[0] - reaction_rate) * Enclosure.of(u[:-1]) - g * _power(v, power)
-        reciprocal = Enclosure(np.nextafter(1 / v.upper, 0), np.nextafter(1 / v.lower, np.inf))
+        rate = (box[0] - reaction_rate) * Intervals.of(u[:-1]) - g * _power(v, power)
+        reciprocal = Intervals(np.nextafter(1 / v.upper, 0), np.nextafter(1 / v.lower, np.inf))
         decay = decay - rate * reciprocal * float(power - 1)
     z = decay * h
-    return Enclosure(_phi(z.lower, -1), _phi(z.upper, 1))
+    return Intervals(_phi(z.lower, -1), _phi(z.upper, 1))
 
 
 def _phi(z: Array, direction: int) -> Array:
@@ -346,10 +339,10 @@ def _phi(z: Array, direction: int) -> Array:
     size = np.abs(z)
     large = np.maximum(size, SERIES)
     closed = -1 / np.expm1(-large) - 1 / large
-    # 1/2 + z/12 - z^3/720 + ..., alternating and falling: a term bounds what follows.
+    # 1/2 + z/12 - z^3/720 + ... alternates and falls: a term bounds the rest of the series.
     series = 0.5 + size / 12
     half = np.where(size < SERIES, series, closed)
     value = np.where(z >= 0, half, 1 - half)
-    # expm1 is right to a few units in the last place, and 1/z is at most 1/SERIES.
+    # The error of expm1 is a few units in the last place, and 1/z is at most 1/SERIES.
     error = np.where(size < SERIES, size**3 / 720 + 1e-15, 1e-13)
     return np.asarray(np.clip(value + direction * error, 0.0, 1.0))

@@ -1,28 +1,27 @@
-r"""What the angles say about the arm's constants, as linear inequalities that lose almost nothing.
+r"""Linear inequalities for the arm's constants from the measured angles.
 
 With the hat function phi over two neighbouring intervals (a linear spline, zero at both ends and one in the middle)
-integration by parts gives, exactly and whatever happens between the samples,
+integration by parts gives, exactly for any motion between the samples,
 
     (angle(k-1) - 2 angle(k) + angle(k+1)) / h = \int phi v' dt
                                                = theta c \int phi u - omega S - sigma Z - kappa Q,
 
     S = \int phi sign(v) [glides],     Z = \int phi (v / eps) [sticks],     Q = \int phi v |v|.
 
-This is the spline-type modulating function of the thesis's appendix I, taken so short that it needs no values of the
-angle but the measured ones.  Since every longer spline is a sum of hats with positive weights, no others are needed.
+This is the shortest spline-type modulating function of the thesis's appendix I; it needs only the measured angles.
+Every longer spline is a sum of hats with positive weights, so no others are needed.
 
-The angle is measurement minus noise, and the noises eta stay unknowns, shared by the relations of neighbouring samples.
-Where the speed has one sign s, with the mean speed m over an interval, itself a difference of angles, and r = v - m,
+The angle is measurement minus noise. The noises eta stay unknowns, shared by the relations of neighbouring samples. If
+the speed has one sign s, with the mean speed m over an interval, a difference of angles, and r = v - m,
 
     \int phi v |v| = s (m^2 h/2  +- 2 m \tilde a h^2/12  +  \int phi r^2),
 
-with m^2 between its chord and the parallel tangent over the enclosure of m, \tilde a some mean of the acceleration, and
-\int r^2 between the least and the largest a^2 h^3/12: what is not linear in the angles is tiny.  The product kappa eta
-is linear about the middle of kappa's interval, the rest bounded.  Where the sign is not known, S, Z, Q are intervals.
+with m^2 between its chord and the parallel tangent over the interval of m, \tilde a some mean of the acceleration, and
+\int r^2 between the least and the largest a^2 h^3/12: the nonlinear part is small. The product kappa eta is linear
+about the middle of kappa's interval, and the rest is bounded. If the sign is not known, S, Z, Q are intervals. No
+constant is negative, so a relation with interval coefficients is equivalent to two inequalities.
 
-Since no constant is negative, a relation with interval coefficients is two inequalities, nothing lost.
-
-Where the arm sticks all along, the law itself is integrated from switch to switch, (v/eps being linear in the angle),
+Where the arm sticks, the law is integrated between changes of the torque (v/eps is linear in the angle):
 
     v(j) - v(i) = theta c \int u - (sigma / eps) (angle(j) - angle(i)) - kappa \int v |v|.
 
@@ -36,32 +35,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.ball_arithmetic import Balls, Index
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import Balls
+from relaxations.algebra.intervals import Intervals
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
-from smid.theses.hybrid.certified.enclosure import Array, Enclosure, Mask
 from smid.theses.hybrid.certified.speeds import ArmRecord, accelerations, between
 
 __all__ = ["arm_problem"]
 
 PRODUCTS = ("theta", "kappa", "omega", "sigma")
-MOST_CUTS = 16  # places in one stretch of sticking between which the law is integrated
+MOST_CUTS = 16  # most samples of one stretch of sticking between which the law is integrated
 
 
-def arm_problem(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> PolynomialProblem:
-    """Return the linear problem whose points hold all constants and noises that explain the angles.
+def arm_problem(record: ArmRecord, products: Intervals, speeds: Intervals) -> PolynomialProblem:
+    """Return the linear problem of all constants and noises that explain the angles.
+
+    Its variables are the four products, the noise of each sample, and the lag of each interval.
 
     Parameters
     ----------
     products
-        Shape (4,). theta, kappa, omega, sigma: its box.
+        Shape (4,). Box of theta, kappa, omega, sigma.
     speeds
-        Shape (n,). At the samples, `enclose_speeds`.
-
-    Returns
-    -------
-    PolynomialProblem
-        Variables: the four products, then the noise of each sample, and the lag of each interval.
+        Shape (n,). At the samples, from `enclose_speeds`.
     """
     n = record.n_samples
     noise = np.full(n, record.noise_bound)
@@ -82,23 +79,23 @@ def arm_problem(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> Po
 
 @dataclass(frozen=True)
 class _Integrals:
-    """Over each interval, of shape (n - 1,), with either half of a hat; what the angles tell of Q, and the lag, apart.
+    """Integrals over each interval with half a hat, shape (n - 1,); of Q, the part linear in the angles is apart.
 
-    The lag, kappa times the odd part of Q, adds to the relation of the later sample what it takes from the earlier one:
-    it is an unknown that both share, or its error would add up along the record instead of cancelling.
+    The lag is kappa times the odd part of Q. It has opposite signs in the relations of the two samples of an interval.
+    It is an unknown that both share, so that its error cancels along the record.
     """
 
-    gliding: Enclosure
-    sticking: Enclosure
-    drag: Enclosure
-    slope: Array  # of Q in the angle's increment
-    lag: Enclosure
+    gliding: Intervals
+    sticking: Intervals
+    drag: Intervals
+    slope: Array  # of Q in the increment of the angle
+    lag: Intervals
 
 
-def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynomials:
+def _hats(record: ArmRecord, products: Intervals, halves: _Integrals) -> Polynomials:
     n, h = record.n_samples, record.sampling_time
     first, last = slice(None, -1), slice(1, None)
-    angles = Enclosure.of(record.angle)
+    angles = Intervals.of(record.angle)
     increments = angles[1:] - angles[:-1]
     left, right = halves.slope[first], halves.slope[last]
     gliding = (halves.gliding[first] + halves.gliding[last]) * h
@@ -108,7 +105,7 @@ def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynom
     second = increments[last] - increments[first]
     # kappa slope eta about the middle of kappa
     middle = float(0.5 * (products.lower[1] + products.upper[1]))
-    exact = [(Enclosure.of(products.lower[1], products.upper[1]) * w) * h for w in (left, -left, right, -right)]
+    exact = [(Intervals.of(products.lower[1], products.upper[1]) * w) * h for w in (left, -left, right, -right)]
     weights = [middle * h * w for w in (left, -left, right, -right)]
     rest = sum(((e - w).magnitude for e, w in zip(exact, weights, strict=True)), start=np.zeros(n - 2))
     # eta(k-1), eta(k), eta(k), eta(k+1) in theta U - omega S - sigma Z - kappa Q - second + second difference of eta;
@@ -116,7 +113,7 @@ def _hats(record: ArmRecord, products: Enclosure, halves: _Integrals) -> Polynom
     at = np.arange(n - 2)
     noises = [(at, 1.0 - weights[0]), (at + 1, -2.0 - weights[1] - weights[2]), (at + 2, 1.0 - weights[3])]
     noises += [(n + at, np.full(n - 2, -h)), (n + at + 1, np.full(n - 2, h))]
-    # The weights of one noise are added in floating point, and so is this.
+    # A bound on the rounding of the summed weights.
     rounding = 1e-14 * (2.0 + np.abs(np.stack(weights)).sum(axis=0))
     slack = record.noise_bound * (rest + rounding) * (1 + 1e-12)
     most = [torque.upper, -drag.lower, -gliding.lower, -sticking.lower]
@@ -142,8 +139,8 @@ def _rows(constants: list[Array], noises: list[tuple[Index, Array]], free: Array
     ).collect()
 
 
-def _integrals(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> _Integrals:
-    """Return the integrals over each interval; those with both halves of a hat differ by the lag only."""
+def _integrals(record: ArmRecord, products: Intervals, speeds: Intervals) -> _Integrals:
+    """Return the integrals over each interval; those with both halves of a hat differ only by the lag."""
     h, eps = record.sampling_time, record.eps
     v = between(speeds)
     a = accelerations(record, products, v)
@@ -151,54 +148,55 @@ def _integrals(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> _In
     sure = (forwards | backwards) & np.isfinite(v.width)
     sign = np.where(backwards, -1.0, 1.0)
     mean = _mean_speeds(record, products, speeds, a, sure)
-    gliding = Enclosure(
+    gliding = Intervals(
         np.where(forwards, 1.0, np.where(v.lower > -eps, 0.0, -1.0)),
         np.where(backwards, -1.0, np.where(v.upper < eps, 0.0, 1.0)),
     )
-    creeping = Enclosure(np.clip(v.lower, -eps, eps), np.clip(v.upper, -eps, eps)) / eps
-    # A speed that may be outside counts nothing there.
-    sticking = Enclosure(
+    creeping = Intervals(np.clip(v.lower, -eps, eps), np.clip(v.upper, -eps, eps)) / eps
+    # A speed that may be outside the sticking range contributes zero there.
+    sticking = Intervals(
         np.where(sure, 0.0, np.where(v.upper >= eps, np.minimum(creeping.lower, 0.0), creeping.lower)),
         np.where(sure, 0.0, np.where(v.lower <= -eps, np.maximum(creeping.upper, 0.0), creeping.upper)),
     )
     # m^2 = slope m + chord, exactly for some chord in these
     slope = np.where(sure, mean.lower + mean.upper, 0.0)
-    low, high = Enclosure.of(mean.lower), Enclosure.of(mean.upper)
+    low, high = Intervals.of(mean.lower), Intervals.of(mean.upper)
     ends = (low.square() - low * slope).hull(high.square() - high * slope)
-    chord = Enclosure(-Enclosure.of(slope / 2).square().upper, ends.upper)
-    side = Enclosure.of(sign)
+    chord = Intervals(-Intervals.of(slope / 2).square().upper, ends.upper)
+    side = Intervals.of(sign)
     weight = 0.5 * h
     drag = ((chord * weight + _ripple(a, h)) * side).where(sure, v.signed_square() * weight)
     lag = mean * a * side * h * h / 6.0 * products[1:2]
-    none = Enclosure.of(np.zeros(len(sure)))
+    none = Intervals.of(np.zeros(len(sure)))
     return _Integrals(gliding * weight, sticking * weight, drag, sign * slope / 2, lag.where(sure, none))
 
 
-def _mean_speeds(record: ArmRecord, products: Enclosure, speeds: Enclosure, a: Enclosure, sure: Mask) -> Enclosure:
-    """Return the mean speed over each interval: the trapezoid's, where nothing jumps, and the angle's."""
+def _mean_speeds(record: ArmRecord, products: Intervals, speeds: Intervals, a: Intervals, sure: Mask) -> Intervals:
+    """Return the mean speed over each interval: from the angles and, where no event occurs, the trapezoid."""
     h = record.sampling_time
     v = between(speeds)
     mean = v.meet(record.turned[1] / h)
     with np.errstate(invalid="ignore"):  # where nothing is known yet
         bend = 2 * products.upper[1] * v.magnitude * a.magnitude  # of the speed: |v''| = 2 kappa |v a|
-    trapezoid = (speeds[:-1] + speeds[1:]) * 0.5 + Enclosure.within(bend * h * h / 12 * (1 + 1e-12))
+    trapezoid = (speeds[:-1] + speeds[1:]) * 0.5 + Intervals.within(bend * h * h / 12 * (1 + 1e-12))
     return mean.meet(trapezoid).where(sure, mean)
 
 
-def _ripple(a: Enclosure, h: float) -> Enclosure:
-    """Return the integral of half a hat times r^2, r the speed minus its mean, whose slope is a."""
+def _ripple(a: Intervals, h: float) -> Intervals:
+    """Return the integral of half a hat times r^2, with r the speed minus its mean and its slope a."""
     spread = a.square() * h * h * h / 24.0
-    half_width = Enclosure.within(a.width * 0.5)
-    odd = Enclosure.within(a.magnitude) * half_width + half_width * half_width
+    half_width = Intervals.within(a.width * 0.5)
+    odd = Intervals.within(a.magnitude) * half_width + half_width * half_width
     both = spread + odd * h * h * h / 8.0
-    return Enclosure(np.maximum(both.lower, 0.0), both.upper)
+    return Intervals(np.maximum(both.lower, 0.0), both.upper)
 
 
-def _stuck(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> list[Polynomials]:
+def _stuck(record: ArmRecord, products: Intervals, speeds: Intervals) -> list[Polynomials]:
     """Return the law integrated over stretches of certain sticking.
 
-    From switch to switch the angle's error blurs the coefficient of sigma; from the beginning to every sample the noise
-    is shared and sigma times it linear about the middle.  The one serves a wide interval of sigma, the other a narrow.
+    Between changes of the torque, the noise widens the coefficient of sigma. From the beginning to every sample, the
+    noise is shared, and sigma times it is linear about the middle. The first suits a wide interval of sigma, the second
+    a narrow one.
     """
     v = between(speeds)
     inside = np.concatenate([[False], (v.lower >= -record.eps) & (v.upper <= record.eps), [False]])
@@ -208,23 +206,23 @@ def _stuck(record: ArmRecord, products: Enclosure, speeds: Enclosure) -> list[Po
     if not pairs:
         return []
     rays = [(start, k) for start, end in stretches for k in range(start + 1, end + 1)]
-    noise = Enclosure.within(2 * record.noise_bound)
+    noise = Intervals.within(2 * record.noise_bound)
     i, j = np.array(pairs).T
     blurred = _creep_rows(record, speeds, i, j, noise, [], np.zeros(len(i)))
     i, j = np.array(rays).T
     middle = float(0.5 * (products.lower[3] + products.upper[3])) / record.eps
-    rest = (Enclosure.of(products.lower[3], products.upper[3]) * _reciprocal(record.eps) - middle).magnitude
+    rest = (Intervals.of(products.lower[3], products.upper[3]) * _reciprocal(record.eps) - middle).magnitude
     slack = np.full(len(i), 2 * record.noise_bound * float(rest) * (1 + 1e-12))
     weight = np.full(len(i), middle)
-    return [blurred, _creep_rows(record, speeds, i, j, Enclosure.of(0.0), [(i, -weight), (j, weight)], slack)]
+    return [blurred, _creep_rows(record, speeds, i, j, Intervals.of(0.0), [(i, -weight), (j, weight)], slack)]
 
 
 def _creep_rows(
     record: ArmRecord,
-    speeds: Enclosure,
+    speeds: Intervals,
     i: Index,
     j: Index,
-    noise: Enclosure,
+    noise: Intervals,
     noises: list[tuple[Index, Array]],
     slack: Array,
 ) -> Polynomials:
@@ -232,10 +230,10 @@ def _creep_rows(
     h, eps = record.sampling_time, record.eps
     samples = np.arange(record.n_samples - 1)
     impulse = _dot((samples >= i[:, None]) & (samples < j[:, None]), record.torque) * h
-    turned = Enclosure.of(record.angle[j]) - record.angle[i] + noise
+    turned = Intervals.of(record.angle[j]) - record.angle[i] + noise
     creep = turned * _reciprocal(eps)
     change = speeds[j] - speeds[i]
-    drag = Enclosure.within((j - i) * h * eps * eps * (1 + 1e-12))
+    drag = Intervals.within((j - i) * h * eps * eps * (1 + 1e-12))
     nothing = np.zeros(len(i))
     most = [impulse.upper, -drag.lower, nothing, -creep.lower]
     least = [impulse.lower, -drag.upper, nothing, -creep.upper]
@@ -247,12 +245,12 @@ def _creep_rows(
     )
 
 
-def _reciprocal(value: float) -> Enclosure:
-    return Enclosure.of(np.nextafter(1 / value, 0), np.nextafter(1 / value, np.inf))
+def _reciprocal(value: float) -> Intervals:
+    return Intervals.of(np.nextafter(1 / value, 0), np.nextafter(1 / value, np.inf))
 
 
 def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:
-    """Return between which samples of a stretch to integrate: its ends and where the torque changes, or evenly."""
+    """Return pairs of samples of a stretch: its ends and changes of the torque, or evenly spaced samples."""
     torque = record.torque.lower
     cuts = [start, *(k for k in range(start + 1, end) if torque[k] != torque[k - 1]), end]
     if len(cuts) > MOST_CUTS:
@@ -260,8 +258,8 @@ def _pairs(record: ArmRecord, start: int, end: int) -> list[tuple[int, int]]:
     return [(a, b) for a in cuts for b in cuts if a < b]
 
 
-def _dot(spans: Mask, values: Enclosure) -> Enclosure:
+def _dot(spans: Mask, values: Intervals) -> Intervals:
     """Return sums over spans, with a bound on the rounding of a sum of n terms."""
     weights = spans.astype(np.float64)
     rounding = len(values.lower) * 2.0**-51 * (weights @ values.magnitude)
-    return Enclosure(weights @ values.lower - rounding, weights @ values.upper + rounding)
+    return Intervals(weights @ values.lower - rounding, weights @ values.upper + rounding)

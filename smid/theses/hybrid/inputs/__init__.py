@@ -1,4 +1,4 @@
-"""Which input shows most about the rotating arm: excitation, Fisher's information, certified intervals."""
+"""Inputs for the rotating arm, compared by excitation, Fisher's information and certified intervals."""
 
 from smid.theses.hybrid.inputs.arm_experiments import arm_information, arm_sines, arm_tailored, arm_widths
 from smid.theses.hybrid.inputs.input_study import InputStudy, arm_inputs, input_study

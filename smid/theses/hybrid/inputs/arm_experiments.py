@@ -1,8 +1,8 @@
-"""Experiments on the rotating arm: families of voltages, and what each tells by either measure.
+"""Experiments on the rotating arm: families of voltages, and their Fisher information and certified widths.
 
-The arm's friction jumps, and a change of a constant shifts the jumps in time.  Sensitivities that differentiate the
-lines only miss this: against the exact motion over 12 s, with ten Runge-Kutta steps per sample, those of Ws were wrong
-by 70 to 96 % and those of 1/J by 20 to 60 %.  So the slopes here are central differences of the exact motion.
+The arm's friction jumps, and a change of a constant shifts the jumps in time. Sensitivities of the differential
+equations do not include this. Against the exact motion over 12 s, with ten Runge-Kutta steps per sample, their errors
+were 70 to 96 % for Ws and 20 to 60 % for 1/J. The slopes here are central differences of the exact motion.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation, fisher_information
@@ -21,8 +22,6 @@ from smid.theses.hybrid.certified import certify_arm
 from smid.theses.hybrid.certified.box import CONSTANTS
 
 __all__ = ["arm_information", "arm_sines", "arm_tailored", "arm_widths"]
-
-Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-6  # of each constant
 CREEPING = 0.07  # V; c times it is just below Ws
@@ -35,23 +34,16 @@ def arm_sines(
     frequencies: Sequence[float] = (0.4, 0.9, 1.4, 1.9, 2.4, 2.9),
     amplitude: float = 1.0,
 ) -> InputFamily:
-    """Give sums of sines of any amplitudes, as in table F.1.
+    """Return the family of sums of sines with any amplitudes (in V), as in table F.1.
 
     Parameters
     ----------
-    n
-        Number of samples.
     sampling_time
         In seconds.
     frequencies
         In rad/s.
     amplitude
         Largest voltage, in V.
-
-    Returns
-    -------
-    InputFamily
-        To choose: one amplitude in V per frequency.
 
     Examples
     --------
@@ -68,22 +60,17 @@ def arm_sines(
 
 
 def arm_tailored(n: int, sampling_time: float, *, amplitude: float = 1.0) -> InputFamily:
-    """Give tailored signals, section 7.4: a sine, a constant, then switching against the motion and creeping.
+    """Return the family of tailored signals, section 7.4: a sine, a constant, then switching and creeping.
+
+    Its choices: amplitude in V and frequency in rad/s of the sine, the constant in V, the switching level in V, its
+    half period relative to the last part, and the shares of sine and constant.
 
     Parameters
     ----------
-    n
-        Number of samples.
     sampling_time
         In seconds.
     amplitude
         Largest voltage, in V.
-
-    Returns
-    -------
-    InputFamily
-        To choose: amplitude in V and frequency in rad/s of the sine, the constant in V, the switching level in V, its
-        half period as a share of the last part, and the shares of sine and constant.
 
     Examples
     --------
@@ -114,7 +101,7 @@ def arm_tailored(n: int, sampling_time: float, *, amplitude: float = 1.0) -> Inp
 def arm_information(
     u: ArrayLike, sampling_time: float, deviation: float, *, names: Sequence[str] = CONSTANTS
 ) -> FisherInformation:
-    """Return the information that the angle carries on the arm's constants, its first angle and speed unknown.
+    """Return the Fisher information of the angle on the arm's constants; first angle and speed are unknown.
 
     Parameters
     ----------
@@ -125,13 +112,13 @@ def arm_information(
     deviation
         Standard deviation of the measured angle, in rad.
     names
-        Which of theta, b, Wd, Ws are unknown.
+        Unknown constants among theta, b, Wd, Ws.
 
     Examples
     --------
     >>> from smid.signals import TABLE_F1
-    >>> told = arm_information(TABLE_F1["six_equal"].signal(300, 0.02), 0.02, 0.001)
-    >>> bool(told.relative_deviations[0] < told.relative_deviations[3])
+    >>> information = arm_information(TABLE_F1["six_equal"].signal(300, 0.02), 0.02, 0.001)
+    >>> bool(information.relative_deviations[0] < information.relative_deviations[3])
     True
     """
     inputs = np.asarray(u, dtype=np.float64)
@@ -170,9 +157,7 @@ def arm_widths(
     sampling_time
         In seconds.
     noise_bound
-        In rad; the noise is uniform within it.
-    seed
-        Of the noise.
+        Of the uniform noise, in rad.
     prior
         See `certify_arm`.
 

@@ -1,4 +1,4 @@
-"""The studies of the first-order process: which mismatches a network takes away, and what it learns of them."""
+"""The studies of the first-order reactor: the mismatches that a network corrects, and its learned responses."""
 
 from smid.theses.hybrid.reactor.output_errors import OutputErrors, output_errors
 from smid.theses.hybrid.reactor.reactor_study import ReactorStudy, reactor_study

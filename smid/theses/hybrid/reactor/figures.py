@@ -23,7 +23,7 @@ _SMALLEST, _LARGEST = 1e-6, 10.0
 
 
 def output_error_figure(study: OutputErrors) -> Figure:
-    """Draw the largest output errors, as dots beside the plants' names."""
+    """Draw the largest output errors of every plant."""
     from smid.theses.hybrid.reactor.output_errors import AXIS, CELLS
 
     count = len(study.plants)
@@ -49,7 +49,7 @@ def output_error_figure(study: OutputErrors) -> Figure:
 
 
 def requirement_figure(study: RequirementStudy) -> Figure:
-    """Draw what the networks learned, trained in free run, beside what they have to."""
+    """Draw the learned and the required responses of networks trained in free run."""
     from smid.theses.hybrid.reactor.output_errors import CELLS
 
     colours = dict(zip(CELLS, _COLOURS, strict=True))

@@ -1,12 +1,12 @@
 """Table 5: the largest output error of series and parallel models under a constant input.
 
-Every mismatch, each topology with simple and with extra back couplings, and with as many as the analysis asks for in
-parallel, where extra ones are too few.  Each is estimated twice: one step ahead, as in the thesis, and in free run.
-All are validated as simulators, under the constant input 0.5, on a tank that starts out of equilibrium.
+All mismatches are combined with each topology, with simple and with extra back couplings, and in parallel also with the
+number that the analysis requires. Each model is estimated twice: one step ahead, as in the thesis, and in free run. All
+are validated in free run, under the constant input 0.5, on a tank that starts out of equilibrium.
 
-The thesis trains each cell with the signal that served it best; here all are trained with the noisy staircase.  The
-network has three neurons in series, two in parallel.  The numbers of its table are lost in the copy that is left of it;
-the axis of its figure 6.7, which shows those of its models that were not "bad", ends at 0.25.
+The thesis trains each cell with its best signal; here all are trained with the noisy staircase. The network has three
+neurons in series, two in parallel. The numbers of the thesis's table are missing in our copy. The axis of its figure
+6.7, which shows the models that were not "bad", ends at 0.25.
 
 Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C.
 """
@@ -14,13 +14,13 @@ Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
@@ -28,6 +28,9 @@ from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
 from smid.theses.hybrid.reactor.records import PLANTS, free_run, reactor_record, white_reactor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["CELLS", "OutputErrors", "estimated_reactor", "output_errors"]
 
@@ -40,20 +43,19 @@ CELLS: Mapping[str, tuple[str, BackCouplings]] = {
     "parallel, extra": ("parallel", EXTRA),
     "parallel, as analysed": ("parallel", ASKED),
 }
-"""Columns of the table; the analysis asks for (1, 1) in series, which is "extra", and for (2, 2) in parallel."""
+"""Columns of the table; the analysis requires (1, 1) in series, which is "extra", and (2, 2) in parallel."""
 
 _WORDS = {"prediction": "one step ahead, as the thesis", "simulation": "free run"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OutputErrors(Tabular):
-    """Largest output errors under a constant input.
+    """Largest output errors under a constant input, in mol/m3.
 
     Parameters
     ----------
     largest
-        Shape (n_plants,).
-        By the error that was lowered and the column of `CELLS`, in mol/m3; infinite where the model runs away.
+        Shape (n_plants,). By the trained error and the column of `CELLS`; infinite where the model diverges.
     alone
         Shape (n_plants,). Of the first principles alone.
     """
@@ -78,7 +80,7 @@ class OutputErrors(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a few sentences what the table shows."""
+        """Return the results of the table in a few sentences."""
 
         def worst(error: str, column: str) -> str:
             return f"{float(np.max(self.largest[error, column])):.2g}"
@@ -86,11 +88,11 @@ class OutputErrors(Tabular):
         ahead = {column: worst("prediction", column) for column in CELLS}
         free = {column: worst("simulation", column) for column in CELLS}
         return (
-            f"Over {len(self.plants)} plants the largest error in series is {ahead['series, simple']} with simple and "
-            f"{ahead['series, extra']} with extra back couplings when trained one step ahead, as in the thesis, and "
-            f"{free['series, simple']} and {free['series, extra']} when trained in free run. In parallel it is, in "
-            f"free run, {free['parallel, simple']} with simple back couplings, {free['parallel, extra']} with extra "
-            f"ones and {free['parallel, as analysed']} with those that the analysis asks for."
+            f"Largest errors over {len(self.plants)} plants. In series, trained one step ahead as in the thesis: "
+            f"{ahead['series, simple']} with simple and {ahead['series, extra']} with extra back couplings. In series, "
+            f"trained in free run: {free['series, simple']} and {free['series, extra']}. In parallel, trained in free "
+            f"run: {free['parallel, simple']} with simple back couplings, {free['parallel, extra']} with extra ones, "
+            f"and {free['parallel, as analysed']} with the number that the analysis requires."
         )
 
     def _content(self) -> Iterator[Part]:
@@ -98,13 +100,13 @@ class OutputErrors(Tabular):
         yield self.conclusion
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each plant, network and error that was lowered."""
+        """Return a row for each plant, network and trained error."""
         for (error, column), values in self.largest.items():
             for plant, largest in zip(self.plants, values.tolist(), strict=True):
                 yield {"plant": plant, "network": column, "trained": error, "largest": largest}
 
     def plot(self) -> Figure:
-        """Draw figure 6.7: the largest errors as bars, on a logarithmic axis."""
+        """Draw figure 6.7: the largest errors on a logarithmic axis."""
         from smid.theses.hybrid.reactor.figures import output_error_figure
 
         return output_error_figure(self)
@@ -128,20 +130,9 @@ def output_errors(
     starts: int = 3,
     iterations: int = 300,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> OutputErrors:
-    """Fill table 5.
-
-    Parameters
-    ----------
-    plants
-        Of `PLANTS`.
-    starts, iterations
-        Of each estimate.
-    seed
-        Of the input's noise and of the starts.
-    progress
-        Called with a line of text for each cell.
+    """Fill table 5; `starts` and `iterations` are those of each estimate.
 
     Raises
     ------
@@ -181,21 +172,7 @@ def estimated_reactor(
     seed: int = 1,
     signal: str = "noisy_staircase",
 ) -> HybridEstimate:
-    """Estimate one cell of the table.
-
-    Parameters
-    ----------
-    plant
-        Of `PLANTS`.
-    topology
-        One of {"series", "parallel"}.
-    error
-        One of `ERRORS`.
-    seed
-        Of the input's noise and of the starts.
-    signal
-        To train with.
-    """
+    """Return the estimate of one cell of the table; `error` is one of `ERRORS`, `signal` trains the network."""
     join = {"series": series, "parallel": parallel}[topology]
     data = reactor_record(plant, signal, seed)
     hybrid = join(white_reactor(plant), couplings)

@@ -1,7 +1,7 @@
-"""The records of the reactor studies: a plant under one of the thesis's inputs, and the model that is to be completed.
+"""The records of the reactor studies: a plant under one of the thesis's inputs, and its first-principles model.
 
-All are sampled at 1 s, as in the thesis, and begin at the first sample of the input.  The input lies within 0.1 to 0.9;
-the staircase has steps of 0.1, each of 20 samples, and noise of 0.05 on it.
+All are sampled at 1 s, as in the thesis, and begin at the first sample of the input. The input lies within 0.1 to 0.9;
+the staircase has steps of 0.1, each of 20 samples, and noise of 0.05.
 
 Reference: hybrid thesis, listings K.1 and K.4, figure A.14.
 """
@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.fitting.binding import bind
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.models import Model, Reactor, simulate
 from smid.models.errors import refuse_unknown
-from smid.networks import Array
 from smid.signals import constant, noisy_staircase, sine
 from smid.theses.hybrid.full_reactor import simulate_full_reactor
 from smid.theses.hybrid.plants import MISMATCHES, reactor_base, simulate_reactor
@@ -34,21 +34,14 @@ SIGNALS = ("noisy_staircase", "sine", "constant")
 
 
 def reactor_record(plant: str, signal: str = "noisy_staircase", seed: int = 1) -> Dataset:
-    """Simulate a reactor under one of the thesis's inputs, without noise.
+    """Simulate a reactor under one of the thesis's inputs, without noise: input ``u`` and output ``y``.
 
     Parameters
     ----------
-    plant
-        One of `PLANTS`.
-    signal
-        One of {"noisy_staircase", "sine", "constant"}.
+    plant, signal
+        One of `PLANTS`, and one of `SIGNALS`.
     seed
-        Of the noise.
-
-    Returns
-    -------
-    Dataset
-        With the input ``u`` and the output ``y``.
+        Of the staircase's noise.
 
     Raises
     ------
@@ -77,17 +70,7 @@ def _input(signal: str, seed: int) -> Array:
 
 
 def white_reactor(plant: str) -> Model:
-    """Give the first principles that its designer believes in.
-
-    Parameters
-    ----------
-    plant
-        One of `PLANTS`.
-
-    Returns
-    -------
-    Model
-        A `Reactor` with fixed parameters.
+    """Return the first-principles model of one of `PLANTS`: a `Reactor` with fixed parameters.
 
     Raises
     ------
@@ -104,20 +87,7 @@ def white_reactor(plant: str) -> Model:
 
 
 def free_run(hybrid: HybridModel, data: Dataset) -> Array:
-    """Run an estimated hybrid reactor freely from where the plant begins: a tank filled from the inflow.
-
-    Parameters
-    ----------
-    hybrid
-        Of `white_reactor`, with estimated values.
-    data
-        A `reactor_record`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The output; inf or NaN where it runs away.
-    """
+    """Return the free run of an estimated hybrid reactor from the plant's start, shape (n,); not finite if unstable."""
     model, u = hybrid.model, data.values("u")
     white = bind(hybrid.white, data)
     values = {p.name: model.values[p.name] for p in white.parameters if p.name in model.values}

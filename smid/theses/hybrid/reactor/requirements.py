@@ -1,29 +1,32 @@
-"""Table 6: what the networks learned, beside what the analysis asks of them.
+"""Table 6: the learned responses of the networks, compared with the required ones.
 
-For the linear mismatches of table 2 the network of an estimated model is taken out and run on a constant, 0.3 in series
-and 0.5 in parallel, from the first samples that the analysis tells.  Its largest deviation from the required response
-in the first 2 s tells how well it has the dynamics, that after 7 s how well the steady state.
+For the linear mismatches of table 2, the network of an estimated model is run alone on a constant, 0.3 in series and
+0.5 in parallel, from the first samples of the required response. The largest deviation in the first 2 s measures the
+dynamics, that after 7 s the steady state.
 
 Reference: hybrid thesis, table 6, appendices B and D, figures B.2 to B.6 and D.2 to D.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.hybrid.analysis import Requirement, learned_response, required
 from smid.hybrid.estimate import ERRORS
-from smid.networks import Array
 from smid.theses.hybrid.plants import reactor_plant
 from smid.theses.hybrid.reactor.output_errors import CELLS, estimated_reactor
 from smid.theses.hybrid.reactor.records import SAMPLING_TIME, white_reactor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["LINEAR", "Learned", "RequirementStudy", "requirement_study"]
 
@@ -46,16 +49,16 @@ IN_THESIS = ("series, extra", "parallel, simple")
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """One network beside its requirement.
+    """One network and its requirement.
 
     Parameters
     ----------
-    plant, column
-        Of the mismatch, and of `CELLS`.
+    column
+        Of `CELLS`.
     error
-        One of `ERRORS`, that was lowered.
+        The trained one of `ERRORS`.
     response
-        Shape (n,). What the network gives.
+        Shape (n,). Of the network.
     """
 
     plant: str
@@ -66,7 +69,7 @@ class Learned:
 
     @property
     def wanted(self) -> Array:
-        """The required response, shape (n,)."""
+        """Return the required response, shape (n,)."""
         return self.requirement.step_response(self.response.size, AMPLITUDE[self.requirement.topology])
 
     def largest(self, start: float, stop: float) -> float:
@@ -77,7 +80,7 @@ class Learned:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RequirementStudy(Tabular):
-    """All networks of the linear mismatches, beside their requirements."""
+    """All networks of the linear mismatches, with their requirements."""
 
     learned: tuple[Learned, ...]
 
@@ -122,14 +125,14 @@ class RequirementStudy(Tabular):
 
     @property
     def transfers(self) -> Table:
-        """Return the transfer functions that the networks have to learn."""
+        """Return the transfer functions that the networks must learn."""
         found = {(item.plant, item.requirement.topology): item.requirement for item in self.learned}
         rows = tuple(
             (plant, topology, str(item.transfer), f"{item.couplings.inputs}", f"{item.couplings.outputs}")
             for (plant, topology), item in found.items()
         )
         return Table(
-            "What the network has to learn, and how many back couplings that needs at a sampling time of 1 s.",
+            "Required transfer function of the network, and its number of back couplings at a sampling time of 1 s.",
             ("mismatch", "topology", "H_NN(s)", "past inputs", "past outputs"),
             rows,
             "lllrr",
@@ -140,7 +143,7 @@ class RequirementStudy(Tabular):
         yield self.table
 
     def plot(self) -> Figure:
-        """Draw learned against required responses: figures B.3 to B.6 and D.2 to D.5."""
+        """Draw learned and required responses: figures B.3 to B.6 and D.2 to D.5."""
         from smid.theses.hybrid.reactor.figures import requirement_figure
 
         return requirement_figure(self)
@@ -169,22 +172,9 @@ def requirement_study(
     starts: int = 3,
     iterations: int = 300,
     seed: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> RequirementStudy:
-    """Fill table 6.
-
-    Parameters
-    ----------
-    plants
-        Linear mismatches.
-    columns
-        Of `CELLS`.
-    starts, iterations
-        Of each estimate.
-    seed
-        Of the input's noise and of the starts.
-    progress
-        Called with a line of text for each network.
+    """Fill table 6 for linear mismatches and columns of `CELLS`.
 
     Raises
     ------

@@ -1,20 +1,21 @@
-"""Section 6.2.4: a time constant and a network at once, on the plant of (5.12).
+"""Section 6.2.4: a time constant and a network estimated at once, on the plant of (5.12).
 
-The plant has tau = 2 and a = 2; the model begins at tau = 4 and a = 1, and the network is to give the missing y.  Three
-ways: the network in the balance, reading the concentration (listing K.11); a static network beside the model; and a
-dynamic one beside the model, which the thesis tried first.
+The plant has tau = 2 and a = 2. The model starts at tau = 4 and a = 1, and the network must learn the missing y. There
+are three ways: the network in the balance, reading the concentration (listing K.11); a static network parallel to the
+model; and a dynamic one parallel to the model, the thesis's first attempt.
 
 Reference: hybrid thesis, section 6.2.4, appendix E, (5.12)-(5.13), listings K.9 to K.11.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.hybrid.back_couplings import SIMPLE, STATIC, BackCouplings
@@ -40,16 +41,16 @@ WAYS: Mapping[str, BackCouplings | None] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TimeConstants(Tabular):
-    """Estimates of the time constant, one for each start.
+    """Estimates of the time constant by way, one for each start, shape (n_starts,).
 
     Parameters
     ----------
     tau
-        Shape (n_starts,). In seconds, for each way.
+        In seconds.
     rmse
-        Shape (n_starts,). Of the free run on the training record.
+        Of the free run on the training record.
     largest
-        Shape (n_starts,). Output error under the constant input.
+        Output error under the constant input.
     """
 
     tau: Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
@@ -72,18 +73,18 @@ class TimeConstants(Tabular):
 
     @property
     def conclusion(self) -> str:
-        """Return in a sentence what became of the time constant."""
-        true, told = MISMATCHES[PLANT].tau, []
+        """Return the estimated time constants in a sentence."""
+        true, ranges = MISMATCHES[PLANT].tau, []
         for way, values in self.tau.items():
-            told.append(f"{_range(values)} s with a network that is {way}")
-        return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(told)}."
+            ranges.append(f"{_range(values)} s with a network, {way}")
+        return f"The time constant, {true:g} s in the plant, is estimated as {'; '.join(ranges)}."
 
     def _content(self) -> Iterator[Part]:
         yield self.table
         yield self.conclusion
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each way and start."""
+        """Return a row for each way and start."""
         for way in self.tau:
             columns = (values[way].tolist() for values in (self.tau, self.rmse, self.largest))
             for start, (tau, rmse, largest) in enumerate(zip(*columns, strict=True)):
@@ -98,33 +99,14 @@ class TimeConstants(Tabular):
 
 
 def balance_with_network(white: Model, hidden: tuple[int, ...] = (1,)) -> HybridModel:
-    """Put a network into the reactor's balance: ``tau y' + y + N(y) = K(tau) u``.
-
-    Parameters
-    ----------
-    white
-        A `Reactor`.
-    hidden
-        Neurons of each hidden layer.
-    """
+    """Return the reactor with a network in its balance: ``tau y' + y + N(y) = K(tau) u``."""
     return embedded(white, {"w": -1 / white.parameter("tau").symbol}, [signal("w")[t]], hidden)
 
 
 def time_constant_study(
-    *, starts: int = 5, iterations: int = 100, seed: int = 1, progress: Callable[[str], None] | None = None
+    *, starts: int = 5, iterations: int = 100, seed: int = 1, progress: Progress | None = None
 ) -> TimeConstants:
-    """Estimate tau together with the network, from several starts.
-
-    Parameters
-    ----------
-    starts
-        For each way.
-    iterations
-        Most steps from each start.
-    seed
-        Of the input's noise; the starts are numbered from it.
-    progress
-        Called with a line of text for each start.
+    """Estimate tau together with the network, from several starts for each way.
 
     Examples
     --------

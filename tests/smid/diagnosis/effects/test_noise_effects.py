@@ -105,7 +105,7 @@ def test_interrupted_in_its_second_look_it_tells_what_the_first_has_found():
 
     def progress(line):
         lines.append(line)
-        if line.startswith("input_dead_zone") and "shows glitches" in " ".join(lines):
+        if line.startswith("input_dead_zone") and "searching again" in " ".join(lines):
             raise KeyboardInterrupt
 
     effects = ["outliers", "input_dead_zone"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.theses.clutch import commands
 from smid.theses.clutch.recursive_study import recursive_study
 from tests.smid.theses.clutch.small_clutch_studies import (
@@ -28,7 +28,7 @@ def small(monkeypatch):
     monkeypatch.setattr(commands, "hammerstein_study", hammerstein)
     monkeypatch.setattr(commands, "set_study", lambda **_: small_set_study())
     monkeypatch.setattr(commands, "sensor_chapter", lambda seed, **_: asked.update(seed=seed) or small_sensor_chapter())
-    records = load_clutch_records(("20C_ramp_a", "20C_step_a")).crop(0, 700)
+    records = load_clutch(("20C_ramp_a", "20C_step_a")).crop(0, 700)
     monkeypatch.setattr(commands, "recursive_study", lambda: recursive_study(records))
     return asked
 
@@ -46,7 +46,7 @@ def test_records_are_listed(smid):
     assert Path("twin.json").read_text() == Path("out.json").read_text()
     assert result.exit_code == 0
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
-    assert document["schema"] == "smid.theses.clutch-records/1"
+    assert document["schema"] == "smid.clutch-records/1"
     assert tuple(row["record"] for row in document["records"]) == CLUTCH_RECORDS
     assert all(name in result.output for name in CLUTCH_RECORDS)
     assert "simulated data, not measured" in Path("out.html").read_text(encoding="utf-8")
@@ -62,7 +62,7 @@ def test_hammerstein_prints_writes_and_reports(smid, small):
     smid("clutch hammerstein --report twin.json")
     assert Path("twin.json").read_text() == Path("out.json").read_text()
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
-    assert document["schema"] == "smid.theses.clutch-hammerstein/1"
+    assert document["schema"] == "smid.clutch-hammerstein/1"
     assert document["error_bound"]["lower"] <= document["error_bound"]["upper"]
     assert document["thesis"]["printed"][2]["inverted"] is True
     page = Path("out.html").read_text(encoding="utf-8")
@@ -75,7 +75,7 @@ def test_recursive_prints_writes_and_reports(smid, small):
     result = smid("clutch recursive --json - --report out.html")
     assert result.exit_code == 0
     document = json.loads(result.output)  # standard output carries nothing else
-    assert document["schema"] == "smid.theses.clutch-recursive/1"
+    assert document["schema"] == "smid.clutch-recursive/1"
     assert document["sets"]["never_left"] is True
     assert len(document["estimators"]["trackings"]) == 16
     page = Path("out.html").read_text(encoding="utf-8")
@@ -94,7 +94,7 @@ def test_sensors_prints_writes_and_reports(smid, small):
     assert Path("twin.json").read_text() == Path("out.json").read_text()
     assert "Table 5.3" in result.output
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
-    assert document["schema"] == "smid.theses.clutch-sensors/1"
+    assert document["schema"] == "smid.clutch-sensors/1"
     assert document["tables"][0]["rows"][0]["thesis"] == 0.2458
     page = Path("out.html").read_text(encoding="utf-8")
     for words in ("Table 5.3", "Figure 5.14", "One sensor for all temperatures", "An interval", "confidential"):

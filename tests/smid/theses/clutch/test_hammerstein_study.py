@@ -10,7 +10,7 @@ from scipy.optimize import linprog, minimize_scalar
 
 from relaxations.search.hierarchy import Reason
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.theses.clutch import hammerstein_study as hammerstein_module
 from smid.theses.clutch.hammerstein.finished import finished
@@ -147,7 +147,7 @@ def test_the_printed_models_are_those_of_the_equations():
             if p.name != "beta":
                 assert model.values[p.name] == getattr(p, column)
     current = np.full(400, 800.0)
-    data = load_clutch_records("20C_step_a").crop(0, 400)
+    data = load_clutch("20C_step_a").crop(0, 400)
     run = data.experiments[0]
     data = data.with_experiments([replace(run, values={**run.values, "current": current})])
     found = free_runs({"HS20": printed_step_model()}, replace(data, outputs=("pressure",)))
@@ -187,7 +187,7 @@ def test_an_interrupted_study_ends(study):
 )
 def test_a_part_that_cannot_be_used_is_refused(part, cause):
     with pytest.raises(DataError, match=cause):
-        hammerstein_study(load_clutch_records((RECORD, "20C_step_a")), part)
+        hammerstein_study(load_clutch((RECORD, "20C_step_a")), part)
 
 
 def test_a_part_without_provable_bounds_is_refused(study, monkeypatch):
@@ -195,14 +195,14 @@ def test_a_part_without_provable_bounds_is_refused(study, monkeypatch):
     monkeypatch.setattr(hammerstein_module, "error_bound", lambda *_, **__: study.bound)
     monkeypatch.setattr(hammerstein_module, "order_study", lambda *_, **__: OrderStudy((1,), (estimate,)))
     with pytest.raises(DataError, match="says too little of the model"):
-        hammerstein_study(load_clutch_records((RECORD, "20C_step_a")), PART)
+        hammerstein_study(load_clutch((RECORD, "20C_step_a")), PART)
 
 
 def test_records_that_lack_something_are_refused():
     with pytest.raises(DataError, match="20C_ramp_a"):
-        hammerstein_study(load_clutch_records("20C_step_a"))
+        hammerstein_study(load_clutch("20C_step_a"))
     with pytest.raises(DataError, match="pressure"):
-        hammerstein_study(load_clutch_records((RECORD, "20C_step_a")).rename({"pressure": "p"}))
+        hammerstein_study(load_clutch((RECORD, "20C_step_a")).rename({"pressure": "p"}))
 
 
 def test_settings_that_make_no_sense_are_refused(study):

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch import POSITION_NOISE_BOUND, ReturnSpring, actuator_record, simulate_clutch, simulate_position
 from smid.theses.clutch.hysteresis import trailing
 from smid.theses.clutch.plant import NOISE_BOUND
@@ -125,7 +125,7 @@ def test_the_step_of_time_does_not_matter():
 def test_one_call_gives_every_channel_with_noise_inside_its_bounds():
     current = np.repeat([0.0, 700.0, 450.0, 900.0, 0.0], 200)
     data = actuator_record(current, -20.0, seed=3)
-    assert data.channels == load_clutch_records("20C_ramp_a").channels
+    assert data.channels == load_clutch("20C_ramp_a").channels
     assert (data.inputs, data.outputs) == (("current",), ("pressure", "position"))
     pressure = simulate_clutch(current, -20.0)
     for name, truth, bound in (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from smid.data import DataError
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, SHORT_RECORDS, load_clutch
 from smid.theses.clutch import POSITION_NOISE_BOUND, ReturnSpring
 from smid.theses.clutch.plant import NOISE_BOUND
 
@@ -22,7 +22,7 @@ each_record = pytest.mark.parametrize("name", CLUTCH_RECORDS)
 
 @pytest.fixture(scope="module")
 def script():
-    path = ROOT / "data" / "make_clutch_records.py"
+    path = ROOT / "data" / "make_clutch.py"
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up by name
@@ -32,7 +32,7 @@ def script():
 
 @pytest.fixture(scope="module")
 def data():
-    return load_clutch_records()
+    return load_clutch()
 
 
 def raw(name):
@@ -47,7 +47,7 @@ def record(script, name):
 @each_record
 def test_the_script_writes_the_files_bit_for_bit(script, name):
     content = (FOLDER / f"{name}.csv").read_bytes()
-    assert script.render(record(script, name)).encode("ascii") == content
+    assert record(script, name).render().encode("ascii") == content
     assert content.startswith(b"# SIMULATED")
     readme = (ROOT / "data" / "README.md").read_text("utf-8")
     assert f"{hashlib.sha256(content).hexdigest()}  clutch/{name}.csv" in readme
@@ -55,8 +55,8 @@ def test_the_script_writes_the_files_bit_for_bit(script, name):
 
 
 def test_folder_script_and_loader_name_the_same_records(script):
-    assert tuple(r.name for r in script.RECORDS) == CLUTCH_RECORDS
-    assert sorted(path.name for path in FOLDER.iterdir()) == sorted(f"{name}.csv" for name in CLUTCH_RECORDS)
+    assert tuple(r.name for r in script.RECORDS) == CLUTCH_RECORDS + SHORT_RECORDS
+    assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(CLUTCH_RECORDS + SHORT_RECORDS)
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 2.5e6
     seeds = [r.seed for r in script.RECORDS]
     assert len(set(seeds)) == len(seeds)
@@ -99,10 +99,10 @@ def test_loading_unifies_to_2_ms(data):
 
 
 def test_names_choose_and_order(data):
-    chosen = load_clutch_records(["60C_step_c", "20C_ramp_a"])
+    chosen = load_clutch(["60C_step_c", "20C_ramp_a"])
     assert [run.name for run in chosen.experiments] == ["60C_step_c", "20C_ramp_a"]
     np.testing.assert_array_equal(chosen.values("position", 1), data.values("position", 0))
-    assert load_clutch_records("20C_ramp_a").n_samples == 5001
+    assert load_clutch("20C_ramp_a").n_samples == 5001
 
 
 @each_record
@@ -145,10 +145,12 @@ def test_a_warm_clutch_goes_further(data):
 
 def test_mistakes_are_named():
     with pytest.raises(DataError, match="no clutch record '20C_step_c'; did you mean"):
-        load_clutch_records("20C_step_c")
-    with pytest.raises(DataError, match=r"no clutch record '\.\./clutch_20C_steps'"):
-        load_clutch_records(["20C_step_a", "../clutch_20C_steps"])
+        load_clutch("20C_step_c")
+    with pytest.raises(DataError, match=r"no clutch record '\.\./varying_pole_20C_steps'"):
+        load_clutch(["20C_step_a", "../varying_pole_20C_steps"])
+    with pytest.raises(DataError, match="short records have no position"):
+        load_clutch(["20C_step_a", "varying_pole_20C_steps"])
     with pytest.raises(DataError, match="no files were given"):
-        load_clutch_records([])
+        load_clutch([])
     with pytest.raises(DataError, match="occurs 2 times"):
-        load_clutch_records(["20C_step_a", "20C_step_a"])
+        load_clutch(["20C_step_a", "20C_step_a"])

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from smid.data import DataError
-from smid.data.bundled import CLUTCH_RECORDS, load_clutch_records
+from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.recursive import NormalisedGradient
 from smid.theses.clutch.recursive_study import MODELS, recursive_study
 
 
 @pytest.fixture(scope="module")
 def study():
-    return recursive_study(load_clutch_records().crop(0, 1200))
+    return recursive_study(load_clutch().crop(0, 1200))
 
 
 def test_all_records_models_and_methods_are_there(study):
@@ -45,7 +45,7 @@ def test_the_table_holds_every_run(study):
 
 
 def test_a_missing_channel_is_refused():
-    data = load_clutch_records("20C_step_a").crop(0, 50)
+    data = load_clutch("20C_step_a").crop(0, 50)
     with pytest.raises(DataError, match="pressure"):
         recursive_study(replace(data.rename({"pressure": "p"})))
     assert np.isfinite(recursive_study(data).on_noise.one_step.rmse)

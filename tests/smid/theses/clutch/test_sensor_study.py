@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.sensors import CFPX, PTX
 from smid.theses.clutch.sensor_study import (
@@ -57,7 +57,7 @@ def sensors():
 
 def test_a_cpx_fails_at_other_temperatures_and_with_hysteresis(sensors):
     records = ("20C_step_a", "60C_step_a", "m20C_step_a", "20C_step_b")
-    errors = cross_errors(sensors, load_clutch_records(records)).rmse
+    errors = cross_errors(sensors, load_clutch(records)).rmse
     own = np.diag(errors[:3])
     assert (errors[:3][~np.eye(3, dtype=bool)] > 2 * own.max()).all()
     assert errors[3, 0] > 4 * own[0]
@@ -68,7 +68,7 @@ def test_a_cpx_fails_at_other_temperatures_and_with_hysteresis(sensors):
 def test_every_figure_names_known_sensors_and_records(sensors):
     for number, (names, records) in THESIS_FIGURES.items():
         assert set(names) <= set(THESIS_SENSORS)
-        assert load_clutch_records(records).n_samples == 5001 * len(records), number
+        assert load_clutch(records).n_samples == 5001 * len(records), number
     traces = sensor_traces("5.9", sensors)
     assert traces.measured.shape == traces.time.shape == traces.simulated["CPX20"].shape == (10002,)
     assert traces.rmse["CPX20"] > sensor_traces("5.2", sensors).rmse["CPX20"]
@@ -106,12 +106,12 @@ def test_one_sensor_beside_its_rivals(monkeypatch):
     from smid.theses.clutch.sensor_study import single_sensor
 
     monkeypatch.setattr(single_sensor, "CPX", lambda: CPX(hidden=(2,)))
-    sensor = PTX(hidden=(2,), plays=1).fit(load_clutch_records(TRAINING).crop(1000, 2000), seed=1, starts=1)
+    sensor = PTX(hidden=(2,), plays=1).fit(load_clutch(TRAINING).crop(1000, 2000), seed=1, starts=1)
     study = single_sensor_study(sensor)
     assert study.held_out.records == HELD_OUT
     assert study.held_out.sensors[-1] == "PTX"
     for name, row in zip(HELD_OUT, study.held_out.rmse, strict=True):
-        data = load_clutch_records(name)
+        data = load_clutch(name)
         assert row[-1] == pytest.approx(sensor.predict(data).rmse(data)[name])
         assert study.advantage[name] == pytest.approx(row[:-1].min() / row[-1])
     assert "14 parameters" in study.conclusion
@@ -119,7 +119,7 @@ def test_one_sensor_beside_its_rivals(monkeypatch):
 
 
 def test_intervals_of_left_out_records():
-    sensor = CFPX(10).fit(load_clutch_records("20C_ramp_a"), seed=1)
+    sensor = CFPX(10).fit(load_clutch("20C_ramp_a"), seed=1)
     study = interval_study(sensor, ["20C_ramp_b", "20C_step_b"])
     widths = [row.mean_width for row in study.rows if row.record == "20C_step_b"]
     covered = [row.coverage for row in study.rows if row.record == "20C_step_b"]

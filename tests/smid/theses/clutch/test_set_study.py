@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from smid.data import DataError
-from smid.data.bundled import load_clutch_records
+from smid.data.bundled import load_clutch
 from smid.theses.clutch.set_study import NOISE_BOUNDS, changed_parameters, set_study
 from tests.smid.theses.clutch.small_clutch_studies import small_set_study
 
@@ -62,8 +62,8 @@ def test_the_study_tells_and_draws(study):
 
 def test_bad_records_are_refused():
     with pytest.raises(DataError, match="20C_step_b"):
-        set_study(load_clutch_records("20C_ramp_a"))
-    records = load_clutch_records("20C_step_b").crop(0, 200)
+        set_study(load_clutch("20C_ramp_a"))
+    records = load_clutch("20C_step_b").crop(0, 200)
     with pytest.raises(DataError, match="batch = 400 samples of 200"):
         set_study(records)
     with pytest.raises(DataError, match="say too little"):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
+from relaxations.algebra.intervals import Intervals
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.signals import TABLE_F1, tailored
@@ -17,7 +18,6 @@ from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.certified import certify_arm
 from smid.theses.hybrid.certified.arm import arm_record
 from smid.theses.hybrid.certified.box import CONSTANTS, ArmBox
-from smid.theses.hybrid.certified.enclosure import Enclosure
 from smid.theses.hybrid.certified.relations import arm_problem
 from smid.theses.hybrid.certified.speeds import enclose_speeds
 
@@ -63,7 +63,7 @@ def _violation(problem, known):
 
 @given(st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS), st.floats(0, 1), st.floats(0, 1))
 def test_an_enclosure_holds_what_its_operations_give(first, second, where, there):
-    a, b = Enclosure.of(min(first), max(first)), Enclosure.of(min(second), max(second))
+    a, b = Intervals.of(min(first), max(first)), Intervals.of(min(second), max(second))
     x = Fraction(min(max(min(first) + where * (max(first) - min(first)), min(first)), max(first)))
     y = Fraction(min(max(min(second) + there * (max(second) - min(second)), min(second)), max(second)))
     for found, exact in (
@@ -98,7 +98,7 @@ def test_the_true_arm_satisfies_every_relation(seed, theta, b, wd, extra, speed,
     box = ArmBox.of(
         {k: (v * random.uniform(0.3, 1.0), v * random.uniform(1.0, 3.0)) for k, v in zip(CONSTANTS, truth, strict=True)}
     )
-    unknown = Enclosure.of(np.full(120, -np.inf), np.full(120, np.inf))
+    unknown = Intervals.of(np.full(120, -np.inf), np.full(120, np.inf))
     speeds = enclose_speeds(record, box.products, unknown)
     tighter = ArmBox.of({k: (v * 0.99, v * 1.01) for k, v in zip(CONSTANTS, truth, strict=True)})
     for known, now in ((speeds, box), (enclose_speeds(record, tighter.products, speeds), tighter)):
@@ -127,12 +127,12 @@ def test_a_fast_sine_tells_nothing_of_sticking_and_a_creeping_arm_does():
     near = {"theta": (15, 30), "b": (0, 0.01), "Wd": (0, 2)}
     fast = certify_arm(_record(TABLE_F1["six_unequal"].signal(150, H), 0.002, 1)[0], 0.002, prior=near)
     slow = certify_arm(_record(_creeping(200), 0.002, 1)[0], 0.002, prior=near)
-    assert not fast.told("Ws")
+    assert not fast.determined("Ws")
     assert fast.intervals["Ws"][1] == 10
     assert "as large as the prior allows" in str(fast)
-    assert slow.told("Ws")
-    assert fast.told("theta")
-    assert slow.told("theta")
+    assert slow.determined("Ws")
+    assert fast.determined("theta")
+    assert slow.determined("theta")
 
 
 def test_a_prior_without_the_arm_and_a_disturbed_record_are_proven_infeasible():

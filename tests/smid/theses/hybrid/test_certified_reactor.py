@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from relaxations.algebra.intervals import Intervals
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.signals import qprs, qprts
 from smid.theses.hybrid import MISMATCHES, Mismatch, simulate_reactor
 from smid.theses.hybrid.certified import certify_reactor
-from smid.theses.hybrid.certified.enclosure import Enclosure
 from smid.theses.hybrid.certified.reactor import _phi, _problem
 
 R = 0.12
@@ -37,8 +37,8 @@ def test_the_true_reactor_satisfies_every_relation(seed, tau, a, power, h):
     random = np.random.default_rng(seed)
     low, high = random.uniform(0.3, 1.0, 2), random.uniform(1.0, 3.0, 2)
     for box in (
-        Enclosure(np.array([k, g]) * low, np.array([k, g]) * high),
-        Enclosure(np.array([k, g]) * 0.999, np.array([k, g]) * 1.001),
+        Intervals(np.array([k, g]) * low, np.array([k, g]) * high),
+        Intervals(np.array([k, g]) * 0.999, np.array([k, g]) * 1.001),
     ):
         problem = _problem(u, data.values(data.output), h, 0.001, power, R, box)
         # The plant is integrated with a tolerance of 1e-10.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from smid.models import ModelError
-from smid.theses.hybrid.pages import reactor_page
+from smid.theses.chapter import write_chapter
 from smid.theses.hybrid.reactor import (
     ReactorStudy,
     output_errors,
@@ -67,7 +67,7 @@ def test_a_model_that_runs_away_is_bad(study):
 
 
 def test_the_page_tells_what_cannot_be_compared(study, tmp_path):
-    page = reactor_page(study, tmp_path / "page.html").read_text(encoding="utf-8")
+    page = write_chapter(study, tmp_path / "page.html").read_text(encoding="utf-8")
     for words in ("Table 5", "Table 6", "What cannot be compared", "simulated data, not measured", "<svg"):
         assert words in page
 

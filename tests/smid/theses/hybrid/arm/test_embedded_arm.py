@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from smid.data import DataError
+from smid.hybrid import cost_surface
 from smid.models import ModelError
 from smid.networks import TanhNetwork, nguyen_widrow
 from smid.signals import TABLE_F1
@@ -14,7 +15,6 @@ from smid.theses.hybrid.arm import (
     InputError,
     Motion,
     alternate,
-    cost_surface,
     embedded_arm,
     embedded_error,
     embedded_study,

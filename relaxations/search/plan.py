@@ -1,0 +1,112 @@
+"""What a computation of bounds does: which method, which orders, and whether cuts go first. Made once, passed down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from relaxations.algebra.arrays import Index
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.errors import ProblemError
+from relaxations.moments.lift import complicating_variables, nonlinear_variables
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_of
+from relaxations.reductions.scaling import Scaling
+from relaxations.search.benders.enclose import check_cuts
+
+LONG = 300  # variables from which cuts are faster than a relaxation of the whole record
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A relaxation method with its orders, the complicating variables, and whether cuts go first.
+
+    Parameters
+    ----------
+    order, least
+        The highest order and the least one: lower orders contract the box first.
+    asked
+        The highest order that the caller gave.
+    complicating
+        Variables without which every constraint is affine. Where no small set exists, a large one, which serves the
+        local search for points only.
+    cuts, only_cuts
+        Whether cuts go before the relaxations, or in their place.
+
+    Examples
+    --------
+    >>> from relaxations.formats.expressions import problem_of, variables
+    >>> a, x, y = variables("a x y")
+    >>> problem, _ = problem_of(x, [a * x + a * y == 1])
+    >>> plan = Plan.of(problem, "auto")
+    >>> plan.method.name, plan.least, plan.order, plan.complicating, plan.cuts
+    ('lift', 1, 2, array([0]), False)
+    """
+
+    method: Method
+    order: int
+    least: int
+    asked: int | None
+    complicating: Index
+    cuts: bool
+    only_cuts: bool
+
+    @staticmethod
+    def of(
+        problem: PolynomialProblem,
+        method: str | Method | Cuts | Plan = "auto",
+        order: int | None = None,
+        objective: Polynomials | None = None,
+    ) -> Plan:
+        """Return what a call means for a problem.
+
+        ``"auto"`` is the lift where it applies, the sparse hierarchy elsewhere. On a long record whose order is not
+        asked for, cuts go first: they bound the variables that complicate, and the lift bounds the others. (The
+        multipliers of other variables follow those that complicate. A relaxation's multipliers are polynomials and can
+        follow them; cuts would have to be many.)
+
+        Raises
+        ------
+        ProblemError
+            For an unknown method, one that does not apply, or an order too low for the degrees.
+        """
+        if isinstance(method, Plan):
+            return method
+        chosen = method_of(method)
+        order = order if order is not None or chosen is None else chosen.order
+        few = complicating_variables(problem)
+        if isinstance(chosen, Cuts) and few is None:
+            raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
+        long = problem.n_variables >= LONG and few is not None and len(few) > 0
+        cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
+        relaxation = (
+            chosen if chosen is not None and not isinstance(chosen, Cuts) else Sparse() if few is None else Lift()
+        )
+        least, usual = relaxation.orders(problem)
+        if objective is not None:
+            least = max(least, -(-objective.degree // 2))
+        if order is not None and order < least:
+            raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
+        complicating = nonlinear_variables(problem) if few is None else few
+        return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, isinstance(chosen, Cuts))
+
+    @property
+    def lifts(self) -> bool:
+        """Return whether the method treats the complicating variables apart."""
+        return isinstance(self.method, LIFTS)
+
+    @property
+    def without_cuts(self) -> Plan:
+        """Return the plan with relaxations alone."""
+        return replace(self, cuts=False, only_cuts=False)
+
+    def check(self, problem: PolynomialProblem) -> None:
+        """Refuse a problem that would not fit the memory at the highest order, before any work.
+
+        Raises
+        ------
+        ProblemError
+        """
+        if self.cuts:
+            check_cuts(problem, self.complicating)
+        else:
+            self.method.check(Scaling.of_box(problem).apply(problem), self.order)

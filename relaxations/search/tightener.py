@@ -1,0 +1,43 @@
+"""What a tightener of intervals gets and gives: one file each, used in turn by :mod:`relaxations.search.hierarchy`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Protocol
+
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import Progress
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.proof_steps import Record
+from relaxations.search.enclosure import Reason
+from relaxations.search.interval_state import Ends
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
+
+BOXES = 500  # for each end and stage of branching with cuts
+
+
+@dataclass(frozen=True)
+class Task:
+    """The intervals that are asked for, as :func:`relaxations.search.hierarchy.intervals` documents them."""
+
+    problem: PolynomialProblem
+    targets: Sequence[int]
+    plan: Plan
+    solver: Solver
+    rounds: int
+    witnesses: bool
+    nodes: int
+    start: Array | None
+    executor: Executor | None
+    say: Progress
+    record: Record | None
+
+
+class Tightener(Protocol):
+    """A way to tighten certified ends in place; whatever interrupts it, the ends are proven."""
+
+    def __call__(self, task: Task, ends: Ends) -> Reason | None:
+        """Return why nothing more is to be done; STALLED or None lets the next tightener go on."""

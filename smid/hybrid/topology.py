@@ -1,0 +1,60 @@
+"""Topologies: what the analysis has to know about a way to join first principles and a network."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import sympy
+
+from smid.display.plugins import find_subclass, subclass_names
+from smid.models.errors import refuse_unknown
+
+__all__ = ["Topology", "topology_named"]
+
+GROUP = "smid.topologies"
+
+
+class Topology(ABC):
+    """A way to join first principles and a network whose `HybridModel.topology` is this name.
+
+    Subclasses are found by name, once they are imported or offered by an entry point of the group ``smid.topologies``.
+
+    Examples
+    --------
+    >>> from smid.hybrid.topology import topology_named
+    >>> topology_named("series").__name__
+    'Series'
+    """
+
+    name: ClassVar[str]
+
+    @staticmethod
+    @abstractmethod
+    def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
+        """Return the network's transfer function, from those of the plant and of the first principles."""
+
+    @staticmethod
+    def white_output(amplitude: float) -> float:
+        """Return the first principles' output while the network runs alone on a constant input."""
+        return amplitude
+
+
+def topology_named(name: str) -> type[Topology]:
+    """Return the topology with a name.
+
+    Raises
+    ------
+    ModelError
+        If there is none.
+    """
+    found = find_subclass(Topology, name, GROUP, _name)  # type: ignore[type-abstract]
+    if found is None:
+        known = subclass_names(Topology, GROUP, _name)  # type: ignore[type-abstract]
+        refuse_unknown("topology", [name], [item for item in known if item != name])
+    assert found is not None
+    return found
+
+
+def _name(item: type[Topology]) -> str:
+    return item.name

@@ -1,0 +1,139 @@
+"""Intervals of polynomial models: prove a finite box, find a first feasible point, bound, and examine the centre."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.polynomial import Polynomials
+from relaxations.deadline import STOPS, stopped_by
+from relaxations.points.witness import find_witness
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.proof_steps import Step
+from relaxations.search.enclosure import Enclosure, Reason
+from relaxations.search.hierarchy import intervals
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
+from smid.feasible.feasible_set import FeasibleSet
+from smid.identification.encloser import NOTHING, Enclosed, Settings, proven_infeasible
+from smid.identification.estimate import CentreStatus
+from smid.identification.finite_box import Boxed, with_finite_box
+from smid.identification.first_guess import equation_error_fit, magnitudes
+
+
+@dataclass
+class Polynomial:
+    """Encloses a set without open kinks; ``kept`` says whether to keep the steps of the proof."""
+
+    feasible: FeasibleSet
+    settings: Settings
+    kept: bool
+    plan: Plan = field(init=False)
+    boxed: Boxed = field(init=False)
+    steps: list[Step] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        problem = self.feasible.problem
+        self.plan = Plan.of(problem, self.settings.method, self.settings.order)
+        self.boxed = Boxed(self.feasible, (), problem.unbounded, problem)
+
+    def enclose(self) -> Enclosed:
+        """Return the intervals of the parameters."""
+        settings = self.settings
+        record = self.steps.append if self.kept else None
+        known: list[Array] = []
+        try:
+            # Prove a finite box, and look for a first feasible point in it. Cuts begin from a guess instead.
+            self.boxed = with_finite_box(self.feasible, settings.solver, settings.progress, record)
+            if self.boxed.unbounded:
+                return Enclosed(self.boxed, Reason.UNBOUNDED)
+            if not self.plan.cuts:
+                known = _first_witness(self.boxed.feasible, self.plan)
+        except STOPS as stop:
+            return Enclosed(self.boxed, Reason[stopped_by(stop)])
+        enclosure = intervals(
+            self.boxed.feasible.problem,
+            range(len(self.feasible.model.parameters)),
+            method=self.plan,  # made without the box: it depends on the polynomials alone
+            solver=settings.solver,
+            tolerance=settings.tolerance,
+            rounds=settings.rounds,
+            nodes=settings.nodes,
+            known=known,
+            start=_start(self.boxed.feasible)[0] if self.plan.cuts else None,
+            executor=settings.executor,
+            progress=settings.progress,
+            record=record,
+        )
+        return Enclosed(self.boxed, enclosure.reason, enclosure)
+
+    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
+        """Return the stated problem and the steps."""
+        return self.boxed.stated, self.steps, None
+
+    def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
+        """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
+        return _centre(self.boxed.feasible.problem, enclosure, self.plan, self.settings.solver)
+
+
+def _start(feasible: FeasibleSet) -> tuple[Array, float]:
+    """Return the equation-error fit as a guess of a feasible point, and its RMS error."""
+    parameters, rms = equation_error_fit(feasible)
+    return np.concatenate([parameters, np.zeros(feasible.n_variables - len(parameters))]), rms
+
+
+def _first_witness(feasible: FeasibleSet, plan: Plan) -> list[Array]:
+    """Return a verified feasible point found from the equation-error fit, if any."""
+    start, rms = _start(feasible)
+    guess = magnitudes(feasible, start[: len(feasible.model.parameters)], max(rms, 1e-9))
+    found = find_witness(feasible.problem, feasible.problem, NOTHING, plan.complicating, start, guess)
+    return [] if found is None else [found.point]
+
+
+def _centre(
+    problem: PolynomialProblem, enclosure: Enclosure, plan: Plan, solver: Solver
+) -> tuple[CentreStatus, Array | None]:
+    """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
+    centre = np.array([i.centre for i in enclosure.intervals])
+    count = len(centre)
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[:count] = upper[:count] = centre
+    fixed = problem.with_box(lower, upper)
+    start = np.concatenate([centre, np.zeros(problem.n_variables - count)])
+    others = np.setdiff1d(plan.complicating, np.arange(count))
+    if find_witness(fixed, fixed, NOTHING, others, start) is not None:
+        return CentreStatus.FEASIBLE, None
+    empty = proven_infeasible(fixed, Plan.of(fixed, plan.method if plan.lifts else "auto"), solver)
+    return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, _nearest(problem, enclosure, centre, plan)
+
+
+def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, plan: Plan) -> Array | None:
+    """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
+    if not enclosure.witnesses:
+        return None
+    count, last = len(centre), problem.n_variables
+    width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
+    # distance - |theta_k - centre_k| / width_k >= 0, the distance being one more variable
+    closeness = Polynomials.from_terms(
+        [
+            {(last,): 1.0, (k,): sign / width[k], (): -sign * centre[k] / width[k]}
+            for k in range(count)
+            for sign in (1.0, -1.0)
+        ]
+    )
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[:count] = [i.lower for i in enclosure.intervals]
+    upper[:count] = [i.upper for i in enclosure.intervals]
+    extended = replace(
+        problem,
+        names=(*problem.names, "distance"),
+        lower=np.append(lower, 0.0),
+        upper=np.append(upper, 1.0),
+    ).with_inequalities(closeness)
+    # Minimise the distance from the nearest witness.
+    begin = min(enclosure.witnesses, key=lambda w: float(np.abs((w[:count] - centre) / width).max()))
+    found = find_witness(extended, extended, extended.variable(last), plan.complicating, np.append(begin, 1.0))
+    return np.asarray(begin[:count] if found is None else found.point[:count])
