@@ -52,7 +52,7 @@ def parameter_values(model: Model, parameters: Mapping[str, ArrayLike] | None) -
 
 
 def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
-    """Return a model in derivatives the sampling time of the data.
+    """Return a model with rates with the sampling time of the data.
 
     Parameters
     ----------

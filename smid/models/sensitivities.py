@@ -129,7 +129,7 @@ class FreeRun:
         return known
 
     def finite(self, known: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Return which of the runs in lockstep, or whether the one, stay in the finite range."""
+        """Return whether each of the runs stays in the finite range."""
         lines = (line for group, _, _ in self._groups for line in group.signals)
         return np.asarray(np.logical_and.reduce([np.isfinite(known[line]).all(axis=-1) for line in lines]))
 

@@ -20,7 +20,7 @@ _BOX = (0.05, 20.0)
 
 
 def released(model: Model, *, of_time: bool) -> Iterator[Extension]:
-    """Yield a factor to each fixed parameter of the plant, those with a unit of time or the others."""
+    """Yield the model with a factor on each fixed parameter of the plant, with a unit of time or without."""
     for parameter in base_parameters(model):
         # A zero stays zero under any factor.
         if parameter.lower < parameter.upper or not parameter.lower or (parameter.unit in TIME_UNITS) != of_time:

@@ -45,7 +45,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 
 def _likely(site: Site) -> int:
-    """Return the lag at which the residual follows the input's steps most: after a late step it is wrong until then."""
+    """Return the lag of the largest correlation between the steps of the input and the residual."""
     best, lag = 0.0, 0
     for run, residual in zip(site.data.experiments, site.residual, strict=False):
         steps = np.diff(run.values[site.input])

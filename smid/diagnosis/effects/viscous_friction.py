@@ -35,7 +35,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 
 def _sizes(motion: Motion) -> tuple[float, float]:
-    """Return the least and the usual damping; a known damping may be too large, so half of one is taken off at most."""
+    """Return the least and the usual damping; a known damping may be too large, so the least is negative."""
     usual = motion.force_scale / motion.speed_scale
     return -0.5 * usual, usual
 

@@ -121,7 +121,7 @@ def past_inputs_structure(e: Sequence[Array], u: Sequence[Array], name: str, sam
 
 
 def frequency_structure(e: Array, sampling_time: float) -> Structure:
-    """Return how much of the error is one line of its spectrum, and how flat the rest is.
+    """Return the share of the error that is one line of its spectrum, and how flat the rest is.
 
     Examples
     --------

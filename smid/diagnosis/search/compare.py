@@ -1,7 +1,7 @@
-"""Return whether one fitted model is better than another, or it is chance.
+"""Tests whether one fitted model is better than another.
 
-Residuals are correlated, so no test that assumes independence can be trusted.  Held-out errors are compared by a *block
-bootstrap*: whole blocks of the paired difference of squares are drawn again, so that what is correlated stays together
+Residuals are correlated, so tests that assume independence do not hold. Held-out errors are compared by a *block
+bootstrap*: whole blocks of the paired differences of squares are drawn, so that correlated samples stay together
 (Kuensch, Annals of Statistics 17, 1989).
 """
 

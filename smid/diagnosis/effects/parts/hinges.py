@@ -25,7 +25,7 @@ _BOX = (-5.0, 5.0)
 
 
 def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]:
-    """Yield the curves that the levels in the data can tell from a straight line."""
+    """Yield the curves that the levels in the data can distinguish from a straight line."""
     levels = np.unique(site.values(channel))
     if len(levels) < 3:
         return

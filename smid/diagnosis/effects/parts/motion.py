@@ -116,7 +116,7 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
 
 
 def _largest_change(site: Site, order: int) -> float:
-    """Return the largest difference of the output per sample, over a hundredth of the record to leave out noise."""
+    """Return the largest difference of the output per sample, over a hundredth of the record against noise."""
     largest = 0.0
     for run in site.data.experiments:
         values = run.values[site.output]

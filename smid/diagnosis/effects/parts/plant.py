@@ -178,7 +178,7 @@ def _own(model: Model, line: Line) -> str | None:
 def with_increment(
     model: Model, state: StateLine, increment: sympy.Expr, parameters: Iterable[Parameter] = ()
 ) -> Model:
-    """Return a state line another increment, or rate."""
+    """Return the model with another increment, or rate, of a state line."""
     expression = increment if state.line.rate else state.level + increment
     return model.replace_line(state.line.signal, expression, parameters)
 
@@ -191,7 +191,7 @@ def base_parameters(model: Model) -> tuple[Parameter, ...]:
 
 
 def _upstream(model: Model) -> Iterator[Line]:
-    """Yield the lines that the plant's states depend on, without those that effects' states follow."""
+    """Yield the lines that the plant's states depend on, without lines that effects added."""
     by_name = {line.signal: line for line in model.lines}
     waiting = [state.line.signal for state in state_lines(model)]
     for name in waiting:

@@ -175,7 +175,7 @@ def _together(
 
 
 def _largest_beside(model: Model, parameter: Parameter) -> float:
-    """Return the largest magnitude of the parameters with the same factor: one that is near zero may grow to theirs."""
+    """Return the largest magnitude of the parameters with the same factor: it limits one that is near zero."""
     same = [q for q in base_parameters(model) if _factors(model, q) == _factors(model, parameter)]
     return max(abs(magnitude(model, q)) for q in same)
 
