@@ -58,9 +58,9 @@ def markdown(outcomes: Sequence[Outcome], seconds: float) -> str:
     parts = [
         "## Soundness: random feasible and empty sets",
         f"`python -m benchmarks.soundness sets`: {len(feasible)} sets contain known true parameters, and "
-        f"{len(empty)} sets are empty by construction. A set is empty because of an outlier that no parameters in "
-        "their boxes can explain, or because its noise bound is smaller than linear programs over sub-boxes of the "
-        "poles prove necessary. "
+        f"{len(empty)} sets are empty by construction. Either an outlier cannot be explained by any parameters "
+        "in their boxes, or the noise bound is too small. Linear programs over sub-boxes of the poles prove that it is "
+        "too small. "
         f"False statements: {len(false)}. Errors: {len(failed)}. {spent / 60:.0f} minutes of one core, "
         f"{seconds / 60:.0f} in this run.",
     ]
