@@ -311,7 +311,8 @@ def page(outcomes: Sequence[Outcome]) -> str:
         part = f" ({o.case.how})" if o.case.how else ""
         lines.append(f"**{o.case.record}**{part}; base: {o.case.base}. {d.conclusion}")
         lines += [f"- {c.sentence} ({c.confidence:.0%})" for c in d.causes]
-        left = "More than noise is left, unexplained." if d.unexplained else "What is left is explained or noise."
+        unexplained = "The remaining error is more than noise: no effect of the library explains it."
+        left = unexplained if d.unexplained else "The remaining error is no more than noise."
         lines.append(f"- {left}\n")
     return "\n".join(lines).rstrip("\n") + "\n"
 
