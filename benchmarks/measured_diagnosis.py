@@ -273,7 +273,8 @@ def run(case: Case, folder: Path) -> Outcome:
 
 HEAD = """# Diagnosis of measured records
 
-Written by `python -m benchmarks.measured_diagnosis FOLDER --output docs/measured.md`. The records are public. They are
+This page shows which effects `smid.diagnose` names on public measured records, and the RMSE before and after.
+`python -m benchmarks.measured_diagnosis FOLDER --output docs/measured.md` writes the page. The records are
 not part of the project. {}
 
 | record | known to be missing | named, in order | held-out RMSE: base | extended | s |
