@@ -8,8 +8,8 @@ from benchmarks import networks, recursive_sets, virtual_sensors
 
 HEAD = """# Benchmark of the clutch models
 
-Written by `python -m benchmarks.clutch`; each part is a module of its own there. All records are simulated. BLAS
-has one thread; of the times only ratios within one table mean something."""
+All records are simulated. BLAS uses one thread. Compare times only within one table. `python -m benchmarks.clutch`
+writes this page."""
 
 
 def main() -> None:

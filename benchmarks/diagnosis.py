@@ -44,7 +44,8 @@ def run() -> str:
         [
             "## Diagnosis, N = 1000, all effects",
             "",
-            f"Hidden: {', '.join(case.truth)} on {case.plant}; {len(EFFECTS)} effects, until nothing is left to name.",
+            f"Hidden: {', '.join(case.truth)} on {case.plant}; {len(EFFECTS)} effects; "
+            "the search ends when no further effect is significant.",
             "",
             "| search | named | s | ratio |",
             "|---|---|---|---|",

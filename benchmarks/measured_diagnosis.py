@@ -1,13 +1,14 @@
-"""Measured records: what a diagnosis names on them, and what the extended model gains.
+"""Diagnose measured records, and compare the extended models with published figures.
 
     python -m benchmarks.measured_diagnosis FOLDER [--output docs/measured.md] [--only RECORD ...]
 
-FOLDER holds the records, one folder each; they do not come with the project. Every record goes the same way: a base
-model of low order, all effects of the library, no noise bound. No fit sees the held-out part, the last 30 % of every
-run or whole runs where the record comes with such a split; the choice between effects does. Where the published
-figures are on that part, so is the test RMSE. A test run that is none of this (the arrow of the Silverbox) is
-simulated once, at the end. Runs that are held out as a whole, and that one, have their initial states, and nothing
-else, fitted to their first samples, 25 for each state (the arrow: 50).
+FOLDER holds the records, one folder each; they are not part of the project. Every record is diagnosed in the same
+way: a base model of low order, all effects of the library, no noise bound. The held-out part is the last 30 % of
+every run, or whole runs if the record is published with such a split. No fit uses the held-out part; the choice
+between effects uses it. If the published figures refer to the held-out part, the test RMSE is computed there, so
+these samples are not independent test samples. The arrow of the Silverbox is used neither to fit nor to choose; it
+is simulated once, at the end. For this run, and for whole held-out runs, only the initial states are fitted, to the
+first 25 samples for each state (arrow: 50).
 """
 
 from __future__ import annotations
@@ -272,8 +273,9 @@ def run(case: Case, folder: Path) -> Outcome:
 
 HEAD = """# Diagnosis of measured records
 
-Written by `python -m benchmarks.measured_diagnosis FOLDER --output docs/measured.md`. The records are public; they do
-not come with the project. {}
+This page shows which effects `smid.diagnose` names on public measured records, and the RMSE before and after.
+`python -m benchmarks.measured_diagnosis FOLDER --output docs/measured.md` writes the page. The records are
+not part of the project. {}
 
 | record | known to be missing | named, in order | held-out RMSE: base | extended | s |
 |---|---|---|---|---|---|
@@ -289,8 +291,8 @@ Free-run RMSE on the published test part.
 
 
 def page(outcomes: Sequence[Outcome]) -> str:
-    """Write the tables, and what was said of each record, as Markdown."""
-    about = " ".join((__doc__ or "").split("come with the project. ", 1)[-1].split())
+    """Return the tables, and the sentences of each diagnosis, as Markdown."""
+    about = " ".join((__doc__ or "").split("not part of the project. ", 1)[-1].split())
     lines = [HEAD.format(about).rstrip("\n")]
     for o in outcomes:
         d = o.diagnosis
@@ -304,13 +306,14 @@ def page(outcomes: Sequence[Outcome]) -> str:
         if o.test is not None:
             before, after = (f"{value:.3g} {o.case.unit}".rstrip() for value in o.test)
             lines.append(f"| {o.case.record} | {before} | {after} | {o.case.published or '-'} |")
-    lines.append("\n## What was said\n")
+    lines.append("\n## Sentences of the diagnosis\n\nThe percentage after a sentence is the confidence of the cause.\n")
     for o in outcomes:
         d = o.diagnosis
         part = f" ({o.case.how})" if o.case.how else ""
         lines.append(f"**{o.case.record}**{part}; base: {o.case.base}. {d.conclusion}")
         lines += [f"- {c.sentence} ({c.confidence:.0%})" for c in d.causes]
-        left = "More than noise is left, unexplained." if d.unexplained else "What is left is explained or noise."
+        unexplained = "The remaining error is more than noise: no effect of the library explains it."
+        left = unexplained if d.unexplained else "The remaining error is no more than noise."
         lines.append(f"- {left}\n")
     return "\n".join(lines).rstrip("\n") + "\n"
 

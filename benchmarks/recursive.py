@@ -149,8 +149,8 @@ def wind_up() -> str:
         theirs = float(np.abs(rival.R).max())
     mine = float(np.linalg.inv(memory.T @ memory).max())
     return (
-        f"After {CALM} samples of a constant input the largest entry of the covariance, {SPREAD**2:g} at the start, is "
-        f"{mine:.3g} with smid and {theirs:.3g} with padasip."
+        f"The largest entry of the covariance is {SPREAD**2:g} at the start. After {CALM} samples of a constant "
+        f"input it is {mine:.3g} with smid and {theirs:.3g} with padasip."
     )
 
 

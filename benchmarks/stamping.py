@@ -36,5 +36,5 @@ def run() -> str:
     return (
         f"## Building the feasible set, N = {SAMPLES}\n\n"
         f"smid {ours:.3f} s ({feasible.n_equalities} equalities); sympy once per sample {theirs:.1f} s "
-        f"(from {RIVAL_SAMPLES} samples); sympy / smid = {theirs / ours:.0f}."
+        f"(extrapolated from {RIVAL_SAMPLES} samples); sympy / smid = {theirs / ours:.0f}."
     )

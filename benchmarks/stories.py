@@ -1,4 +1,4 @@
-"""The stories of the two theses, found blind: ``python -m benchmarks.stories``.
+"""Diagnose the simulated plants of the two theses: ``python -m benchmarks.stories``.
 
 Each plant of table 2 of the hybrid thesis against its first-principles model, the arm's friction against Newton's law
 alone, and the clutch's steps against the Hammerstein model of the ramps, at one temperature and at three.  All effects
@@ -99,11 +99,12 @@ def main() -> None:
     lines = [
         "# Diagnosis of the plants of two theses",
         "",
-        "Written by `python -m benchmarks.stories`: simulated plants of the theses, all effects tried, two processes.",
+        "The records are simulated. `smid.diagnose` tests all effects, in two processes.",
+        "`python -m benchmarks.stories` writes this table.",
         "",
-        "The figures are those of one processor. Another processor's arithmetic changes the last digits; the search",
-        "for causes may take another path. A measured example: the held-out RMSE of the tanks in `measured.md` was",
-        "0.241 V on one processor and 0.185 V on another.",
+        "The figures hold for one processor. The arithmetic of another processor changes the last digits, and the",
+        "search may then choose other effects. Example: the held-out RMSE of the tanks in",
+        "[measured records](measured.md) was 0.241 V on one processor and 0.185 V on another.",
         "",
         "| story | hidden | said | held-out RMSE: base | extended | more than noise left | s |",
         "|---|---|---|---|---|---|---|",

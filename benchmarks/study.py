@@ -98,7 +98,7 @@ def kills(count: int) -> str:
     return (
         f"## A study of {len(whole.cells)} cells, killed {count} times\n\n"
         f"Cells kept after each SIGKILL: {', '.join(map(str, steps))}; after the last resume {kept}. "
-        f"Cells lost {lost}, run again {repeated}; intervals {same} those of a study in one piece."
+        f"Cells lost {lost}, repeated {repeated}; intervals {same} those of an uninterrupted study."
     )
 
 
@@ -134,7 +134,7 @@ def throughput(repeats: int) -> str:
     return (
         f"## {cells} independent cells on Dask, one thread a worker\n\n"
         f"One worker {one:.1f} s ({cells / one:.2f} cells/s), two workers {two:.1f} s ({cells / two:.2f} cells/s), "
-        f"medians of {repeats}; throughput two / one = {one / two:.2f} (1.6 asked for; load of the machine "
+        f"medians of {repeats}; throughput two / one = {one / two:.2f} (target: 1.6; load average "
         f"{os.getloadavg()[1]:.1f} on {os.cpu_count()} cores). The intervals are {'the same' if same else 'DIFFERENT'}."
     )
 

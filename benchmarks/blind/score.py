@@ -176,14 +176,14 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
     seconds = [outcome.seconds for outcome in outcomes]
     parts = [
         "# Diagnosis of blind cases",
-        "An effect is hidden in simulated data; the diagnosis sees the base model, the record and the noise bound. "
-        "Written by `python -m benchmarks.blind`, which is also the description of the cases.",
+        "Each case hides an effect in simulated data. `smid.diagnose` gets the base model, the record and the noise "
+        "bound. `python -m benchmarks.blind` generates the cases and writes this page.",
         "| | named first | false alarms | both of two named | held-out error / true model's: median | worst tenth |\n"
         "|---|---|---|---|---|---|\n"
         f"{TARGETS}\n"
         f"| reached | {_share(single)} | {_share(none, right=False)} | {_share(pair)} | {median} | {worst} |",
-        f"False alarms where the noise bound is withheld: {_share(withheld, right=False)}. "
-        f"Verdict 'ambiguous': {sum(outcome.verdict == 'ambiguous' for outcome in outcomes)} of {len(outcomes)}. "
+        f"False alarms without a noise bound: {_share(withheld, right=False)}. "
+        f"Verdict `ambiguous`: {sum(outcome.verdict == 'ambiguous' for outcome in outcomes)} of {len(outcomes)}. "
         f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
         "## By hidden effect",
         confusion(outcomes),

@@ -9,8 +9,8 @@ from benchmarks.pages import write
 NAMES = ("growth", "exercise", "order_studies", "named_problems", "analytic", "named_verdicts", "terms", "rlt")
 HEAD = """# Benchmark of the relaxations
 
-Written by `python -m benchmarks.frontier`, section by section: each says what it was measured on. Bounds are certified
-unless it says otherwise.
+Bounds are certified unless a section says otherwise. Each section names the computer it was measured on.
+`python -m benchmarks.frontier` writes the sections.
 """
 
 if __name__ == "__main__":

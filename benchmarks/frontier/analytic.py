@@ -76,9 +76,16 @@ def table(judgements: Iterable[tuple[str, str, Minimum, tuple[str, ...]]]) -> st
     rows = [*verdicts.items(), ("all", [v for found in verdicts.values() for v in found])]
     return "\n".join(
         [
-            "False: a lower end above the minimum, a value at a verified point below it, a set with a point called "
-            "empty, a verified point where a constraint fails in fractions, `tight` without a verified point within "
-            "the tolerance. An empty set is decided where it is proven empty, any other set where the result is tight.",
+            "",
+            "A result is false if one of these holds:",
+            "",
+            "- a lower end is above the minimum;",
+            "- a value at a verified point is below the minimum;",
+            "- a set with a point is called empty;",
+            "- a verified point violates a constraint, in fractions;",
+            "- the result is `tight` without a verified point within the tolerance.",
+            "",
+            "An empty set is decided if it is proven empty. Any other set is decided if the result is tight.",
             "",
             "| kind | problems | decided | no verified point | gap left | time used up | false | s |",
             "|---|---|---|---|---|---|---|---|",
@@ -93,8 +100,8 @@ def run() -> str:
     """Return the table as Markdown."""
     cases = problems()
     head = (
-        f"{len(cases)} problems of ours (`benchmarks/frontier/analytic_problems.py`), their minimum or their emptiness "
-        f"decided in fractions, by `relaxations.search.minimise` with a tolerance of {TOLERANCE:g}."
+        f"`relaxations.search.minimise` solves {len(cases)} problems from `benchmarks/frontier/analytic_problems.py` "
+        f"with a tolerance of {TOLERANCE:g}. The minimum of each problem, or its emptiness, is known in fractions."
     )
     return "\n".join(["## Problems whose minimum is known in fractions", "", head, table(map(_judged, cases))])
 

@@ -14,8 +14,8 @@ def run() -> str:
     lines = [
         "## Named problems",
         "",
-        f"`relaxations.minimise` with its defaults and at most {SECONDS:g} s a problem. Differences are over the "
-        "optimum's magnitude, or one.",
+        f"`relaxations.search.minimise` runs with its defaults, and at most {SECONDS:g} s for each problem. "
+        "Differences are divided by the magnitude of the optimum, or by one if that is larger.",
         "",
         "| problem | variables | optimum - bound | point - optimum | order | branches | s | stopped |",
         "|---|---|---|---|---|---|---|---|",
@@ -38,6 +38,6 @@ def run() -> str:
     lines += [
         "",
         f"Within {CLOSE:g}: {near} of {len(bounded)}; above the optimum by more than that: {above}. The other "
-        f"{len(names()) - len(bounded)} have variables without a finite box as they are stated.",
+        f"{len(names()) - len(bounded)} problems are stated without a finite box for some variables.",
     ]
     return "\n".join(lines)

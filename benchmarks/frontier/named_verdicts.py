@@ -31,9 +31,9 @@ def run() -> str:
     """Return the table as Markdown."""
     cases = [(name, case, in_box) for name in names() if (in_box := boxed(case := load(name))) is not None]
     head = (
-        f"{len(cases)} of the {len(names())} named problems, in a box of {REACH:g} where they have none. The others "
-        f"have no known minimiser in such a box. `minimise` with a tolerance of {TOLERANCE:g} and at most "
-        f"{SECONDS:g} s."
+        f"`relaxations.search.minimise` solves {len(cases)} of the {len(names())} named problems with a tolerance of "
+        f"{TOLERANCE:g}, in at most {SECONDS:g} s each. A variable without a box gets a box of {REACH:g}. The other "
+        "problems have no known minimiser in such a box."
     )
     return "\n".join(["## Named problems: whether a statement is false", "", head, table(_judged(cases))])
 

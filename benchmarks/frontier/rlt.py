@@ -56,8 +56,8 @@ def run() -> str:
     lines = [
         "## The lift beside its linear variant, rlt",
         "",
-        f"{ROUNDS} rounds of contraction at one order. Widths: summed over the parameters, each in that of its first "
-        f"box. Times: of the processor. A dash: not reached within {LIMIT:g} s.",
+        f"{ROUNDS} rounds of contraction at one order. Width: the sum over the parameters of the interval's width "
+        f"divided by the width of its first box. Times are processor times. A dash: not reached within {LIMIT:g} s.",
         "",
         "| model, N | order | method, solver | "
         + " | ".join([f"width, round {k}" for k in numbers] + [f"s, round {k}" for k in numbers])

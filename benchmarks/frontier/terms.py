@@ -121,9 +121,9 @@ def run() -> str:
     lines = [
         "## Sign symmetry and term sparsity",
         "",
-        f"Order {ORDER} throughout, each bound once. All are built on cliques of variables; `sparse` is split by sign "
-        "symmetry besides, `terms` and `chordal` by terms, after so many steps. The best value is that of "
-        f"{STARTS} local searches.",
+        f"All rows have order {ORDER}, and each bound is computed once. All methods use cliques of variables. `sparse` "
+        "also splits by sign symmetry; `terms` and `chordal` split by terms, with the stated number of steps. The best "
+        f"value is the best of {STARTS} local searches.",
         "",
         "| problem | method | steps | largest block | moments | CPU s | certified bound | best value |",
         "|---|---|---|---|---|---|---|---|",
@@ -143,7 +143,8 @@ def _own_orders() -> list[str]:
     name, problem, objective = chain()
     lines = [
         "",
-        f"An order for each clique, as `minimise` tries it first: {name}, cliques of at most {CHAINED}.",
+        f"One order for each clique, which `minimise` tries first. Problem: {name}, "
+        f"cliques of at most {CHAINED} variables.",
         "",
         "| order | cliques of order 3 | moments | CPU s | certified bound | best value |",
         "|---|---|---|---|---|---|",

@@ -90,8 +90,8 @@ def markdown(outcomes: Sequence[Outcome], cases: Sequence[PriorCase]) -> str:
         "## Soundness: random priors with a rational truth",
         f"`python -m benchmarks.soundness priors`: {len(outcomes)} models of one or two poles and up to three "
         f"numerator coefficients, of {min(lengths)} to {max(lengths)} samples, seeds {cases[0].seed} to "
-        f"{cases[-1].seed}. The truth is rational and meets the priors and the noise bounds, as decided in fractions; "
-        f"in {sum(case.is_at_an_end for case in cases)} of them it lies at the very end of a prior. "
+        f"{cases[-1].seed}. The true parameters are rational and meet the priors and the noise bounds, as decided in "
+        f"fractions. In {sum(case.is_at_an_end for case in cases)} models they lie exactly on the limit of a prior. "
         f"Priors stated: {', '.join(f'{option} {times}' for option, times in stated.most_common())}. "
         f"Falsely called empty: {verdicts['called empty']}. Truth excluded: {verdicts['truth outside']}. "
         f"Errors: {len(failed)}. "

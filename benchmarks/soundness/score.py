@@ -57,9 +57,10 @@ def markdown(outcomes: Sequence[Outcome], seconds: float) -> str:
     spent = sum(o.seconds for o in outcomes)
     parts = [
         "## Soundness: random feasible and empty sets",
-        f"`python -m benchmarks.soundness sets`: {len(feasible)} sets that hold a known truth and {len(empty)} that "
-        "are empty by construction (an outlier out of reach of all parameters within their boxes, or a noise bound "
-        "below what linear programs over cells of the poles prove necessary). "
+        f"`python -m benchmarks.soundness sets`: {len(feasible)} sets contain known true parameters, and "
+        f"{len(empty)} sets are empty by construction. Either an outlier cannot be explained by any parameters "
+        "in their boxes, or the noise bound is too small. Linear programs over sub-boxes of the poles prove that it is "
+        "too small. "
         f"False statements: {len(false)}. Errors: {len(failed)}. {spent / 60:.0f} minutes of one core, "
         f"{seconds / 60:.0f} in this run.",
     ]

@@ -37,8 +37,8 @@ def markdown(batches: Sequence[Batch], files: int, seed: int) -> str:
         f"`python -m benchmarks.soundness checker --seed {seed} --count {count}`: {count} changes of {files} genuine "
         f"certificate files of every kind. Failures: {len(failures)}.",
         "",
-        "A claim that is accepted fails if a point that is feasible in the changed problem refutes it; feasibility is "
-        "decided in fractions. A check fails as well if it takes more than "
+        "An accepted claim is a failure if a feasible point of the changed problem refutes it. Feasibility is decided "
+        "in fractions. A check is also a failure if it takes more than "
         f"{SECONDS:g} s or {MEGABYTES} MB, or ends in a traceback.",
         "",
         f"- Accepted files for which the oracle had a feasible point: {judged} of {judged + without + given_up} "
