@@ -55,7 +55,7 @@ class Emptiness:
         return (
             f"Proven: no parameters of the base model explain samples {self.first} to {self.last} of {self.experiment} "
             f"within {self.noise_bound:g} {self.unit}".rstrip()
-            + f"; samples {carried} carry most of the proof."
+            + f"; the most influential samples are {carried}."
         )
 
     def to_dict(self) -> dict[str, Any]:
