@@ -50,7 +50,7 @@ def test_an_unstable_frozen_model_is_stopped_and_said():
         grown[k] = 1.2 * grown[k - 1] + 1
     rest = np.concatenate([grown, np.zeros(360)])
     found = track(Arx(stable=False), ForgettingFactor(1.0), as_data(np.ones(400), rest).crop(0, 40))
-    assert "frozen model unstable, pole 1.2" in str(found)
+    assert "final model unstable, pole 1.2" in str(found)
     late = track(Arx(stable=False), NormalisedGradient(), as_data(np.ones(400), np.r_[np.ones(398), 1.0, 9.0]))
     assert late.frozen.stopped is not None
     assert np.isnan(late.free_run.rmse)
