@@ -1,4 +1,4 @@
-"""Recursive estimation: parameters, and certified sets of them, anew at each sample (clutch thesis, 3.3 and 6.2)."""
+"""Recursive estimation: parameters and certified parameter sets, updated at each sample (clutch thesis, 3.3, 6.2)."""
 
 from smid.recursive.arx import Arx
 from smid.recursive.comparison import Comparison, compare

@@ -1,10 +1,10 @@
-"""ARX models, and Hammerstein models that are linear in their parameters: what every recursive estimator estimates.
+"""ARX models, and Hammerstein models that are linear in their parameters.
 
     y[t] = -a1 y[t-1] - ... - a_na y[t-na] + sum_p sum_j b_j,p v[t-delay-j]^p + offset + e[t],   v = K u
          = phi[t]' theta + e[t]
 
-With one pole, one input term and power 1 this is the thesis's model (3.24), ``phi[t] = [-y[t-1], u[t-1]]`` (3.28).
-With several powers it is its Hammerstein model (3.1)-(3.5), where ``b = (1 + alpha) gamma``.
+One pole, one input term and power 1 give the thesis's model (3.24), ``phi[t] = [-y[t-1], u[t-1]]`` (3.28).
+Several powers give its Hammerstein model (3.1)-(3.5), where ``b = (1 + alpha) gamma``.
 
 Reference: clutch thesis, sections 3.2 and 3.3; Ljung, System Identification, 2nd ed., section 4.2.
 """
@@ -26,14 +26,13 @@ from smid.models.transfer import check_count, names
 
 __all__ = ["LARGEST", "Array", "Arx", "refusal"]
 
-
 LARGEST = 1e100
-"""Numbers beyond this are refused: their squares would overflow."""
+"""Larger numbers are refused, because their squares would overflow."""
 
 
 @dataclass(frozen=True)
 class Arx:
-    """The structure of a model: which past samples its next output depends on, linearly in the parameters.
+    """The structure of a model whose next output is linear in the parameters.
 
     Parameters
     ----------
@@ -50,12 +49,12 @@ class Arx:
     offset
         Whether a constant is estimated too, in the output's unit.
     stable
-        Whether an estimator puts poles on or outside the unit circle back inside, section 3.3.2.1.
+        Whether an estimator moves poles on or outside the unit circle back inside, section 3.3.2.1.
 
     Raises
     ------
     ModelError
-        If an order, the powers or the scale make no sense.
+        If an order, a power or the scale is out of range.
 
     Examples
     --------
@@ -87,7 +86,7 @@ class Arx:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the parameters, in the order of the regressors."""
+        """Return the names of the parameters, in the order of the regressors."""
         numerator = names("b", self.nb + 1, 0)
         if self.powers != (1,):
             numerator = tuple(f"{name}_v{power}" for power in self.powers for name in numerator)
@@ -95,28 +94,18 @@ class Arx:
 
     @property
     def max_lag(self) -> int:
-        """How many samples the model looks back: the first sample that can be predicted has this number."""
+        """Return the number of past samples used, which is also the first sample that can be predicted."""
         return max(self.na, self.delay + self.nb)
 
     @property
     def largest_input(self) -> float:
-        """Largest input whose powers stay below `LARGEST`, in the input's unit."""
+        """Return the largest input whose powers stay below `LARGEST`, in the input's unit."""
         return float(LARGEST ** (1 / max(self.powers)) / abs(self.input_scale))
 
     def row(self, outputs: Sequence[float], inputs: Sequence[float]) -> list[float]:
-        """Give the regressors of one sample.
+        """Return the regressors of one sample, in the order of `names`.
 
-        Parameters
-        ----------
-        outputs
-            ``y[t-1], ..., y[t-na]``.
-        inputs
-            ``v[t], v[t-1], ..., v[t-delay-nb]``: the scaled input, the newest first.
-
-        Returns
-        -------
-        list of float
-            In the order of `names`.
+        `outputs` are ``y[t-1], ..., y[t-na]``; `inputs` are the scaled inputs ``v[t], v[t-1], ..., v[t-delay-nb]``.
 
         Examples
         --------
@@ -130,22 +119,12 @@ class Arx:
         return terms
 
     def matrix(self, input: ArrayLike, output: ArrayLike) -> Array:
-        """Give the regressors of a whole record.
-
-        Parameters
-        ----------
-        input, output
-            Shape (N,). In the channels' units.
-
-        Returns
-        -------
-        ndarray, shape (N - max_lag, number of parameters)
-            One row for each sample from number `max_lag` on.
+        """Return the regressors of a record of shape (N,), one row for each sample from number `max_lag` on.
 
         Raises
         ------
         DataError
-            If the series differ in length, are too short or hold numbers that are not finite or too large.
+            If the series differ in length, are too short, or contain values that are not finite or too large.
 
         Examples
         --------
@@ -153,14 +132,17 @@ class Arx:
         array([[-4.,  1.],
                [-5.,  2.]])
         """
+        # Refuse data that the regressors cannot hold.
         u, y = np.asarray(input, dtype=np.float64), np.asarray(output, dtype=np.float64)
         if u.ndim != 1 or u.shape != y.shape:
             raise DataError(f"input and output have shapes {u.shape} and {y.shape}: give series of equal length")
         if not (np.abs(u) < self.largest_input).all() or not (np.abs(y) < LARGEST).all():
             raise DataError("a sample is not finite or too large: fill gaps and scale the input before")
+        # Only samples with a complete history have a row.
         start, n = self.max_lag, u.size
         if n <= start:
             raise DataError(f"{n} samples are too few: the model looks back {start}, give at least {start + 1}")
+        # One column for each parameter, in the order of the names.
         v = self.input_scale * u
         columns = [-y[start - lag : n - lag] for lag in range(1, self.na + 1)]
         lags = range(self.delay, self.delay + self.nb + 1)
@@ -177,20 +159,7 @@ class Arx:
 
 
 def refusal(number: int, u: float, y: float) -> DataError:
-    """Give the error for a sample that no recursive estimator can use.
-
-    Parameters
-    ----------
-    number
-        Of the sample.
-    u, y
-        Input and output.
-
-    Examples
-    --------
-    >>> print(refusal(3, float("nan"), 1.0))
-    sample 3: the input is nan: leave the sample out, or fill the gap before
-    """
+    """Return the error for a sample that a recursive estimator cannot use."""
     for name, value in (("input", u), ("output", y)):
         if not (isinstance(value, Real) and math.isfinite(value)):
             return DataError(f"sample {number}: the {name} is {value}: leave the sample out, or fill the gap before")

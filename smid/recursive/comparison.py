@@ -1,4 +1,4 @@
-"""Several recursive estimators side by side."""
+"""Comparison of several recursive estimators."""
 
 from __future__ import annotations
 
@@ -22,13 +22,7 @@ __all__ = ["Comparison", "compare"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Tabular):
-    """The three errors of several estimators on one or more records.
-
-    Parameters
-    ----------
-    trackings
-        At least one, all in the same unit.
-    """
+    """The three errors of several estimators on one or more records, all in the same unit."""
 
     trackings: tuple[Tracking, ...]
 
@@ -69,22 +63,19 @@ class Comparison(Tabular):
 
 
 def compare(models: Sequence[Arx], methods: Sequence[Method], data: Dataset) -> Comparison:
-    """Run every method with every model on every run of the data.
+    """Return the results of every method with every model on every run of the data.
+
+    The results are sorted by run, then by model, then by method.
 
     Parameters
     ----------
     data
         With one input and one output.
 
-    Returns
-    -------
-    Comparison
-        Record by record, in the order of the models, then of the methods.
-
     Raises
     ------
     ModelError, DataError
-        As `track` does, and where there is no model or no method.
+        As `track` does, and if there is no model or no method.
 
     Examples
     --------

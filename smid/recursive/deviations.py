@@ -17,13 +17,7 @@ Deviation = float | tuple[float, ...]
 
 
 def check_deviation(option: str, value: float | Sequence[float], *, zero: bool = False) -> Deviation:
-    """Give a standard deviation, or one for each parameter, as numbers; a `ModelError` where they are none.
-
-    Examples
-    --------
-    >>> check_deviation("spread", [1, 2])
-    (1.0, 2.0)
-    """
+    """Return one standard deviation, or one for each parameter, as floats; raise `ModelError` if they are not valid."""
     try:
         found: Deviation = tuple(map(float, value)) if isinstance(value, Sequence | np.ndarray) else float(value)
     except (TypeError, ValueError):
@@ -36,13 +30,7 @@ def check_deviation(option: str, value: float | Sequence[float], *, zero: bool =
 
 
 def deviations(option: str, value: Deviation, n: int) -> Array:
-    """Give n standard deviations, shape (n,); a `ModelError` where their number is another.
-
-    Examples
-    --------
-    >>> deviations("spread", 2.0, 3)
-    array([2., 2., 2.])
-    """
+    """Return n standard deviations, shape (n,); raise `ModelError` if a tuple has another length."""
     if not isinstance(value, float) and len(value) != n:
         raise ModelError(f"{option} has {len(value)} numbers for {n} parameters: give one for each, or one for all")
     return np.broadcast_to(np.asarray(value), n)

@@ -1,7 +1,7 @@
-"""A recursive estimator: a model's structure, a method, and what it has seen so far, one sample after the other.
+"""A recursive estimator: model structure, method and state, updated sample by sample.
 
-Two errors are kept for every sample: one step ahead, with the parameters from before the sample, and a posteriori, with
-those that the sample has already corrected.  Only the first one says something about the model.
+Each sample has two errors: one step ahead (parameters from before the sample) and a posteriori (parameters from after
+it). Only the first one measures the quality of the model.
 """
 
 from __future__ import annotations
@@ -28,27 +28,25 @@ _ROOM = 1024
 
 @dataclass(frozen=True, eq=False, repr=False)
 class History(Result):
-    """What a recursive estimator found, sample by sample.
+    """The parameters and errors of a recursive estimator, sample by sample.
 
     Parameters
     ----------
     parameters
         Shape (N, n). After each sample, in the order of `Arx.names`.
     one_step
-        Shape (N,).
-        Measured minus predicted with the parameters from before the sample (a priori), in the output's unit; NaN while
-        the model still looks back beyond the record.
+        Shape (N,). Measured minus predicted output, with the parameters from before the sample, in the output's unit.
+        NaN for the first `Arx.max_lag` samples.
     a_posteriori
         Shape (N,). The same with the parameters from after the sample.
     put_inside
-        Shape (N,). Where the stability rule put poles back.
+        Shape (N,). True where the stability rule moved poles.
 
     Examples
     --------
     >>> from smid.recursive import Arx, ForgettingFactor
     >>> estimator = RecursiveEstimator(Arx(), ForgettingFactor(1.0))
-    >>> u, y = [1.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.5, 1.2]
-    >>> for sample in zip(u, y):
+    >>> for sample in zip([1.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.5, 1.2]):
     ...     _ = estimator.update(*sample)
     >>> estimator.history.parameters.shape
     (4, 2)
@@ -69,21 +67,17 @@ class History(Result):
 
 
 class RecursiveEstimator:
-    """Estimate the parameters of a model anew at each sample.
+    """Recursive estimator of the parameters of a model, (3.24)-(3.35) of the clutch thesis.
 
     Parameters
     ----------
-    arx
-        Structure of the model.
-    method
-        How a sample corrects the parameters.
     start
         Shape (n,). Parameters before the first sample; zero by default.
 
     Raises
     ------
     ModelError
-        If the start or a setting of the method does not fit the number of parameters.
+        If `start` or a setting of the method does not fit the number of parameters.
 
     Examples
     --------
@@ -95,10 +89,6 @@ class RecursiveEstimator:
     ...     y = 0.5 * y + 2 * u
     >>> estimator.parameters.round(3)
     array([-0.5,  2. ])
-
-    References
-    ----------
-    Clutch thesis, equations (3.24)-(3.35).
     """
 
     def __init__(self, arx: Arx, method: Method, start: ArrayLike | None = None) -> None:
@@ -108,7 +98,7 @@ class RecursiveEstimator:
         if self._theta.shape != (n,) or not (np.abs(self._theta) < LARGEST).all():
             raise ModelError(f"start = {start!r} is refused: give {n} finite numbers, for {', '.join(arx.names)}")
         self._memory = method.start(n)
-        self._outputs: list[float] = []  # the newest first
+        self._outputs: list[float] = []  # newest first
         self._inputs: list[float] = []
         self._reach = arx.delay + arx.nb + 1
         self._first, self._largest_input = arx.max_lag, arx.largest_input
@@ -120,43 +110,36 @@ class RecursiveEstimator:
 
     @property
     def parameters(self) -> Array:
-        """The present parameters, shape (n,)."""
+        """Return the present parameters, shape (n,)."""
         return self._theta.copy()
 
     @property
     def history(self) -> History:
-        """What was found so far."""
+        """Return the parameters and errors of all samples so far."""
         moved = np.zeros(self._count, dtype=np.bool_)
         moved[self._put_inside] = True
         parameters = self._parameters[: self._count].copy()
         return History(parameters, np.array(self._one_step), np.array(self._a_posteriori), moved)
 
     def update(self, u: float, y: float) -> float:
-        """Take one sample.
+        """Return the error one step ahead, in the output's unit, and correct the parameters by one sample.
 
-        Parameters
-        ----------
-        u, y
-            Input and output at the same instant, in the channels' units.
-
-        Returns
-        -------
-        float
-            The error one step ahead, in the output's unit; NaN while the model looks back beyond the record.
+        The error is NaN for the first `Arx.max_lag` samples. Input and output are of the same instant.
 
         Raises
         ------
         DataError
-            If the sample is not a finite number; the estimator stays as it was.
+            If the sample is not a finite number. The estimator does not change.
         DivergenceError
             If the parameters grow without bound.
         """
         try:
-            usable = abs(u) < self._largest_input and abs(y) < LARGEST  # NaN is not
+            usable = abs(u) < self._largest_input and abs(y) < LARGEST  # False for NaN
         except TypeError:
             usable = False
         if not usable:
             raise refusal(self._count, u, y)
+        # Predict with the parameters from before the sample, then correct them.
         k, error, after = self._count, np.nan, np.nan
         inputs = [self.arx.input_scale * u, *self._inputs[: self._reach - 1]]
         if k >= self._first:
@@ -164,11 +147,12 @@ class RecursiveEstimator:
             error = y - float(phi.dot(self._theta))
             if not abs(error) < LARGEST:
                 raise DivergenceError(
-                    f"the parameters have grown without bound before sample {k}: give a smaller gain than that of "
-                    f"'{self.method}'"
+                    f"the parameters have grown without bound before sample {k}: give a smaller gain than "
+                    f"'{self.method}' has"
                 )
             self._learn(phi, error)
             after = y - float(phi.dot(self._theta))
+        # Store the sample for the next regressors, and the results for the history.
         self._inputs = inputs
         self._outputs = [y, *self._outputs[: self.arx.na - 1]] if self.arx.na else []
         if k == len(self._parameters):

@@ -1,4 +1,4 @@
-"""The figures of recursive estimation: one run, an adaptation-gain study, several estimators on several records."""
+"""Figures of recursive estimation: one run, a gain study, and a comparison of estimators."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ __all__ = ["comparison_figure", "gain_figure", "tracking_figure"]
 _KINDS = (("free run", ORANGE, "s"), ("one step ahead", BLUE, "o"), ("a posteriori", GREEN, "v"))
 _PARAMETERS = (BLUE, ORANGE, GREEN, RED, SKY)
 _FLOOR = 1e-18
-"""What an error of zero is drawn at, on a logarithmic scale."""
+"""Smaller errors are drawn at this value on the logarithmic scale."""
 
 
 def tracking_figure(tracking: Tracking) -> Figure:
     """Draw the output with the free run, the three errors on one logarithmic scale, and the parameters.
 
-    Returns
-    -------
-    Figure
-        Each parameter is divided by its largest magnitude in the second half, which the legend tells.
+    Each parameter is divided by its largest magnitude in the second half of the record, which the legend shows.
     """
     time, unit = tracking.data.time(tracking.experiment), _bracket(tracking.unit)
     with style():
         figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
+        # Top: measured output and free run.
         top, middle, below = figure.subplots(3, 1, sharex=True)
         measured = tracking.measured
         top.plot(time, measured, color=INK, linewidth=2.0, alpha=0.3, label="measured")
         top.plot(time, tracking.frozen.output, color=ORANGE, linewidth=0.9, label="free run")
-        # A run that leaves the measured range must not flatten what was measured.
+        # The axis covers the measured range, even if the free run leaves it.
         reach = 0.6 * (float(np.ptp(measured)) or 1.0)
         top.set_ylim(float(measured.min()) - reach, float(measured.max()) + reach)
         top.set_ylabel(f"{tracking.data.output}{unit}")
+        # Middle: the three errors.
         for name, colour, _ in _KINDS:
             size = np.maximum(np.abs(tracking.residuals[name].samples), _FLOOR)
             middle.plot(time, size, ".", markersize=1.4, color=colour, label=name)
         middle.set_yscale("log")
         middle.set_ylabel(f"error{unit}")
+        # Bottom: the parameters, each scaled.
         below.set_prop_cycle(color=_PARAMETERS)
         n = len(tracking.history.parameters)
         for name, values in zip(tracking.arx.names, tracking.history.parameters.T, strict=True):
             largest = float(np.abs(values[n // 2 :]).max(initial=0.0)) or 1.0
             below.plot(time[:n], values / largest, linewidth=0.9, label=f"{name} / {largest:.3g}")
-        below.set_ylim(-1.6, 1.6)  # the first samples may throw them anywhere
+        below.set_ylim(-1.6, 1.6)  # the first samples may give extreme values
         below.set_ylabel("parameters")
         below.set_xlabel("time [s]")
         for axes in (top, middle, below):
@@ -64,10 +64,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
 def gain_figure(study: GainStudy) -> Figure:
     """Draw the RMSE of the three errors over the adaptation gain, with the limit of the stability rule.
 
-    Returns
-    -------
-    Figure
-        Gains without a point diverged.
+    A gain without a point diverged.
     """
     first = study.trackings[0]
     with style():
@@ -86,12 +83,9 @@ def gain_figure(study: GainStudy) -> Figure:
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
-    """Draw the RMSE of the three errors of every method on every record, one panel per model.
+    """Draw the RMSE of the three errors of every method on every record, one panel for each model.
 
-    Returns
-    -------
-    Figure
-        Records side by side, methods within each; what has no error diverged or ran away.
+    A method without a point diverged.
     """
     trackings = comparison.trackings
     models = list(dict.fromkeys(str(t.arx) for t in trackings))
@@ -100,6 +94,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     with style():
         figure = Figure(figsize=(WIDTH, 1.0 + 2.2 * len(models)), layout="constrained")
         panels = figure.subplots(len(models), 1, sharex=True, squeeze=False)[:, 0]
+        # One panel for each model; methods side by side within a record.
         for axes, model, own in zip(panels, models, methods, strict=True):
             chosen = [t for t in trackings if str(t.arx) == model]
             places = [records.index(t.record) + _shift(own.index(str(t.method)), len(own)) for t in chosen]
@@ -112,6 +107,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
             axes.grid(True, axis="y", linewidth=0.4, color=GRID)
             for edge in range(1, len(records)):
                 axes.axvline(edge - 0.5, color=GRID, linewidth=0.6)
+        # The common legend and the order of the methods.
         panels[-1].set_xticks(range(len(records)), records, rotation=35, ha="right")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)

@@ -3,22 +3,21 @@
     K[t] = P[t-1] phi[t] / (lambda + phi[t]' P[t-1] phi[t])                                          (3.29), (3.30)
     P[t] = (P[t-1] - P[t-1] phi[t] phi[t]' P[t-1] / (lambda + phi[t]' P[t-1] phi[t])) / lambda       (3.31)
 
-In terms of the information R = P^-1 this is ``R[t] = lambda R[t-1] + phi[t] phi[t]'``, ``K[t] = R[t]^-1 phi[t]``.
-About ``1 / (1 - lambda)`` samples are remembered.
+With the information matrix R = P^-1: ``R[t] = lambda R[t-1] + phi[t] phi[t]'``, ``K[t] = R[t]^-1 phi[t]``.
+The memory is about ``1 / (1 - lambda)`` samples.
 
-Wind-up: where the data say nothing about a direction, R falls to zero there, P grows without end, and the first sample
-that does say something throws the parameters far off.  So what is forgotten is replaced by what was known at the start:
+Safeguard against wind-up: without excitation in a direction, R falls to zero there, P grows without bound, and the next
+excitation causes a large parameter error. The forgotten information is therefore replaced by the initial information:
 
     R[t] = lambda R[t-1] + (1 - lambda) R[0] + phi[t] phi[t]',   R[0] = spread^-2
 
-Hence ``R >= R[0]`` and ``P <= P[0]`` for ever, in every direction by itself: those that are excited are forgotten as
-before, which they would not be if the trace of P were bounded as a whole.  With a wide spread the new term is
-negligible while the data excite, and (3.31) is what is left.  Exactly, the parameters after sample t minimise
+Hence ``P <= P[0]`` at every sample and in every direction. Excited directions are forgotten as in (3.31), which a bound
+on the trace of P would not ensure. The parameters after sample t minimise
 
     sum_k lambda^(t-k) ((y[k] - phi[k]' theta)^2 + (1 - lambda) |theta - theta[k-1]|^2_R[0])
         + lambda^t |theta - theta[0]|^2_R[0]
 
-Safeguard: R is kept by its triangular root U, ``R = U'U``, and is positive definite by construction.
+Safeguard against rounding: the triangular root U of ``R = U'U`` is stored, so R is positive definite.
 
 Reference: clutch thesis, section 3.3.2; Ljung, System Identification, 2nd ed., section 11.2; Kulhavy and Zarrop, "On a
 general concept of forgetting", Int. J. Control 58 (1993) (stabilised forgetting); Gunnarsson, "Combining tracking and
@@ -50,10 +49,10 @@ class ForgettingFactor(Method):
     Parameters
     ----------
     factor
-        lambda: in (0, 1]; with 1 nothing is forgotten, and the result is that of batch least squares.
+        lambda, in (0, 1]. With 1 nothing is forgotten, and the result equals batch least squares.
     spread
         Standard deviation of the parameters at the start, for noise of standard deviation one; one for all or one for
-        each.  ``P[0]`` is its square, and P never exceeds it.
+        each.  ``P[0]`` is its square, and P never exceeds ``P[0]``.
 
     Raises
     ------
@@ -75,17 +74,17 @@ class ForgettingFactor(Method):
         object.__setattr__(self, "spread", check_deviation("spread", self.spread))
 
     def start(self, n: int) -> Array:
-        """Give the root of R[0], shape (n, n)."""
+        """Return the root of R[0], shape (n, n)."""
         return np.diag(1 / deviations("spread", self.spread, n))
 
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
-        """Give K[t] and the root of R[t]."""
+        """Return K[t] and the root of R[t]."""
         replaced = _replaced(self.factor, self.spread, phi.size)
         root = triangular(np.concatenate((math.sqrt(self.factor) * memory, phi[None], replaced)))
         return dpotrs(root, phi)[0], root
 
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
-        """Let the other parameters follow: they minimise the same cost with the first ones given."""
+        """Return the change of all parameters that minimises the same cost with the first ones fixed."""
         m = held.size
         slope = np.linalg.lstsq(memory[:, m:], memory[:, :m], rcond=None)[0]
         return np.concatenate([held, change[m:] - slope @ (held - change[:m])])
@@ -96,5 +95,5 @@ class ForgettingFactor(Method):
 
 @lru_cache(maxsize=64)
 def _replaced(factor: float, spread: Deviation, n: int) -> Array:
-    """Give the root of (1 - lambda) R[0]; the same at every sample."""
+    """Return the root of (1 - lambda) R[0], which is the same at every sample."""
     return math.sqrt(1 - factor) * np.diag(1 / deviations("spread", spread, n))

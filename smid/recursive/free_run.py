@@ -1,8 +1,8 @@
-"""The free run: the model with its parameters frozen feeds on its own outputs, and never sees the measured ones again.
+"""Free run: simulation of a model with constant parameters, which uses measured outputs only at the start.
 
-    w[t] = -a1 w[t-1] - ... + (what the input adds),   w[0], ..., w[max_lag - 1] as measured
+    w[t] = -a1 w[t-1] - ... + (terms of the input),   w[0], ..., w[max_lag - 1] as measured
 
-A frozen model may be unstable.  Its run is stopped where it leaves the measured range for good, and says so.
+Safeguard: the run of an unstable model is stopped when it exceeds 10^6 times the largest measured output.
 """
 
 from __future__ import annotations
@@ -23,24 +23,21 @@ from smid.recursive.poles import largest_pole
 __all__ = ["FreeRun", "free_run"]
 
 _RUNAWAY = 1e6
-"""In largest measured outputs: a run beyond that does not come back."""
+"""Multiple of the largest measured output at which a run is stopped."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeRun(Result):
-    """The simulated output of a frozen model.
+    """The simulated output of a model with constant parameters.
 
     Parameters
     ----------
-    parameters
-        Shape (n,).
     output
-        Shape (N,).
-        In the output's unit; the first `max_lag` samples are the measured ones; NaN from where it was stopped.
+        Shape (N,). In the output's unit. The first `max_lag` samples are measured; NaN from `stopped` on.
     stopped
-        The sample where the run was stopped for having run away.
+        The sample at which a diverging run was stopped.
     radius
-        Largest magnitude of a pole; the model is unstable from 1 on.
+        Largest magnitude of a pole. The model is unstable if it is 1 or more.
     """
 
     parameters: Array
@@ -50,19 +47,19 @@ class FreeRun(Result):
 
     def _content(self) -> Iterator[Part]:
         told = "stable" if self.radius < 1 else "unstable"
-        ended = "" if self.stopped is None else f"; it ran away and was stopped at sample {self.stopped}"
+        ended = "" if self.stopped is None else f"; the output diverged and was stopped at sample {self.stopped}"
         yield f"Free run over {self.output.size} samples; {told}, largest pole {self.radius:.4g}{ended}."
 
 
 def free_run(arx: Arx, parameters: ArrayLike, input: ArrayLike, output: ArrayLike) -> FreeRun:
-    """Simulate a model with frozen parameters from the first measured outputs on.
+    """Return the simulation of a model with constant parameters, from the first measured outputs on.
 
     Parameters
     ----------
     parameters
         Shape (n,). In the order of `Arx.names`.
     input, output
-        Shape (N,). Of the output only the first `max_lag` samples are used, and its range.
+        Shape (N,). Only the first `max_lag` samples of the output and its range are used.
 
     Raises
     ------
@@ -82,7 +79,7 @@ def free_run(arx: Arx, parameters: ArrayLike, input: ArrayLike, output: ArrayLik
     regressors, y = arx.matrix(input, output), np.asarray(output, dtype=np.float64)
     denominator, start = [1.0, *theta[: arx.na]], arx.max_lag
     added = regressors[:, arx.na :] @ theta[arx.na :]
-    # The filter's own overflow is silent, and caught below.
+    # The filter overflows without an error; the limit below detects the overflow.
     run = lfilter([1.0], denominator, added, zi=lfiltic([1.0], denominator, y[:start][::-1]))[0] if arx.na else added
     simulated = np.concatenate([y[:start], run])
     gone = np.flatnonzero(~(np.abs(simulated) <= _RUNAWAY * (np.abs(y).max() or 1.0)))

@@ -1,7 +1,7 @@
-"""What the adaptation gain does to the three errors: figure 3.12 of the clutch thesis, told in full.
+"""Effect of the adaptation gain on the three errors: figure 3.12 of the clutch thesis.
 
-The thesis chose gain 1 because the error was least there.  That error was the a posteriori one, which gain 1 makes zero
-for any data.  The table shows the other two errors as well, and which gains the stability rule of the method allows.
+The thesis chose gain 1 because the error was smallest there. That error is the a posteriori error, which gain 1 makes
+zero for any data. The table adds the other two errors and the stability rule of the method.
 """
 
 from __future__ import annotations
@@ -32,14 +32,9 @@ _SHARES = (0.005, 0.05, 0.15, 0.25, 0.5, 0.75, 0.95, 1.05)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GainStudy(Tabular):
-    """A gradient method at several gains on one record.
+    """Results of a gradient method at several gains on one record.
 
-    Parameters
-    ----------
-    largest_gain
-        Up to which the parameter error cannot grow, for constant parameters without noise.
-    trackings
-        One for each gain.
+    Below `largest_gain` the parameter error cannot grow, for constant parameters without noise.
     """
 
     largest_gain: float
@@ -48,7 +43,7 @@ class GainStudy(Tabular):
 
     @property
     def best(self) -> float:
-        """The gain with the least error one step ahead."""
+        """Return the gain with the smallest RMSE one step ahead."""
         errors = [tracking.one_step.rmse for tracking in self.trackings]
         return self.gains[int(np.argmin(np.where(np.isnan(errors), np.inf, errors)))]
 
@@ -57,11 +52,11 @@ class GainStudy(Tabular):
         """Return a row for each gain."""
         first = self.trackings[0]
         unit = f" [{first.unit}]" if first.unit else ""
-        header = ("gain", "stability rule", "a posteriori", "one step", "free run", "poles left alone", "remarks")
+        header = ("gain", "stability rule", "a posteriori", "one step", "free run", "poles not moved", "remarks")
         rows = tuple(
             (
                 figure(gain),
-                "kept" if gain < self.largest_gain else "broken",
+                "satisfied" if gain < self.largest_gain else "violated",
                 *(figure(residual.rmse) for residual in t.residuals.values()),
                 figure(t.largest_left_alone),
                 "; ".join(t.remarks),
@@ -76,9 +71,10 @@ class GainStudy(Tabular):
 
     def _content(self) -> Iterator[Part]:
         yield self.table
-        yield "Poles left alone: the largest a posteriori error where the stability rule moved none."
+        yield "Poles not moved: the largest a posteriori error where the stability rule moved no pole."
         held = figure(self.trackings[0].held.rmse)
-        yield f"One step ahead the error is least at gain {figure(self.best)}; holding the last output gives {held}."
+        best = figure(self.best)
+        yield f"The RMSE one step ahead is smallest at gain {best}. Holding the last output gives an RMSE of {held}."
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for gain, t in zip(self.gains, self.trackings, strict=True):
@@ -103,20 +99,16 @@ class GainStudy(Tabular):
 def gain_study(
     arx: Arx, method: Gradient, data: Dataset, gains: Sequence[float] | None = None, *, experiment: int = 0
 ) -> GainStudy:
-    """Run a gradient method with several gains over a record.
+    """Return the results of a gradient method with several gains on a record (clutch thesis, 3.3.3, figure 3.12).
 
     Parameters
     ----------
-    arx
-        Structure of the model.
     method
-        Its own gain is replaced.
+        The study replaces its gain.
     data
         With one input and one output.
     gains
-        By default shares of the largest stable one, from 0.005 to 1.05.
-    experiment
-        Which run of the data.
+        By default 0.005 to 1.05 times the largest stable gain.
 
     Raises
     ------
@@ -131,14 +123,10 @@ def gain_study(
     >>> study = gain_study(Arx(na=0, delay=0), NormalisedGradient(), data, gains=[0.5, 1.0, 2.5])
     >>> study.best, study.trackings[2].one_step.largest > 1e4
     (1.0, True)
-
-    References
-    ----------
-    Clutch thesis, section 3.3.3, figure 3.12.
     """
     regressors = arx.matrix(data.values(data.input, experiment), data.values(data.output, experiment))
     largest = method.largest_gain(regressors)
     chosen = tuple(share * largest for share in _SHARES) if gains is None else tuple(gains)
-    methods = [replace(method, gain=gain) for gain in chosen]  # refuses a wrong one before the first run
+    methods = [replace(method, gain=gain) for gain in chosen]  # refuses an invalid gain before the first run
     trackings = tuple(track(arx, changed, data, experiment=experiment) for changed in methods)
     return GainStudy(largest, chosen, trackings)

@@ -1,4 +1,4 @@
-"""What the two gradient methods share: a gain that makes sense, and poles that are held."""
+"""Shared parts of the two gradient methods: a check of the gain, and the correction with fixed poles."""
 
 from __future__ import annotations
 
@@ -20,23 +20,9 @@ def check_gain(gain: float) -> None:
 
 
 def retake(gain: Callable[[Array], Array], phi: Array, error: float, held: Array) -> Array:
-    """Take the sample again with the first parameters given: the others take what error these leave, by their own gain.
+    """Return the change of all parameters, shape (n,), when the change of the first m is given.
 
-    Parameters
-    ----------
-    gain
-        From regressors to gain.
-    phi
-        Shape (n,).
-    error
-        Before the sample.
-    held
-        Shape (m,). Change of the first m parameters.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Change of all parameters.
+    The other parameters correct the remaining error with their own gain. `held` has shape (m,), `phi` has shape (n,).
 
     Examples
     --------

@@ -1,29 +1,25 @@
-"""The Kalman filter for parameters that walk at random.
+"""Kalman filter for parameters that follow a random walk.
 
     theta[t] = theta[t-1] + w[t],   cov w = R1;      y[t] = phi[t]' theta[t] + e[t],   var e = R2
     K[t] = P[t-1] phi[t] / (R2 + phi[t]' P[t-1] phi[t])                                              (3.29), (3.32)
     P[t] = P[t-1] + R1 - P[t-1] phi[t] phi[t]' P[t-1] / (R2 + phi[t]' P[t-1] phi[t])                 (3.33)
 
-Without drift the parameters are the mean of the Bayes posterior, that is, regularised least squares.
+Without drift the parameters are the mean of the Bayes posterior (regularised least squares).
 
-The thesis scales R1 and P[0] "such that R2 is equal to zero".  With R2 = 0 the updated model meets every sample
-exactly, ``phi[t]' K[t] = 1``, whatever the data: the a posteriori error says nothing then.  Scaling makes R2 one, not
-zero, so here all three are standard deviations in the units of the parameters and of the output, and the noise is
-positive.
+The thesis scales R1 and P[0] "such that R2 is equal to zero". With R2 = 0 the updated model fits every sample exactly
+for any data (``phi[t]' K[t] = 1``), so the a posteriori error is useless. Scaling makes R2 one, not zero. Here the
+settings are standard deviations in the units of parameters and output, and the noise is positive.
 
-Wind-up: where the data say nothing about a direction, the drift makes P grow there for ever, and the first sample that
-does say something throws the parameters far off.  So the walk is drawn back to the present estimate, just as much as
-keeps it within the spread of the start: ``P <- A P A + R1`` with ``A^2 = 1 - R1 / P[0]``, which maps P[0] onto itself.
-Hence ``P <= P[0]`` for ever, in every direction by itself, and with a wide spread (3.33) is what is left.
+Safeguard against wind-up: without excitation in a direction, the drift makes P grow there without bound, and the next
+excitation causes a large parameter error. The update ``P <- A P A + R1`` with ``A^2 = 1 - R1 / P[0]`` maps P[0] to
+itself. Hence ``P <= P[0]`` at every sample and in every direction. With a wide spread the update is close to (3.33).
 
-Safeguard: P is kept by its triangular root U, ``P = U'U``, and is positive definite by construction.  One QR
-factorisation takes the sample and the drift,
+Safeguard against rounding: the triangular root U of ``P = U'U`` is stored, so P is positive definite. One QR
+factorisation includes the sample and the drift (A and D are diagonal):
 
     | r      0   |         | s   s K' A |        s^2   = R2 + phi' P phi,   r^2 = R2
     | U phi  U A |  =  Q   | 0   U+     |        K     = P phi / s^2
     | 0      D   |         | 0   0      |        U+'U+ = A (P - P phi phi' P / s^2) A + R1,   D^2 = R1
-
-since both sides have the same product with their own transpose; A and D are diagonal.
 
 Reference: clutch thesis, section 3.3.2; Ljung, System Identification, 2nd ed., section 11.2; Kailath, Sayed, Hassibi,
 Linear Estimation, 2000, chapter 12 (array form).
@@ -48,18 +44,18 @@ __all__ = ["KalmanFilter"]
 
 @dataclass(frozen=True)
 class KalmanFilter(Method):
-    """The Kalman filter for parameters that walk at random, (3.32)-(3.33).
+    """The Kalman filter for parameters that follow a random walk, (3.32)-(3.33).
 
     Parameters
     ----------
     drift
         Standard deviation of a parameter's change from sample to sample, ``R1 = drift^2``; one for all or one for each.
-        Zero where it does not change.
+        Zero for a constant parameter.
     noise
         Standard deviation of the noise, ``R2 = noise^2``, in the output's unit.
     spread
-        Standard deviation of the parameters at the start, ``P[0] = spread^2``; one for all or one for each.  P never
-        exceeds it.
+        Standard deviation of the parameters at the start, ``P[0] = spread^2``; one for all or one for each. P never
+        exceeds ``P[0]``.
 
     Raises
     ------
@@ -80,20 +76,20 @@ class KalmanFilter(Method):
         if not (self.noise > 0 and math.isfinite(self.noise)):
             raise ModelError(
                 f"noise = {self.noise} is refused: give a positive standard deviation; "
-                "without noise the updated model meets every sample, whatever it is"
+                "without noise the updated model fits every sample exactly, for any data"
             )
         object.__setattr__(self, "drift", check_deviation("drift", self.drift, zero=True))
         object.__setattr__(self, "spread", check_deviation("spread", self.spread))
 
     def start(self, n: int) -> Array:
-        """Give the root of P[0], shape (n, n)."""
+        """Return the root of P[0], shape (n, n)."""
         drift, spread = deviations("drift", self.drift, n), deviations("spread", self.spread, n)
         if not (drift < spread).all():
-            raise ModelError("a drift is not below its spread: give the spread that the parameter covers in time")
+            raise ModelError("a drift is not below its spread: give a larger spread or a smaller drift")
         return np.diag(spread)
 
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
-        """Give K[t] and the root of P[t]."""
+        """Return K[t] and the root of P[t]."""
         n = phi.size
         stacked = np.zeros((2 * n + 1, n + 1), order="F")
         stacked[0, 0] = self.noise
@@ -105,7 +101,7 @@ class KalmanFilter(Method):
         return root[0, 1:] / (root[0, 0] * drawn_back), root[1:, 1:]
 
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
-        """Let the other parameters follow by their covariance."""
+        """Return the change of all parameters with the first ones fixed, by their covariance."""
         m = held.size
         slope = np.linalg.lstsq(memory[:, :m], memory[:, m:], rcond=None)[0]
         return np.concatenate([held, change[m:] + (held - change[:m]) @ slope])
@@ -117,6 +113,6 @@ class KalmanFilter(Method):
 
 @lru_cache(maxsize=64)
 def _drift(drift: Deviation, spread: Deviation, n: int) -> tuple[Array, Array]:
-    """Give D and the diagonal of A; the same at every sample."""
+    """Return D and the diagonal of A, which are the same at every sample."""
     steps = deviations("drift", drift, n)
     return np.diag(steps), np.asarray(np.sqrt(1 - np.square(steps / deviations("spread", spread, n))))

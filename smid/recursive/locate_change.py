@@ -1,8 +1,7 @@
-"""When a certified change happened: the shortest stretch of samples that no constant parameters explain.
+"""Location of a certified change: a short interval of samples that no constant parameters explain.
 
-A set that becomes empty at sample s proves that the plant changed after the set was begun, which may be long ago.  Sets
-begun later and later, over the same samples, prove it of shorter and shorter stretches; the latest start from which the
-set still becomes empty is found by doubling and bisection.
+A set that becomes empty at sample s proves a change after the start of the set, which may be long before s. Sets with a
+later start prove it for a shorter interval. The latest such start is found by doubling and bisection.
 """
 
 from __future__ import annotations
@@ -18,20 +17,14 @@ __all__ = ["locate_change"]
 
 
 def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, output: ArrayLike) -> Change:
-    """Prove a change of a shorter stretch of samples.
+    """Return the same change, certified for a shorter interval of samples.
 
     Parameters
     ----------
     estimator
-        That found the change; its settings are used again.
+        The estimator that found the change. Its settings are used again.
     input, output
-        Shape (N,). The record that the estimator has seen, from its first sample on.
-
-    Returns
-    -------
-    Change
-        With `after` as late as was found: the first sample of the changed plant lies beyond it, and not beyond
-        `sample`.
+        Shape (N,). The record from the estimator's first sample on.
 
     Raises
     ------
@@ -64,6 +57,7 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
                 return Change(after, k)
         return None
 
+    # Double the length of the interval until the change is proven.
     best, after, step = change, change.sample, 1
     while after > change.after:
         found = proven(after)
@@ -71,7 +65,8 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
             best = found
             break
         after, step = max(after - step, change.after), 2 * step
-    low, high = best.after, min(best.after + step // 2, change.sample)  # proven from low, not from high
+    low, high = best.after, min(best.after + step // 2, change.sample)
+    # Bisect: the change is proven from `low`, but not from `high`.
     while high - low > 1:
         middle = (low + high) // 2
         found = proven(middle)

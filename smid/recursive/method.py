@@ -1,9 +1,8 @@
-"""What a recursive estimation method is: where it starts, and its gain at each sample.
+"""Interface of a recursive estimation method: its initial state, and its gain at each sample.
 
     theta[t] = theta[t-1] + K[t] e[t],   e[t] = y[t] - phi[t]' theta[t-1]                        (3.25), (3.27)
 
-Methods differ in the gain K only.  They hold settings and no data: what a method remembers from sample to sample is
-passed in and handed back.
+Methods differ only in the gain K. A method holds settings only; its state is passed in and returned.
 """
 
 from __future__ import annotations
@@ -17,19 +16,17 @@ __all__ = ["DivergenceError", "Method"]
 
 
 class DivergenceError(ModelError):
-    """The parameters of a recursive estimator grow without bound; the message names the sample and the cure.
+    """The parameters of a recursive estimator grow without bound.
 
     Examples
     --------
-    >>> raise DivergenceError("the parameters are not finite after sample 7: take a smaller gain")
-    Traceback (most recent call last):
-        ...
-    smid.recursive.method.DivergenceError: the parameters are not finite after sample 7: take a smaller gain
+    >>> issubclass(DivergenceError, ModelError)
+    True
     """
 
 
 class Method(ABC):
-    """One way to correct the parameters by a new sample.
+    """Rule that corrects the parameters by a new sample.
 
     Examples
     --------
@@ -40,35 +37,21 @@ class Method(ABC):
 
     @abstractmethod
     def start(self, n: int) -> Array:
-        """Give what is remembered before the first sample, for n parameters."""
+        """Return the state (`memory`) before the first sample, for n parameters."""
 
     @abstractmethod
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
-        """Give K[t], shape (n,), and what is remembered next, from the regressors, shape (n,)."""
+        """Return K[t], shape (n,), and the next state, from the regressors, shape (n,)."""
 
     @abstractmethod
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:
-        """Give the change of the parameters when the first ones must change by `held`, section 3.3.2.1.
+        """Return the change of the parameters, shape (n,), with fixed first ones, section 3.3.2.1.
 
-        Parameters
-        ----------
-        memory
-            After the sample.
-        phi
-            Shape (n,).
-        error
-            e[t].
-        change
-            Shape (n,). K[t] e[t], which the rule forbids.
-        held
-            Shape (m,). What the first m parameters change by instead.
-
-        Returns
-        -------
-        ndarray, shape (n,)
+        The stability rule rejects `change`, which is K[t] e[t]. It requires the change `held`, shape (m,), of the
+        first m parameters. `memory` is the state after the sample; `error` is e[t].
         """
 
     @property
     def remark(self) -> str:
-        """What this method makes of the a posteriori error whatever the data are; empty where it makes nothing."""
+        """Return how this method sets the a posteriori error for any data; empty if it does not."""
         return ""

@@ -1,19 +1,16 @@
-"""The normalised gradient, also called normalised least mean squares or projection algorithm.
+"""Normalised gradient, also called normalised least mean squares or projection algorithm.
 
     K[t] = gamma phi[t] / (|phi[t]|^2 + bias)                                                        (3.29), (3.35)
 
-What it makes of the error is known before any data: e[t] is multiplied by
-
-    1 - gamma |phi[t]|^2 / (|phi[t]|^2 + bias)
-
-and with gain 1 and the thesis's bias of 2.2e-16 this is zero in floating point, for every record.  That is where the
-thesis's 2e-14 comes from: it is rounding, and no measure of a model.
+The a posteriori error is e[t] multiplied by ``1 - gamma |phi[t]|^2 / (|phi[t]|^2 + bias)``. With gain 1 and the
+thesis's bias of 2.2e-16 this factor is zero in floating point for every record. The thesis's 2e-14 is therefore
+rounding, not a measure of a model.
 
 Stability: with constant parameters and no noise the parameter error theta~ obeys
 
     |theta~[t]|^2 - |theta~[t-1]|^2 <= -gamma (2 - gamma) e[t]^2 / (|phi[t]|^2 + bias)
 
-so it never grows for ``0 < gamma <= 2``, and falls below 2.
+so it never grows for ``0 < gamma <= 2``, and falls for gamma below 2.
 
 Reference: clutch thesis, section 3.3.2; Goodwin and Sin, Adaptive Filtering, Prediction and Control, 1984, section 3.3.
 """
@@ -33,7 +30,7 @@ from smid.recursive.method import Method
 __all__ = ["NormalisedGradient"]
 
 _VANISHED = 1e-200
-"""Regressors of a smaller squared norm say nothing; only without bias can it come to that."""
+"""Regressors with a smaller squared norm are ignored; possible only without bias."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class NormalisedGradient(Method):
     gain
         Adaptation gain gamma, positive; stable below 2.
     bias
-        Added to the squared norm, which may vanish; not negative, in the squared units of the regressors.
+        Added to the squared norm to avoid division by zero; not negative, in the squared units of the regressors.
 
     Raises
     ------
@@ -67,19 +64,19 @@ class NormalisedGradient(Method):
             raise ModelError(f"bias = {self.bias} is refused: give a number that is not negative")
 
     def largest_gain(self, regressors: Array) -> float:  # noqa: ARG002
-        """Give the gain below which the parameter error cannot grow: 2, whatever the regressors."""
+        """Return 2, the gain below which the parameter error cannot grow."""
         return 2.0
 
     def start(self, n: int) -> Array:  # noqa: ARG002
-        """Give nothing: gradients remember no more than the parameters."""
+        """Return an empty state."""
         return np.empty(0)
 
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
-        """Give the gain; zero where the regressors are."""
+        """Return the gain (zero for zero regressors) and the state."""
         return self._gain(phi), memory
 
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
-        """Take the sample again with the first parameters given."""
+        """Return the change of all parameters with the first ones fixed."""
         return retake(self._gain, phi, error, held)
 
     def _gain(self, phi: Array) -> Array:
@@ -88,12 +85,12 @@ class NormalisedGradient(Method):
 
     @property
     def remark(self) -> str:
-        """What gain 1 does."""
+        """Return how gain 1 sets the a posteriori error."""
         if self.gain != 1:
             return ""
         return (
-            "gain 1 makes the updated model meet the sample it has just seen, whatever the data, "
-            "so this is rounding and no measure of the model, like the thesis's 2e-14"
+            "with gain 1 the updated model fits the present sample exactly, for any data, "
+            "so this error is rounding, like the thesis's 2e-14, and does not measure the model"
         )
 
     def __str__(self) -> str:

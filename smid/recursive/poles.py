@@ -1,11 +1,11 @@
 """The stability rule of the clutch thesis, section 3.3.2.1, for any number of poles.
 
-The thesis puts a single pole with ``|alpha| >= 1`` back at 0.99 with its sign.  Here, where a pole lies on or outside
-the unit circle, each pole beyond the radius 0.99 is put back to it with its angle, which is the same for one pole.  To
-move only those from 1 on would be at the mercy of rounding: the computed root of a pole on the circle may lie inside.
+The thesis moves a single pole with ``|alpha| >= 1`` to 0.99 with its sign. Here, if a pole lies on or outside the unit
+circle, every pole beyond the radius 0.99 is moved to 0.99 with its angle. For one pole both rules are equal. A limit of
+1 would be sensitive to rounding: the computed root of a pole on the circle may lie inside.
 
-That all roots of ``z^n + a_1 z^(n-1) + ... + a_n`` lie inside the circle is tested by the step-down recursion: all its
-reflection coefficients are below one in magnitude.  It needs no root finding, for it runs at every sample.
+The stability test runs at every sample, so it uses the step-down recursion instead of root finding. All poles lie
+inside the circle if and only if all reflection coefficients are below one in magnitude.
 
 Reference: Jury, Theory and Application of the z-Transform Method, 1964, chapter 3; Markel, Gray, Linear Prediction of
 Speech, 1976, section 5.1.
@@ -22,16 +22,11 @@ from relaxations.algebra.arrays import Array
 __all__ = ["RADIUS", "largest_pole", "put_inside", "stable"]
 
 RADIUS = 0.99
-"""Where the thesis puts a pole that has left the unit circle."""
+"""Radius to which the thesis moves an unstable pole."""
 
 
 def stable(denominator: Sequence[float]) -> bool:
-    """Tell whether all poles lie strictly inside the unit circle.
-
-    Parameters
-    ----------
-    denominator
-        ``a_1, ..., a_n``.
+    """Return whether all poles of ``1, a_1, ..., a_n`` lie strictly inside the unit circle.
 
     Examples
     --------
@@ -43,29 +38,14 @@ def stable(denominator: Sequence[float]) -> bool:
         k = a.pop()
         if not abs(k) < 1:
             return False
-        # 1 - k^2 would be zero in floating point for a k next to one.
+        # 1 - k^2 is zero in floating point if k is very close to one.
         rest = (1 - k) * (1 + k)
         a = [(x - k * y) / rest for x, y in zip(a, reversed(a), strict=True)]
     return True
 
 
 def put_inside(denominator: Sequence[float]) -> Array:
-    """Put every pole beyond the radius 0.99 back to it, with its angle.
-
-    Parameters
-    ----------
-    denominator
-        ``a_1, ..., a_n``.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Examples
-    --------
-    >>> put_inside([-1.3]), put_inside([1.0])
-    (array([-0.99]), array([0.99]))
-    """
+    """Return the coefficients after every pole beyond the radius 0.99 is moved to it, with its angle."""
     poles = np.roots([1.0, *denominator])
     beyond = np.abs(poles) > RADIUS
     poles[beyond] *= RADIUS / np.abs(poles[beyond])
@@ -73,16 +53,5 @@ def put_inside(denominator: Sequence[float]) -> Array:
 
 
 def largest_pole(denominator: Sequence[float]) -> float:
-    """Give the largest magnitude of a pole; zero without poles.
-
-    Parameters
-    ----------
-    denominator
-        ``a_1, ..., a_n``.
-
-    Examples
-    --------
-    >>> largest_pole([-1.25])
-    1.25
-    """
+    """Return the largest magnitude of a pole of ``1, a_1, ..., a_n``; zero without poles."""
     return float(np.abs(np.roots([1.0, *denominator])).max(initial=0.0))

@@ -1,21 +1,20 @@
-"""A polytope of bounded complexity, certified ends along given directions: dual simplex, warm from cut to cut.
+"""A polytope with a limited number of rows, and certified bounds along given directions (dual simplex, warm start).
 
-The set is ``{theta : a_j' theta <= b_j}`` for at most so many rows j.  Its upper end along a direction c (each axis,
-both ways, and others that are asked for) is a linear program.  Kept is its dual solution: a basis B of n rows with
-multipliers ``lambda_B >= 0`` and ``c = A_B' lambda_B``, which alone prove ``c' theta <= lambda_B' b_B``.  A new row
-that cuts off the vertex of no end changes no end.  One that does enters the basis, and the row leaves that keeps the
-multipliers nonnegative.  Every basis on the way is dual feasible: to stop early costs width and never validity.
+The set is ``{theta : a_j' theta <= b_j}``. Its upper bound ("end") along a direction c is a linear program; directions
+are the axes, their negatives, and others on request. Stored is a dual solution: a basis B of n rows with multipliers
+``lambda_B >= 0`` and ``c = A_B' lambda_B``, which proves ``c' theta <= lambda_B' b_B``. A new row that cuts off the
+vertex of an end enters its basis; the row that keeps the multipliers nonnegative leaves. Every basis is dual feasible,
+so an early stop gives wider bounds, but valid ones.
 
-The proof does not trust the arithmetic of the simplex.  With the multipliers as floats, ``r = c - A_B' lambda_B`` and
-``|theta| <= m`` from the box before,
+Safeguards:
 
-    c' theta <= lambda_B' b_B + |r|' m,
+- Rounding: with the multipliers as floats, ``r = c - A_B' lambda_B`` and ``|theta| <= m`` from the box before,
 
-and the right-hand side is evaluated with a bound on its own rounding.  In the same way multipliers with ``A_B' mu = 0``
-and ``mu' b_B < 0`` prove that the set is empty.
+      c' theta <= lambda_B' b_B + |r|' m,
 
-Rows are never combined into new ones, so that no error adds up over time.  Where there is no room left, whole rows are
-forgotten: of those in no basis, the ones that lie farthest outside.
+  evaluated with a bound on its own rounding. Multipliers with ``A_B' mu = 0`` and ``mu' b_B < 0`` prove an empty set.
+- Rows are never combined into new rows, so errors do not add up.
+- If no place is free, the rows are dropped that are in no basis and farthest from the set.
 
 References: Milanese and Vicino, "Optimal estimation theory for dynamic systems with set membership uncertainty: an
 overview", Automatica 27 (1991); Mo and Norton, "Fast and robust algorithm to compute exact polytope parameter bounds",
@@ -35,43 +34,42 @@ from smid.models import ModelError
 
 __all__ = ["Polytope"]
 
-
 OUTSIDE = 1e-9
-"""A vertex violates a row by at least this share of the row's range over the box."""
+"""Smallest violation of a row by a vertex, relative to the row's range over the box."""
 PIVOTS = 6
-"""At most so many for each end and cut, for the sake of time; the next cut goes on."""
+"""Limit of pivots for each end and cut, to save time; the next cut continues."""
 SMALLEST_PIVOT = 1e-9
-"""Relative to the largest: a smaller one would make the basis singular."""
+"""Relative to the largest pivot. A smaller pivot would make the basis singular."""
 FEIGNED = 1e-4
-"""Times OUTSIDE, and relative to the parameters: what is less outside may be the rounding of the vertex."""
+"""Times OUTSIDE, relative to the parameters: a smaller violation may be rounding of the vertex."""
 NOTHING = 1e-200
-"""In place of a range that is zero."""
+"""Replaces a range of zero."""
 SPOILT = 1e-3
-"""An inverse that is wrong by more is given up, and its end begins again at a corner of the box."""
+"""Largest error of an inverse. Beyond it, the end starts again at a corner of the box."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polytope:
-    """An outer set of n parameters, and certified ends along each axis and along other directions.
+    """An outer set of n parameters, with certified upper bounds along each axis and other directions.
 
     Parameters
     ----------
     normals
-        Shape (m, n). Rows; the first 2n are those of the box, places that are free are zero.
+        Shape (m, n). The first 2n rows are the box; unused rows are zero.
     offsets
-        Shape (m,). Right-hand sides; infinite where a place is free.
+        Shape (m,). Right-hand sides; infinite for unused rows.
     directions
         Shape (q, n). The axes, their negatives, other directions, their negatives.
     ends
-        Shape (q,). Certified: every point of the set lies below each end along its direction.
+        Shape (q,). Certified upper bound of the set along each direction.
     bases
-        Shape (q, n). Per end the rows of its basis.
+        Shape (q, n). The rows of the basis of each end.
     inverses
         Shape (q, n, n). Of the bases.
     units
-        Shape (n,). Of each parameter: its largest magnitude in the first box.
+        Shape (n,). Largest magnitude of each parameter in the first box.
     empty
-        Whether the set is certified to be empty; then the ends say nothing.
+        Whether the set is certified to be empty; then the ends have no meaning.
 
     Examples
     --------
@@ -94,27 +92,12 @@ class Polytope:
 
     @staticmethod
     def box(lower: Array, upper: Array, capacity: int = 100) -> Polytope:
-        """Return a box as a polytope.
-
-        Parameters
-        ----------
-        lower, upper
-            Shape (n,).
-        capacity
-            Rows beside those of the box that are kept.
-
-        Raises
-        ------
-        ModelError
-            If the box is empty or not finite, or the capacity leaves no room for a cut.
-        """
+        """Return a box with room for `capacity` more rows; raise `ModelError` if the box or the capacity is invalid."""
         n = len(lower)
         if not (np.isfinite(lower).all() and np.isfinite(upper).all() and (lower <= upper).all()):
             raise ModelError(f"the box from {lower} to {upper} is empty or not finite: give finite ends, in order")
         if capacity <= 2 * n * n:
-            raise ModelError(
-                f"capacity = {capacity} leaves no room: the ends of {n} parameters rest on {2 * n * n} rows"
-            )
+            raise ModelError(f"capacity = {capacity} is too small: {n} parameters need more than {2 * n * n} rows")
         axes = np.concatenate([np.eye(n), -np.eye(n)])
         ends = np.concatenate([upper, -lower])
         normals = np.concatenate([axes, np.zeros((capacity, n))])
@@ -129,12 +112,12 @@ class Polytope:
 
     @property
     def lower(self) -> Array:
-        """Return the certified lower ends of the parameters."""
+        """Return the certified lower bounds of the parameters."""
         return -self.ends[self.n : 2 * self.n]
 
     @property
     def upper(self) -> Array:
-        """Return the certified upper ends of the parameters."""
+        """Return the certified upper bounds of the parameters."""
         return self.ends[: self.n]
 
     @property
@@ -150,23 +133,17 @@ class Polytope:
         return np.asarray((self.inverses @ self.offsets[self.bases][:, :, None])[:, :, 0])
 
     def along(self, others: Array) -> Polytope:
-        """Return the same set with certified ends along other directions, and their negatives.
-
-        Parameters
-        ----------
-        others
-            Shape (p, n).
+        """Return the set with certified bounds along others, shape (p, n), and their negatives.
 
         Raises
         ------
         ModelError
-            If the capacity leaves no room for their bases.
+            If the capacity is too small for their bases.
         """
         n, fresh = self.n, np.concatenate([others, -others])
         if (2 * n + len(fresh)) * n + 2 * n >= len(self.normals):
-            raise ModelError(
-                f"{len(others)} directions leave no room among {len(self.normals)} rows: raise the capacity"
-            )
+            raise ModelError(f"{len(others)} directions do not fit into {len(self.normals)} rows: raise the capacity")
+        # Keep the bounds along the axes; start the new directions from known bases.
         bases, inverses = self._begun(fresh)
         kept = slice(0, 2 * n)
         turned = replace(
@@ -179,7 +156,7 @@ class Polytope:
         return _optimised(turned, self.normals, self.offsets, np.arange(len(turned.ends)) >= 2 * n)
 
     def _begun(self, directions: Array) -> tuple[Index, Array]:
-        """Return for each direction the best of the present bases that are dual feasible for it, or a corner's."""
+        """Return for each direction the best present basis that is dual feasible, or a corner of the box."""
         weights = directions @ self.inverses  # (q, k, n)
         reach = np.where(weights.min(axis=2) >= 0, (weights * self.offsets[self.bases][:, None, :]).sum(axis=2), np.inf)
         best = reach.argmin(axis=0)
@@ -189,24 +166,16 @@ class Polytope:
         return bases, np.where(found[:, None, None], self.inverses[best], self.normals[corners])
 
     def cut(self, normals: Array, offsets: Array) -> Polytope:
-        """Return an outer set of what also satisfies ``normals @ theta <= offsets``.
+        """Return an outer set of the points that also satisfy ``normals @ theta <= offsets``.
 
-        Parameters
-        ----------
-        normals
-            Shape (k, n).
-        offsets
-            Shape (k,).
-
-        Returns
-        -------
-        Polytope
-            The set itself where its box already satisfies all rows, or where it is empty.
+        The result is the set itself if its box satisfies all rows, or if it is empty.
         """
+        # Only rows that cut the box can change an end.
         reach = np.maximum(normals, 0.0) @ self.upper + np.minimum(normals, 0.0) @ self.lower
         cutting = (reach > offsets).nonzero()[0]
         if self.empty or not len(cutting):
             return self
+        # Add as many rows as the capacity allows, then the others.
         room = len(self.normals) - 2 * self.n - self.bases.size
         rows, right = self._stored(normals[cutting[:room]], offsets[cutting[:room]])
         cut = _optimised(self, rows, right, np.zeros(len(self.ends), dtype=bool))
@@ -214,12 +183,12 @@ class Polytope:
         return cut.cut(normals[rest], offsets[rest]) if len(rest) and not cut.empty else cut
 
     def _ranges(self, rows: Array) -> Array:
-        """Return how far each row ranges over the box, and at least what the rounding of a vertex can feign."""
+        """Return the range of each row over the box, or the rounding of a vertex if that is larger."""
         size = np.maximum(np.abs(self.lower), np.abs(self.upper))
         return np.abs(rows) @ (self.upper - self.lower + FEIGNED * size) + NOTHING
 
     def _stored(self, normals: Array, offsets: Array) -> tuple[Array, Array]:
-        """Put rows into the places that are free or matter least."""
+        """Return all rows after new rows have replaced free rows, or the rows farthest from the set."""
         n, rows, right = self.n, self.normals.copy(), self.offsets.copy()
         away = (right - (self.vertices @ rows.T).max(axis=0)) / self._ranges(rows)
         away[: 2 * n] = -np.inf
@@ -231,19 +200,20 @@ class Polytope:
 
 
 def _box_bases(directions: Array) -> Index:
-    """Return for each direction the corner of the box that lies farthest along it."""
+    """Return for each direction the corner of the box that is farthest along it."""
     n = directions.shape[1]
     return np.where(directions >= 0, np.arange(n), np.arange(n) + n)
 
 
 def _optimised(polytope: Polytope, rows: Array, right: Array, moved: Mask) -> Polytope:
-    """Run the dual simplex for all ends at once, and certify what has moved."""
+    """Return the set after the dual simplex for all ends, with new certified bounds for the changed ones."""
     n, bases, inverses = polytope.n, polytope.bases.copy(), polytope.inverses.copy()
     width = polytope._ranges(rows)
     amount = np.abs(rows) @ polytope.units
-    # An end that rests on the box has moved with it.
+    # An end whose basis contains a row of the box changes with the box.
     moved, ends = moved | (right != polytope.offsets)[bases].any(axis=1), np.arange(len(bases))
     for _ in range(PIVOTS):
+        # Entering row: the one that the vertex violates most.
         vertices = (inverses[ends] @ right[bases[ends]][:, :, None])[:, :, 0]
         depth = (right - vertices @ rows.T) / width
         entering = depth.argmin(axis=1)
@@ -254,32 +224,36 @@ def _optimised(polytope: Polytope, rows: Array, right: Array, moved: Mask) -> Po
         inverse = inverses[ends]
         alpha = (rows[entering][:, None, :] @ inverse)[:, 0, :]
         weights = np.maximum((polytope.directions[ends][:, None, :] @ inverse)[:, 0, :], 0.0)
-        # Rows may differ in scale by many powers of ten; what they amount to over the first box does not.
+        # Row scales may differ by many powers of ten, so compare the pivots over the first box.
         share = alpha * amount[bases[ends]]
         able = share > SMALLEST_PIVOT * np.abs(share).max(axis=1, keepdims=True)
         go = able.any(axis=1)
         for k in (~go).nonzero()[0]:
-            # No multiplier gives way: the entering row contradicts the basis.
+            # No row can leave: the entering row contradicts the basis.
             chosen = np.append(bases[ends[k]], entering[k])
             if _contradict(polytope, rows[chosen], right[chosen], np.append(np.maximum(-alpha[k], 0.0), 1.0)):
                 return replace(polytope, empty=True)
         ends, entering, inverse, alpha = ends[go], entering[go], inverse[go], alpha[go]
         weights, share, able, each = weights[go], share[go], able[go], np.arange(len(ends))
+        # Leaving row: smallest ratio, and among equal ratios the largest pivot.
         ratio = np.where(able, weights / np.where(able, alpha, 1.0), np.inf)
         tied = ratio <= ratio.min(axis=1, keepdims=True) * (1 + 1e-9)
-        leaving = np.where(tied, share, 0.0).argmax(axis=1)  # the largest pivot of those that are as good
+        leaving = np.where(tied, share, 0.0).argmax(axis=1)
+        # Exchange the two rows in the inverse.
         column = inverse[each, :, leaving] / alpha[each, leaving][:, None]
         inverse = inverse - column[:, :, None] * alpha[:, None, :]
         inverse[each, :, leaving] = column
         bases[ends, leaving] = entering
-        # One Newton step keeps the rounding of the exchanges from adding up.
+        # One Newton step prevents the accumulation of rounding.
         defect = np.eye(n) - rows[bases[ends]] @ inverse
         inverses[ends] = inverse + inverse @ defect
+        # An inaccurate inverse (or NaN) is replaced by that of a corner of the box.
         size = amount[bases[ends]]
-        lost = ends[~((np.abs(defect) @ size[:, :, None])[:, :, 0] < SPOILT * size).all(axis=1)]  # also where it is NaN
+        lost = ends[~((np.abs(defect) @ size[:, :, None])[:, :, 0] < SPOILT * size).all(axis=1)]
         bases[lost] = _box_bases(polytope.directions[lost])
         inverses[lost] = rows[bases[lost]]
         moved[ends] = True
+    # Certify the changed ends; an end never grows.
     ends = moved.nonzero()[0]
     directions = polytope.directions[ends]
     weights = np.maximum(directions[:, None, :] @ inverses[ends], 0.0)
@@ -290,10 +264,10 @@ def _optimised(polytope: Polytope, rows: Array, right: Array, moved: Mask) -> Po
 
 
 def _bound(polytope: Polytope, weights: Array, rows: Array, right: Array, target: Array) -> Array:
-    """Bound ``target' theta`` from above by nonnegative weights of rows.
+    """Return an upper bound of ``target' theta`` from nonnegative weights of rows.
 
-    A sum of k products is wrong by at most k u times the sum of the absolute values. EPSILON = 2 u and some terms more
-    pay for the rounding of the bound itself, TINY for what underflows.
+    A sum of k products has an error of at most k u times the sum of the absolute values. EPSILON = 2 u and the extra
+    terms cover the rounding of the bound itself; TINY covers underflow.
     """
     slip = (rows.shape[1] + 4) * EPSILON
     size = np.maximum(np.abs(polytope.lower), np.abs(polytope.upper))
@@ -304,6 +278,6 @@ def _bound(polytope: Polytope, weights: Array, rows: Array, right: Array, target
 
 
 def _contradict(polytope: Polytope, rows: Array, right: Array, weights: Array) -> bool:
-    """Return whether nonnegative weights of rows prove that no point of the box satisfies them all."""
+    """Return whether nonnegative weights of rows prove that no point of the box satisfies all rows."""
     bound = _bound(polytope, weights[None, None, :], rows[None], right[None], np.zeros((1, polytope.n)))
     return bool(bound[0] < 0)

@@ -1,4 +1,4 @@
-"""The figure of a recursive set: intervals in time, the truth where it is known, and the certified changes."""
+"""The figure of a recursive set: intervals over time, the true parameters if known, and the certified changes."""
 
 from __future__ import annotations
 
@@ -15,24 +15,11 @@ from smid.recursive.set_history import SetHistory
 __all__ = ["set_figure"]
 
 _WIDE = 10.0
-"""Intervals that many times wider than the median one are cut off: those before the data said much."""
+"""Intervals wider than this multiple of the median width do not set the axis limits."""
 
 
 def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: float | None) -> Figure:
-    """Draw certified intervals in time.
-
-    Parameters
-    ----------
-    truth
-        Shape (n,) or (N, n).
-    sampling_time
-        In seconds.
-
-    Raises
-    ------
-    DataError
-        If the truth has another shape.
-    """
+    """Draw the certified intervals over time; raise `DataError` if the truth is not of shape (n,) or (N, n)."""
     samples, n = history.lower.shape
     known = None if truth is None else np.asarray(truth, dtype=np.float64)
     if known is not None and known.shape not in ((n,), (samples, n)):
@@ -42,6 +29,7 @@ def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: floa
     with style():
         figure = Figure(figsize=(WIDTH, 0.5 + 1.25 * n), layout="constrained")
         panels = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
+        # One panel for each parameter: interval, truth, changes.
         for k, panel in enumerate(panels):
             lower, upper = history.lower[:, k], history.upper[:, k]
             panel.fill_between(time, lower, upper, color=SKY, alpha=0.45, linewidth=0, step="post", label="certified")
@@ -56,6 +44,7 @@ def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: floa
             panel.set_ylabel(history.names[k])
             panel.grid(True, linewidth=0.4, color=GRID)
             panel.margins(x=0.01)
+        # One legend for all panels, each label once.
         panels[-1].set_xlabel("sample" if sampling_time is None else "time [s]")
         figure.align_ylabels()
         handles, labels = panels[0].get_legend_handles_labels()
@@ -65,7 +54,7 @@ def set_figure(history: SetHistory, truth: ArrayLike | None, sampling_time: floa
 
 
 def _limit(panel: Axes, lower: Array, upper: Array, truth: Array | None) -> None:
-    """Show the intervals that say something."""
+    """Limit the axis to the informative intervals."""
     finite = np.isfinite(upper - lower)
     if not finite.any():
         return

@@ -1,4 +1,4 @@
-"""What a recursive set-membership estimator found: intervals in time, and the changes of the plant that it proved."""
+"""Results of a recursive set-membership estimator: intervals over time, and certified changes of the plant."""
 
 from __future__ import annotations
 
@@ -21,16 +21,10 @@ __all__ = ["Change", "SetHistory"]
 
 @dataclass(frozen=True, repr=False)
 class Change(Result):
-    """A certified change of the plant: no constant parameters explain a stretch of samples.
+    """A certified change of the plant: no constant parameters explain the samples from `after` to `sample`.
 
-    That is proven.  That the plant changed follows where the model's structure, its first box and the noise bound hold.
-
-    Parameters
-    ----------
-    after
-        Number of the first sample of the stretch: the parameters were not the same ever since.
-    sample
-        Number of its last sample, with which the set became empty: the change had happened by then.
+    The set became empty with `sample`. The plant has changed if the model's structure, its first box and the noise
+    bound hold.
 
     Examples
     --------
@@ -47,14 +41,7 @@ class Change(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SetHistory(Tabular):
-    """Certified intervals of the parameters, sample by sample.
-
-    Parameters
-    ----------
-    names
-        Of the n parameters.
-    lower, upper
-        Shape (N, n). After each sample.
+    """Certified intervals of the parameters after each sample: `lower` and `upper` have shape (N, n).
 
     Examples
     --------
@@ -71,7 +58,7 @@ class SetHistory(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return the intervals after the last sample, rounded outwards; none before the first."""
+        """Return the intervals after the last sample, rounded outwards; no rows before the first sample."""
         ends = zip(self.names, self.lower[-1:].T, self.upper[-1:].T, strict=True)
         rows = tuple(
             (name, round_down(float(low), 6), round_up(float(high), 6), f"{high - low:.3g}")
@@ -86,25 +73,20 @@ class SetHistory(Tabular):
         yield from (f"Proven: {change}." for change in self.changes)
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        """Give a row for each sample and parameter."""
+        """Yield a row for each sample and parameter."""
         for sample, (lower, upper) in enumerate(zip(self.lower.tolist(), self.upper.tolist(), strict=True)):
             for name, low, high in zip(self.names, lower, upper, strict=True):
                 yield {"sample": sample, "parameter": name, "lower": low, "upper": high}
 
     def plot(self, truth: ArrayLike | None = None, sampling_time: float | None = None) -> Figure:
-        """Return a figure of the intervals in time.
+        """Return a figure of the intervals over time, one panel for each parameter.
 
         Parameters
         ----------
         truth
-            Shape (n,) or (N, n). The parameters that made the data, where they are known.
+            Shape (n,) or (N, n). The true parameters, if known.
         sampling_time
-            In seconds; without it the axis counts samples.
-
-        Returns
-        -------
-        Figure
-            One panel for each parameter, certified changes marked.
+            In seconds; without it the axis shows sample numbers.
 
         Raises
         ------

@@ -1,25 +1,26 @@
-"""Recursive set-membership estimation: at every sample a certified outer set of the parameters.
+"""Recursive set-membership estimation: a certified outer set of the parameters at every sample.
 
     equation error    y[t] = phi[t]' theta + e[t],               |e[t]| <= D
     output error      w[t] = the same with w for y in phi[t],    y[t] = w[t] + eta[t],   |eta[t]| <= D
 
-Every sample adds its equation to a memory.  Sums of the last equations, weighted so that they carry little noise
-(`smid.recursive.weighted_sums`; the equation alone where the noise is in the equation), cut the set by two rows each
-(`smid.recursive.polytope`).  So do the sums that end at a few older equations, in turn: their noise is bounded better
-once the set is smaller.  What is certified stays certified: the set only shrinks.
+At every sample:
 
-An empty set proves that no constant parameters within the first box explain the samples since the set was begun: the
-plant has changed (or the noise was larger than its bound, or the box too small).  The set is then begun anew, from its
-first box and the equations that follow, so that what comes next speaks of the changed plant alone.
+1. The sample's equation is stored.
+2. Weighted sums of the last equations, with low noise, give two rows each (`smid.recursive.weighted_sums`). With an
+   equation error, the equation itself gives them.
+3. Sums that end at a few older equations give rows too: their noise bound improves when the set shrinks.
+4. The rows cut the set (`smid.recursive.polytope`). The set only shrinks, so certified bounds stay valid.
 
-Rounding: the rows carry a bound on the rounding of their own coefficients, and an end is what its multipliers prove,
-with the rounding of the proof added.  Nothing that was rounded goes into the next step without such a bound.
+An empty set proves that no constant parameters in the first box explain the samples since the set was started. The
+plant has changed, or the noise exceeds its bound, or the box is too small. The set then restarts from its first box.
+
+Safeguard: rows include the rounding of their coefficients, and each certified bound includes the rounding of its proof.
 
 References: Fogel and Huang, "On the value of information in system identification: bounded noise case", Automatica 18
-(1982), and Bravo, Alamo and Camacho, "Bounded error identification of systems with time-varying parameters", IEEE
-Trans. Automatic Control 51 (2006), for recursive outer sets, there ellipsoids and zonotopes, the rivals in
-``benchmarks/recursive_sets.py``; Milanese and Vicino, "Optimal estimation theory for dynamic systems with set
-membership uncertainty: an overview", Automatica 27 (1991); clutch thesis, section 6.2.
+(1982) (ellipsoids); Bravo, Alamo and Camacho, "Bounded error identification of systems with time-varying parameters",
+IEEE Trans. Automatic Control 51 (2006) (zonotopes); both compared in ``benchmarks/recursive_sets.py``; Milanese and
+Vicino, "Optimal estimation theory for dynamic systems with set membership uncertainty: an overview", Automatica 27
+(1991); clutch thesis, section 6.2.
 """
 
 from __future__ import annotations
@@ -46,42 +47,40 @@ __all__ = ["RecursiveSet"]
 Range = tuple[float, float]
 
 SHRUNK = 0.8
-"""New weights once a width of the set is below this share of what it was for the present ones."""
+"""New weights when a width of the set falls below this share of its value at the last weights."""
 GROWN = 1.5
-"""New weights once there are that many times more equations than they are long."""
+"""New weights when the number of equations exceeds the length of the weights by this factor."""
 PATIENCE = 20
-"""Samples from one look at the axes along which the set is enclosed to the next."""
+"""Samples between two checks of the axes of the enclosure."""
 TIGHTER = 0.7
-"""They are turned where the enclosure's volume looks smaller by that factor."""
+"""The axes are turned if the estimated volume of the enclosure falls below this share."""
 OLDER = 3
-"""So many older equations are taken up again at each sample."""
+"""Number of older equations that are used again at each sample."""
 SMALLEST_MEMORY = 20
 _ROOM = 1024
 
 
 class RecursiveSet:
-    """Certify, anew at each sample, intervals that hold the parameters.
+    """Recursive estimator of certified parameter intervals.
 
     Parameters
     ----------
-    arx
-        Structure of the model.
     noise_bound
         D, in the output's unit.
     bounds
-        First box of each parameter, finite; a wide one costs little.  The whole denominator may be left out for a
-        stable plant (``arx.stable``): then the set begins with the smallest simplex of all stable ones.  With three
-        poles or more, begin with the intervals of `smid.identify` on a first stretch: the set may stay wide else.
+        First box of each parameter, finite; a wide box costs little. For a stable plant (``arx.stable``) the bounds of
+        the whole denominator may be omitted: the set then starts with the smallest simplex of all stable denominators.
+        With three or more poles, start with the intervals of `smid.identify` on a first part of the data. Otherwise
+        the set may stay wide.
     error
-        One of {"output", "equation"}.
-        Where the noise enters: at the output, after the dynamics, or into the difference equation.
+        Where the noise enters: "output" (after the dynamics) or "equation".
     memory
-        Equations that are kept; sums are half as long.  Several time constants of the plant, twice.
+        Number of stored equations. Sums are half as long, which should cover several time constants of the plant.
 
     Raises
     ------
     ModelError
-        If a bound is missing, unknown, not finite or out of order, or a setting makes no sense.
+        If a bound is missing, unknown, not finite or out of order, or a setting is out of range.
 
     Examples
     --------
@@ -95,10 +94,6 @@ class RecursiveSet:
     (True, True)
     >>> estimator.empty is None
     True
-
-    References
-    ----------
-    See `smid.recursive.set_membership`, `smid.recursive.weighted_sums` and `smid.recursive.polytope`.
     """
 
     def __init__(
@@ -118,15 +113,17 @@ class RecursiveSet:
             raise ModelError(f"memory = {memory} equations are too few: give at least {SMALLEST_MEMORY}")
         self.arx, self.noise_bound, self.error, self.memory = arx, float(noise_bound), error, int(memory)
         self.bounds = dict(bounds)
+        # The first set, and the first sums.
         self._summed = error == "output" and arx.na > 0
         self._prior, self._first = _first_set(arx, bounds), WeightedSums.single(arx.na)
         if self._summed:
             axes = np.eye(arx.na)
             self._prior = self._prior.along(_widened(axes, self._prior.n))
             self._first = WeightedSums.around(self._prior, axes, 1)
+        # The regressors have rounding errors only if the input is scaled or raised to a power.
         exact = arx.powers == (1,) and arx.input_scale == 1.0
         self._slip = 0.0 if exact else (max(arx.powers) + 3) * EPSILON
-        self._outputs: list[float] = []  # the newest first
+        self._outputs: list[float] = []  # newest first
         self._inputs: list[float] = []
         self._count = 0
         self._ends = np.empty((_ROOM, 2 * self._prior.n))
@@ -134,31 +131,31 @@ class RecursiveSet:
         self._begin(arx.max_lag)
 
     def _begin(self, sample: int) -> None:
-        """Forget all equations; the next one is that of a sample."""
+        """Restart from the first box, without equations; the next equation is that of `sample`."""
         self._set, self._since = self._prior, sample
         self._sums, self._axes = self._first, np.eye(self.arx.na)
         self._widths = self._set.widths
-        # The newest equation first, at a place that moves down; the copy back is made once in a memory's time.
+        # Newest equation first. The start moves down; equations are copied back once every `memory` samples.
         self._equations = np.zeros((2 * self.memory, 1 + self._set.n))
         self._place, self._filled, self._turn = 2 * self.memory, 0, 0
 
     def anew(self) -> RecursiveSet:
-        """Return an estimator of the same settings that has seen nothing."""
+        """Return an estimator with the same settings and no data."""
         return RecursiveSet(self.arx, self.noise_bound, self.bounds, error=self.error, memory=self.memory)
 
     @property
     def lower(self) -> Array:
-        """Certified lower ends of the parameters, shape (n,)."""
+        """Return the certified lower bounds of the parameters, shape (n,)."""
         return self._set.lower
 
     @property
     def upper(self) -> Array:
-        """Certified upper ends of the parameters, shape (n,)."""
+        """Return the certified upper bounds of the parameters, shape (n,)."""
         return self._set.upper
 
     @property
     def intervals(self) -> tuple[ParameterInterval, ...]:
-        """Certified intervals of the parameters, as those of an `smid.Estimate`, without inner ends."""
+        """Return the certified intervals of the parameters, as in an `smid.Estimate`, without inner bounds."""
         ends = zip(self.arx.names, self.lower, self.upper, self._prior.lower, self._prior.upper, strict=True)
         return tuple(
             ParameterInterval(
@@ -176,37 +173,30 @@ class RecursiveSet:
 
     @property
     def empty(self) -> int | None:
-        """Number of the sample with which a set became empty last; None where none did."""
+        """Return the last sample with which a set became empty, or None."""
         return self._changes[-1].sample if self._changes else None
 
     @property
     def history(self) -> SetHistory:
-        """What was found so far."""
+        """Return the intervals and changes of all samples so far."""
         n, ends = self._set.n, self._ends[: self._count]
         return SetHistory(self.arx.names, -ends[:, n:], ends[:, :n].copy(), tuple(self._changes))
 
     def update(self, u: float, y: float) -> Change | None:
-        """Take one sample.
+        """Return the change of the plant that this sample certifies, or None, and update the set.
 
-        Parameters
-        ----------
-        u, y
-            Input and output at the same instant, in the channels' units.
-
-        Returns
-        -------
-        Change or None
-            A change of the plant that this sample certifies.
+        Input and output are of the same instant, in the channels' units.
 
         Raises
         ------
         DataError
-            If the sample is not a finite number; the set stays as it was.
+            If the sample is not a finite number. The set does not change.
         """
         arx, change = self.arx, None
-        # NaN fails the comparison too.
+        # The comparison is false for NaN.
         if not (abs(u) < arx.largest_input and abs(y) < LARGEST):
             raise refusal(self._count, u, y)
+        # Cut the set by the new equation; restart if the set is empty.
         inputs = [arx.input_scale * u, *self._inputs[: arx.delay + arx.nb]]
         if self._count >= arx.max_lag:
             self._keep([y, *arx.row(self._outputs, inputs)])
@@ -215,6 +205,7 @@ class RecursiveSet:
                 change = Change(self._since, self._count)
                 self._changes.append(change)
                 self._begin(self._count + 1)
+        # Store the sample and the bounds.
         self._inputs, self._outputs = inputs, [y, *self._outputs][: arx.na]
         if self._count == len(self._ends):
             self._ends = np.concatenate([self._ends, np.empty_like(self._ends)])
@@ -231,7 +222,7 @@ class RecursiveSet:
         self._filled = min(self._filled + 1, self.memory)
 
     def _cut(self) -> None:
-        """Cut the set with the sums that end at the newest equation and at some older ones."""
+        """Cut the set by the sums that end at the newest equation and at some older ones."""
         if self._summed:
             self._prepare()
         length = self._sums.weights.shape[1]
@@ -245,7 +236,7 @@ class RecursiveSet:
         self._set = self._set.cut(*self._sums.rows(self._equations[places], self.noise_bound, size, self._slip))
 
     def _prepare(self) -> None:
-        """Fit the weights to the set where it has shrunk, or its axes first: one of the two at a sample."""
+        """Update the axes of the enclosure, or the weights if the set has shrunk; at most one of them at a sample."""
         length = min(self._filled, self.memory // 2)
         shrunk = bool((self._set.widths < SHRUNK * self._widths).any())
         if (self._count - self._since) % PATIENCE == 0 and self._turn_axes():
@@ -255,7 +246,7 @@ class RecursiveSet:
             self._widths = self._set.widths
 
     def _turn_axes(self) -> bool:
-        """Enclose the set along its principal axes, where that looks much tighter."""
+        """Return whether the enclosure was turned to the set's principal axes, which must be much tighter."""
         axes, spread = principal_axes(self._set, self.arx.na)
         if spread.prod() >= TIGHTER * self._set.widths[self._set.n :].prod():
             return False
@@ -276,12 +267,12 @@ def _first_set(arx: Arx, bounds: Mapping[str, Range]) -> Polytope:
         ends[name] = (-float(math.comb(arx.na, i)), float(math.comb(arx.na, i)))
     for name in arx.names:
         if name not in ends:
-            raise ModelError(f"{name!r} has no bounds: a set begins with a box, as in bounds={{{name!r}: (-10, 10)}}")
+            raise ModelError(f"{name!r} has no bounds: give a first interval, as in bounds={{{name!r}: (-10, 10)}}")
         low, high = ends[name]
         if not (np.isfinite(low) and np.isfinite(high) and low <= high):
             raise ModelError(f"the bounds of {name!r} are {low} and {high}: give finite ends, the lower one first")
     lower, upper = (np.array([ends[name][side] for name in arx.names], dtype=np.float64) for side in (0, 1))
-    # Room for the bases of all ends, and for the rows of one sample.
+    # The capacity holds the bases of all ends and the rows of one sample.
     n = len(lower)
     box = Polytope.box(lower, upper, 2 * (n + arx.na) * n + 64)
     if not stable:
@@ -293,8 +284,8 @@ def _first_set(arx: Arx, bounds: Mapping[str, Range]) -> Polytope:
 def _stable_simplex(na: int) -> Array:
     """Return rows that are nonnegative on ``[1, a1, ..., a_na]`` of every stable denominator.
 
-    The stable denominators lie in the simplex of the ``(z - 1)^k (z + 1)^(na - k)``.  The coordinates in it are, up to
-    a factor, the coefficients of ``sum_i a_i (s + 1)^(na - i) (s - 1)^i``, which are whole numbers of the a.
+    The stable denominators lie in the simplex of the ``(z - 1)^k (z + 1)^(na - k)``. Up to a factor, the
+    coordinates in it are the coefficients of ``sum_i a_i (s + 1)^(na - i) (s - 1)^i``: integer combinations of the a_i.
 
     Reference: Fam, Meditch, "A canonical parameter space for linear systems design", IEEE Trans. Automatic Control 23
     (1978).

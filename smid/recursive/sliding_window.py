@@ -1,12 +1,11 @@
-"""Exact set-membership over a sliding window: the certified intervals of `smid.identify` on the last samples.
+"""Set membership over a sliding window: the certified intervals of `smid.identify` on the last W samples.
 
-At every so many samples the parameter uncertainty intervals of the last W samples are computed through the relaxations.
-They are as tight as a batch of W samples allows (`smid.Estimate` tells their gaps), where the set of
-`smid.recursive.set_membership` is outer only, but takes well below a millisecond and remembers all the past.  The
-window costs seconds, and forgets: a plant that varies slowly is followed.
+Every `every` samples the intervals are computed through the relaxations, which takes seconds. They are as tight as
+those of a batch of W samples. The outer set of `smid.recursive.set_membership` takes less than a millisecond and uses
+all past samples. The window follows a plant that varies slowly.
 
-A window whose feasible set is certified empty proves a change within the window.  The window is then emptied: it fills
-again with samples of the changed plant alone.
+An empty feasible set proves a change within the window. The window is then cleared, so that it fills with samples of
+the changed plant only.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ __all__ = ["SlidingWindow"]
 
 
 class SlidingWindow:
-    """Certify, at every so many samples, the parameter uncertainty intervals of the last ones.
+    """Recursive estimator of the certified parameter intervals of the last samples.
 
     Parameters
     ----------
@@ -37,11 +36,11 @@ class SlidingWindow:
     noise_bound
         Of the output, in its unit.
     window
-        W: samples that count.
+        W, the number of samples.
     every
         Samples from one computation to the next.
     sampling_time
-        In seconds; a model in derivatives needs it.
+        In seconds; a continuous-time model needs it.
 
     Raises
     ------
@@ -71,7 +70,7 @@ class SlidingWindow:
         least = model.max_lag + len(model.parameters) + 1
         if window < least or every < 1:
             raise ModelError(
-                f"window = {window}, every = {every}: the model needs windows of {least} samples, every 1 or more"
+                f"window = {window}, every = {every}: the model needs windows of {least} samples and every = 1 or more"
             )
         self.model, self.noise_bound, self.window, self.every = model, float(noise_bound), int(window), int(every)
         self.sampling_time = float(sampling_time)
@@ -89,39 +88,31 @@ class SlidingWindow:
 
     @property
     def intervals(self) -> tuple[ParameterInterval, ...]:
-        """Certified intervals of the last window computed; the model's own box before the first."""
+        """Return the certified intervals of the last computed window; before it, the model's own box."""
         return self._intervals
 
     @property
     def empty(self) -> int | None:
-        """Number of the sample with which a window was certified empty last; None where none was."""
+        """Return the last sample with which a window was certified empty, or None."""
         return self._changes[-1].sample if self._changes else None
 
     @property
     def history(self) -> SetHistory:
-        """What was found so far."""
+        """Return the intervals and changes of all samples so far."""
         names = tuple(p.name for p in self.model.parameters)
         shape = (len(self._lower), len(names))
         lower, upper = (np.array(ends, dtype=np.float64).reshape(shape) for ends in (self._lower, self._upper))
         return SetHistory(names, lower, upper, tuple(self._changes))
 
     def update(self, u: float, y: float) -> Change | None:
-        """Take one sample.
+        """Return the change of the plant that this sample certifies, or None, and update the window.
 
-        Parameters
-        ----------
-        u, y
-            Input and output at the same instant, in the channels' units.
-
-        Returns
-        -------
-        Change or None
-            A change of the plant that this sample certifies.
+        Input and output are of the same instant, in the channels' units.
 
         Raises
         ------
         DataError
-            If the sample is not a finite number; the window stays as it was.
+            If the sample is not a finite number. The window does not change.
         """
         k, change = len(self._lower), None
         if not (abs(u) < LARGEST and abs(y) < LARGEST):
@@ -135,7 +126,7 @@ class SlidingWindow:
 
     def _compute(self, k: int) -> Change | None:
         u, y = np.array(self._samples).T
-        if np.ptp(u) == 0:  # says next to nothing, and is refused as data
+        if np.ptp(u) == 0:  # `Dataset` refuses a constant input, which has almost no information
             self._intervals = self._first_box()
             return None
         data = Dataset.from_arrays(

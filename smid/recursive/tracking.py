@@ -1,12 +1,12 @@
-"""A recursive estimator over a whole record, and its three errors side by side.
+"""A recursive estimator on a whole record, and its three errors.
 
-    a posteriori     y[t] - phi[t]' theta[t]        the parameters have seen this very sample
-    one step ahead   y[t] - phi[t]' theta[t-1]      they have seen all samples before it
-    free run         y[t] - w[t]                    they are frozen as they are at the end, and w is simulated
+    a posteriori     y[t] - phi[t]' theta[t]        parameters from after the sample
+    one step ahead   y[t] - phi[t]' theta[t-1]      parameters from before the sample
+    free run         y[t] - w[t]                    final parameters, with the simulated output w
 
-The first can be made zero for any data, so it says nothing.  The second must be seen beside the error of the simplest
-prediction, that the output stays as it was: at a short sampling time that one is small too.  The third tells whether
-there is a model.
+The a posteriori error can be made zero for any data, so it does not measure the model. The error one step ahead must be
+compared with the error of holding the last output, which is small too at a short sampling time. The free run shows
+whether the model describes the plant.
 """
 
 from __future__ import annotations
@@ -36,14 +36,10 @@ __all__ = ["Residual", "Tracking", "track"]
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """An error over time.
+    """An error over time: measured minus computed output.
 
-    Parameters
-    ----------
-    samples
-        Shape (N,). Measured minus computed, in the output's unit; NaN where nothing is computed.
-    rmse, largest
-        Root mean square and largest magnitude over the samples that count; NaN where one of them is missing.
+    `samples` has shape (N,), with NaN where nothing is computed. `rmse` and `largest` (magnitude) are NaN if an
+    evaluated sample is NaN.
 
     Examples
     --------
@@ -58,26 +54,20 @@ class Residual:
 
     @staticmethod
     def of(samples: Array, start: int) -> Residual:
-        """Give the residual whose samples count from number `start` on."""
+        """Return the residual, evaluated from sample number `start` on."""
         counted = np.abs(samples[start:])
         largest = float(counted.max()) if counted.size else np.nan
-        # Squares of what diverged would overflow.
+        # Scale first, because squares of diverged values would overflow.
         rmse = largest * float(np.sqrt(np.mean(np.square(counted / largest)))) if largest > 0 else largest
         return Residual(samples, rmse, largest)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tracking(Tabular):
-    """What a recursive estimator made of a record.
+    """Result of a recursive estimator on one run of the data.
 
-    Parameters
-    ----------
-    experiment
-        Which run of the data.
-    history
-        Shorter than the record where the parameters diverged.
-    frozen
-        With the last parameters, over the whole record.
+    The history is shorter than the record if the parameters diverged. `frozen` is the free run with the last
+    parameters.
     """
 
     arx: Arx
@@ -89,50 +79,50 @@ class Tracking(Tabular):
 
     @property
     def record(self) -> str:
-        """Name of the run."""
+        """Return the name of the run."""
         return self.data.experiments[self.experiment].name
 
     @property
     def unit(self) -> str:
-        """Of the output."""
+        """Return the unit of the output."""
         return self.data.channel(self.data.output).unit
 
     @property
     def measured(self) -> Array:
-        """The output, shape (N,), in its unit."""
+        """Return the output, shape (N,), in its unit."""
         return self.data.values(self.data.output, self.experiment)
 
     @property
     def diverged(self) -> int | None:
-        """The sample at which the parameters had grown without bound; None where they did not."""
+        """Return the sample at which the parameters diverged, or None."""
         n = self.history.one_step.size
         return n if n < self.measured.size else None
 
     @cached_property
     def a_posteriori(self) -> Residual:
-        """Error with the parameters that have seen the sample."""
+        """Return the error with the parameters from after the sample."""
         return self._residual(self.history.a_posteriori)
 
     @cached_property
     def one_step(self) -> Residual:
-        """Error with the parameters from before the sample."""
+        """Return the error with the parameters from before the sample."""
         return self._residual(self.history.one_step)
 
     @cached_property
     def free_run(self) -> Residual:
-        """Error of the simulation with the last parameters frozen."""
+        """Return the error of the simulation with the last parameters."""
         error = self.measured - self.frozen.output
-        error[: self.arx.max_lag] = np.nan  # where it starts it is the measured output itself
+        error[: self.arx.max_lag] = np.nan  # the run starts with measured outputs
         return self._residual(error)
 
     @cached_property
     def held(self) -> Residual:
-        """Error of the prediction that the output stays as it was."""
+        """Return the error of predicting the last measured output."""
         return self._residual(np.diff(self.measured, prepend=np.nan))
 
     @property
     def residuals(self) -> dict[str, Residual]:
-        """The three errors by name."""
+        """Return the three errors by name."""
         return {"a posteriori": self.a_posteriori, "one step ahead": self.one_step, "free run": self.free_run}
 
     def _residual(self, samples: Array) -> Residual:
@@ -142,20 +132,20 @@ class Tracking(Tabular):
 
     @property
     def _start(self) -> int:
-        # A model without memory predicts sample 0 already, but holding has nothing to hold there.
+        # At least 1: there is no last output to hold at sample 0.
         return max(self.data.n_init, self.arx.max_lag, 1)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What went wrong or was put right, in words."""
+        """Return divergence, instability and corrections as texts."""
         found = []
         moved = int(self.history.put_inside.sum())
         if moved:
-            found.append(f"poles put inside at {moved} sample{'s' if moved > 1 else ''}")
+            found.append(f"stability rule moved poles at {moved} sample{'s' if moved > 1 else ''}")
         if self.diverged is not None:
             return (f"parameters diverged at {self._instant(self.diverged)}", *found)
         if self.frozen.radius >= 1:
-            found.append(f"frozen model unstable, pole {self.frozen.radius:.4g}")
+            found.append(f"final model unstable, pole {self.frozen.radius:.4g}")
         if self.frozen.stopped is not None:
             found.append(f"free run stopped at {self._instant(self.frozen.stopped)}")
         return tuple(found)
@@ -165,25 +155,25 @@ class Tracking(Tabular):
 
     @property
     def meaning(self) -> str:
-        """Return in a sentence or two what the three errors mean."""
+        """Return the meaning of the three errors in a few sentences."""
         if self.diverged is not None:
             return f"There is no estimate: the {self.remarks[0]}. Give a smaller gain."
         unit = f" {self.unit}" if self.unit else ""
-        why = self.method.remark or "the parameters have already seen the sample"
+        why = self.method.remark or "the parameters already use the sample"
         free = (
-            f"errs by {figure(self.free_run.rmse)}{unit} RMS"
+            f"has an RMSE of {figure(self.free_run.rmse)}{unit}"
             if self.frozen.stopped is None
-            else f"grew without bound and was stopped at {self._instant(self.frozen.stopped)}"
+            else f"diverged and was stopped at {self._instant(self.frozen.stopped)}"
         )
         return (
-            f"A posteriori the error is at most {self._seen(unit)}: {why}. "
-            f"Before the sample is seen it is {figure(self.one_step.rmse)}{unit} RMS, where holding the last measured "
-            f"output gives {figure(self.held.rmse)}{unit}; with the last parameters frozen the model's own run {free}."
+            f"The a posteriori error is at most {self._seen(unit)}: {why}. "
+            f"The RMSE one step ahead is {figure(self.one_step.rmse)}{unit}. Holding the last measured output gives "
+            f"{figure(self.held.rmse)}{unit}. The free run with the last parameters {free}."
         )
 
     @property
     def largest_left_alone(self) -> float:
-        """Largest a posteriori error where the stability rule left the poles alone; NaN where parameters diverged."""
+        """Return the largest a posteriori error where the stability rule moved no pole; NaN after divergence."""
         moved = np.zeros(self.measured.size, dtype=np.bool_)
         moved[: self.history.put_inside.size] = self.history.put_inside
         return Residual.of(np.where(moved, 0.0, self.a_posteriori.samples), self._start).largest
@@ -196,7 +186,7 @@ class Tracking(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return the three errors, and that of holding the last output."""
+        """Return the three errors, and the error of holding the last output."""
         unit = f" [{self.unit}]" if self.unit else ""
         rows = tuple((row["error"], figure(row["rmse"]), figure(row["largest"])) for row in self._rows())
         head = f"{self.method} on {self.record}, {self.measured.size} samples; {self.arx}"
@@ -219,7 +209,7 @@ class Tracking(Tabular):
         return tracking_figure(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: settings, parameters at the end and the figures; missing ones are None."""
+        """Return plain data: settings, final parameters and errors; missing values are None."""
         errors = {name: getattr(self, name) for name in ("a_posteriori", "one_step", "free_run", "held")}
         return {
             "record": self.record,
@@ -233,25 +223,16 @@ class Tracking(Tabular):
 
 
 def track(arx: Arx, method: Method, data: Dataset, *, experiment: int = 0, start: ArrayLike | None = None) -> Tracking:
-    """Run a recursive estimator over a record.
+    """Return the result of a recursive estimator on a record (clutch thesis, section 3.3).
+
+    If the parameters diverge, the estimation stops and the result states it; no error is raised.
 
     Parameters
     ----------
-    arx
-        Structure of the model.
-    method
-        How a sample corrects the parameters.
     data
         With one input and one output.
-    experiment
-        Which run of the data.
     start
         Shape (n,). Parameters before the first sample; zero by default.
-
-    Returns
-    -------
-    Tracking
-        Parameters that diverge end the estimation, not the call: the result says so.
 
     Raises
     ------
@@ -269,18 +250,14 @@ def track(arx: Arx, method: Method, data: Dataset, *, experiment: int = 0, start
     >>> found = track(Arx(), NormalisedGradient(), data)
     >>> found.a_posteriori.largest < 1e-13 < 1 < found.one_step.rmse
     True
-
-    References
-    ----------
-    Clutch thesis, section 3.3.
     """
     u, y = data.values(data.input, experiment), data.values(data.output, experiment)
-    arx.matrix(u, y)  # refuses what the model cannot use before the first sample
+    arx.matrix(u, y)  # refuses invalid data before the first sample
     estimator = RecursiveEstimator(arx, method, start)
     try:
         for sample in zip(u.tolist(), y.tolist(), strict=True):
             estimator.update(*sample)
     except DivergenceError:
-        pass  # the history ends there, and `Tracking.diverged` tells
+        pass  # the history ends at this sample, see `Tracking.diverged`
     frozen = free_run(arx, estimator.parameters, u, y)
     return Tracking(arx, method, data, experiment, estimator.history, frozen)

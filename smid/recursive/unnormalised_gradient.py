@@ -1,11 +1,11 @@
-"""The unnormalised gradient, also called least mean squares.
+"""Unnormalised gradient, also called least mean squares.
 
     K[t] = gamma phi[t]                                                                              (3.29), (3.34)
 
-Stability: the error of sample t is multiplied by ``1 - gamma |phi[t]|^2``, so with constant parameters and no noise the
-parameter error never grows while ``gamma <= 2 / max |phi[t]|^2``.  The gain that suits the largest regressors is too
-small for all others, which is why the thesis found it useless "for all possible values" of the gain; and gain 1, which
-suits the normalised gradient, lies far beyond that limit on its records.
+Stability: the error of sample t is multiplied by ``1 - gamma |phi[t]|^2``. With constant parameters and no noise the
+parameter error never grows while ``gamma <= 2 / max |phi[t]|^2``. A gain for the largest regressors is too small for
+all others, so the thesis found the method useless "for all possible values" of the gain. Gain 1, which suits the
+normalised gradient, is far above this limit on the thesis's records.
 
 Reference: clutch thesis, section 3.3.2; Ljung, System Identification, 2nd ed., section 11.4.
 """
@@ -31,8 +31,7 @@ class UnnormalisedGradient(Method):
     Parameters
     ----------
     gain
-        Adaptation gain gamma, positive, in one per squared unit of the regressors; `largest_gain` tells which are
-        stable.
+        Adaptation gain gamma, positive, in one per squared unit of the regressors; stable below `largest_gain`.
 
     Raises
     ------
@@ -51,20 +50,20 @@ class UnnormalisedGradient(Method):
         check_gain(self.gain)
 
     def largest_gain(self, regressors: Array) -> float:
-        """Give the gain below which the parameter error cannot grow, from regressors of shape (N, n)."""
+        """Return the gain below which the parameter error cannot grow, from regressors of shape (N, n)."""
         largest = float(np.square(regressors).sum(axis=1).max())
         return 2 / largest if largest else math.inf
 
     def start(self, n: int) -> Array:  # noqa: ARG002
-        """Give nothing: gradients remember no more than the parameters."""
+        """Return an empty state."""
         return np.empty(0)
 
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
-        """Give the gain."""
+        """Return the gain and the state."""
         return self._gain(phi), memory
 
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
-        """Take the sample again with the first parameters given."""
+        """Return the change of all parameters with the first ones fixed."""
         return retake(self._gain, phi, error, held)
 
     def _gain(self, phi: Array) -> Array:

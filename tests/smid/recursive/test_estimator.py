@@ -161,7 +161,7 @@ def test_a_bad_sample_is_refused_and_leaves_no_trace(sample, message):
         (lambda: ForgettingFactor(spread=(1.0, np.nan)), "spread = .* is refused"),
         (lambda: ForgettingFactor(spread="wide"), "spread = 'wide' is refused"),
         (lambda: KalmanFilter(drift=-1.0), "drift = -1.0 is refused: give a number that is not negative"),
-        (lambda: KalmanFilter(drift=0.1, noise=0.0), "without noise the updated model meets every sample"),
+        (lambda: KalmanFilter(drift=0.1, noise=0.0), "without noise the updated model fits every sample"),
         (lambda: RecursiveEstimator(Arx(), KalmanFilter(5.0, spread=(9.0, 5.0))), "a drift is not below its spread"),
         (lambda: NormalisedGradient(0.0), "gain = 0.0 is not an adaptation gain: give a positive number"),
         (lambda: NormalisedGradient(bias=-1.0), "bias = -1.0 is refused"),

@@ -108,7 +108,7 @@ def test_the_gain_study_tells_which_error_chose_gain_one():
     assert study.best < 0.2
     lines = str(study).splitlines()
     assert "stability rule: gain < 2" in lines[0]
-    assert [line.split()[1] for line in lines[2:-2]] == ["kept"] * 7 + ["broken"]
+    assert [line.split()[1] for line in lines[2:-2]] == ["satisfied"] * 7 + ["violated"]
     assert len(study.plot().axes) == 1
     assert len(study.to_dict()["trackings"]) == 8
 

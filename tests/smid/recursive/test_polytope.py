@@ -156,7 +156,7 @@ def test_bad_boxes_and_too_little_room():
     for lower, upper in (([0.0], [-1.0]), ([0.0], [np.inf]), ([np.nan], [1.0])):
         with pytest.raises(ModelError, match="empty or not finite: give finite ends"):
             Polytope.box(np.array(lower), np.array(upper))
-    with pytest.raises(ModelError, match="capacity = 8 leaves no room"):
+    with pytest.raises(ModelError, match="capacity = 8 is too small"):
         unit_box(2, 8)
     with pytest.raises(ModelError, match="raise the capacity"):
         unit_box(2, 10).along(np.eye(2))
