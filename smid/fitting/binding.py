@@ -19,6 +19,13 @@ def bind(model: Model, data: Dataset) -> Model:
         If a channel name is not a valid identifier.
     ModelError
         If the model is continuous and has another sampling time than the data.
+
+    Examples
+    --------
+    >>> from smid.models import OutputError
+    >>> data = Dataset.from_arrays(input={"current": [0, 1, 1]}, output={"pressure": [0, 0, 1]}, sampling_time=1.0)
+    >>> bind(OutputError(), data).channels
+    ('current', 'pressure')
     """
     names = {c.name for c in data.channels}
     renamed: dict[str, str] = {}

@@ -6,7 +6,7 @@ respects boxes. The result is a local minimum without proof; it is a start for c
 
 Initial states are estimated together with the parameters, with these exceptions:
 
-- If many experiments need more than a few initial states, these are fixed. A measured state starts at its first sample.
+- More than 12 initial states are not estimated. A measured state then starts at its first sample.
   Other states start at the equilibrium under the first input, or at zero if there is none.
 - The memory of a stop with fixed limits starts fixed. Beyond the limits the output does not depend on the initial
   value, so a descent could not return.

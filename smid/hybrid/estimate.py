@@ -6,7 +6,7 @@ The residual is the output error one step ahead ("prediction", past outputs are 
 - Scaling: network inputs are scaled to [-1, 1]. All other numbers get units that change the output by one standard
   deviation.
 - Start: hidden weights after Nguyen and Widrow. The last layer starts at zero, which is the first-principles model
-  alone. A free-run fit starts from the result of the prediction fit, because it learns the dynamics slowly.
+  alone. A free-run fit starts from the result of the prediction fit, because it learns dynamics slowly from zero.
 - Safeguard: outside the parameters' boxes, and where the run diverges, the error is infinite, so no step goes there.
 
 Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990.
