@@ -1,4 +1,4 @@
-"""Design of experiments: which input tells the most, by Fisher's information and by certified intervals."""
+"""Experiment design: the most informative input, by Fisher information or by certified intervals."""
 
 from smid.design.d_optimal import Design, d_optimal
 from smid.design.family import InputFamily

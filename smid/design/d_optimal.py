@@ -1,7 +1,7 @@
-"""The D-optimal member of a family of inputs: the one with the largest determinant of Fisher's information.
+"""D-optimal input of a family: the input with the largest determinant of the Fisher information.
 
-Its logarithm has many local maxima over a family (frequencies and amplitudes beat against each other), so the search is
-global: SciPy's differential evolution, with a stated budget and a seed.
+The log determinant has many local maxima over a family of inputs. The search is therefore global: SciPy's
+differential evolution, with a budget of evaluations and a seed.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from smid.models import ModelError
 __all__ = ["Design", "d_optimal"]
 
 
-SINGULAR_COST = 1e3  # stands for a determinant of zero
-PEOPLE = 5  # members of the population per number to choose
+SINGULAR_COST = 1e3  # cost of a singular matrix
+PEOPLE = 5  # population size per number of the choice
 
 
 @dataclass(frozen=True, repr=False)
 class Design(Result):
-    """An input, and the information that it carries.
+    """D-optimal input and its information.
 
     Parameters
     ----------
     choice
-        Shape (count,).
+        Shape (count,). Numbers that define the input.
     input
         Shape (n,).
     evaluations
-        Inputs looked at.
+        Number of evaluated inputs.
     """
 
     family: InputFamily
@@ -48,11 +48,11 @@ class Design(Result):
 
     def _content(self) -> Iterator[Part]:
         yield self.family.told(self.choice)
-        yield f"log det {self.information.log_determinant:.2f} after {self.evaluations} inputs"
+        yield f"log determinant {self.information.log_determinant:.2f} after {self.evaluations} evaluated inputs"
         yield self.information
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: what was chosen, the input, and what it tells."""
+        """Return the choice, the input and its information as plain data."""
         return {
             "family": self.family.name,
             "choice": dict(zip(self.family.names, self.choice.tolist(), strict=True)),
@@ -66,19 +66,19 @@ class Design(Result):
 def d_optimal(
     family: InputFamily, information: Callable[[Array], FisherInformation], *, budget: int = 600, seed: int = 0
 ) -> Design:
-    """Choose the member of a family with the largest determinant of its information.
+    """Return the input of a family with the largest determinant of the information.
 
     Parameters
     ----------
     information
-        Gives the information of an input, shape (n,).
+        Function from an input, shape (n,), to its information.
     budget
-        About how many inputs to look at.
+        Approximate number of evaluated inputs.
 
     Raises
     ------
     ModelError
-        Where the budget is below one generation, or no member tells all parameters apart.
+        If the budget is below two generations, or no input makes all parameters identifiable.
 
     Examples
     --------
@@ -91,8 +91,9 @@ def d_optimal(
     """
     generation = PEOPLE * len(family.names)
     if budget < 2 * generation:
-        raise ModelError(f"a budget of {budget} is less than two generations of {generation}: give more")
+        raise ModelError(f"a budget of {budget} is less than two generations of {generation}: raise the budget")
 
+    # Minimise the negative log determinant.
     def cost(choice: Array) -> float:
         value = information(family.signal(choice)).log_determinant
         return -value if np.isfinite(value) else SINGULAR_COST
@@ -108,7 +109,7 @@ def d_optimal(
     )
     if found.fun >= SINGULAR_COST:
         raise ModelError(
-            f"no input of the family {family.name!r} tells all parameters apart: choose a richer family, or fix "
+            f"no input of the family {family.name!r} makes all parameters identifiable: use a richer family, or fix "
             "parameters"
         )
     u = family.signal(found.x)

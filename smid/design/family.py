@@ -1,4 +1,4 @@
-"""A family of inputs: finitely many numbers to choose, and a limit on the amplitude that every member keeps."""
+"""Family of inputs: a few numbers define an input, and all inputs have the same amplitude limit."""
 
 from __future__ import annotations
 
@@ -16,23 +16,21 @@ __all__ = ["InputFamily"]
 
 @dataclass(frozen=True)
 class InputFamily:
-    """Inputs that depend on a few numbers.
+    """Inputs defined by a few numbers.
 
     Parameters
     ----------
     build
-        Gives the input, shape (n,), for a choice, shape (count,).
-    names
-        What is chosen.
-    lower, upper
-        Between which values.
+        Function from a choice of the numbers, shape (count,), to the input, shape (n,).
+    names, lower, upper
+        Names and bounds of the numbers.
     amplitude
-        Largest absolute value of a member; a larger one is scaled down as a whole.
+        Largest absolute value of an input. An input with a larger value is scaled down.
 
     Raises
     ------
     ModelError
-        Where the boxes or the amplitude make no sense.
+        If the bounds or the amplitude are not valid.
 
     Examples
     --------
@@ -50,37 +48,27 @@ class InputFamily:
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.lower) == len(self.upper) or not self.names:
-            raise ModelError(f"the family {self.name!r} needs as many lower and upper ends as names, at least one")
+            raise ModelError(f"the family {self.name!r} needs as many lower and upper bounds as names, at least one")
         if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ModelError(f"the family {self.name!r} leaves no choice: every lower end must lie below its upper one")
+            raise ModelError(f"the family {self.name!r} has an empty box: give lower < upper for every number")
         if not (np.isfinite(self.amplitude) and self.amplitude > 0):
-            raise ModelError(f"amplitude = {self.amplitude} is refused: give a positive number in the input's unit")
+            raise ModelError(f"amplitude = {self.amplitude} is not valid: give a positive number in the input's unit")
 
     def signal(self, choice: ArrayLike) -> Array:
-        """Return the input of a choice, within the amplitude.
-
-        Parameters
-        ----------
-        choice
-            Shape (count,).
-
-        Returns
-        -------
-        ndarray, shape (n,)
-        """
+        """Return the input of a choice, shape (n,), scaled to the amplitude limit."""
         u = self.build(np.asarray(choice, dtype=np.float64))
         largest = float(np.abs(u).max())
         return u * (self.amplitude / largest) if largest > self.amplitude else u
 
     def told(self, choice: Array) -> str:
-        """Return a choice in words."""
+        """Return a choice as text."""
         return f"{self.name}: " + ", ".join(f"{name} = {x:.4g}" for name, x in zip(self.names, choice, strict=True))
 
     def draw(self, random: np.random.Generator) -> Array:
-        """Return a choice, uniform in the box."""
+        """Return a random choice, uniform in the box."""
         return random.uniform(self.lower, self.upper)
 
     def near(self, choice: Array, share: float, random: np.random.Generator) -> Array:
-        """Return a choice not far from another: a normal step of that share of the box, kept inside."""
+        """Return a random choice near another: a normal step, as a share of the box, clipped to the box."""
         size = np.subtract(self.upper, self.lower)
         return np.clip(choice + share * size * random.standard_normal(len(choice)), self.lower, self.upper)

@@ -1,11 +1,9 @@
-r"""Fisher's information: how well any unbiased estimator can know the parameters.
+"""Fisher information: the best precision that an unbiased estimator can reach.
 
-With independent normal noise of deviation sigma on the output and s_k the derivative of its k-th sample by the
-parameters, ``M = sum_k s_k s_k' / sigma^2``, and no unbiased estimator has a covariance below ``M^-1`` (Cramer, Rao).
-What else is unknown, the first state, costs information: with M split into parameters p and states x the parameters
-keep ``M_pp - M_px M_xx^-1 M_xp``.
-
-The determinant is taken for relative parameters, p / p_0, so that it does not depend on units.
+The output noise is independent and normal with standard deviation sigma. With s_k the derivative of sample k with
+respect to the parameters, ``M = sum_k s_k s_k' / sigma^2``. No unbiased estimator has a covariance below ``M^-1``
+(Cramer-Rao bound). Unknown initial states x reduce the information on the parameters p to
+``M_pp - M_px M_xx^-1 M_xp``. The determinant is taken for relative parameters, p / p_0, so it does not depend on units.
 
 References: hybrid thesis, section 7.4; Goodwin and Payne, "Dynamic System Identification: Experiment Design and Data
 Analysis" (1977), chapter 6.
@@ -30,19 +28,17 @@ from smid.models.sensitivities import compile_free_run
 __all__ = ["FisherInformation", "fisher_information", "model_information"]
 
 
-SINGULAR = 1e-12  # of the largest eigenvalue: below it a direction counts as not excited
+SINGULAR = 1e-12  # share of the largest eigenvalue below which a direction is not excited
 
 
 @dataclass(frozen=True, repr=False)
 class FisherInformation(Tabular):
-    """The information of an experiment.
+    """Fisher information of an experiment.
 
     Parameters
     ----------
-    names
-        The parameters.
     values
-        Shape (n,). Where it was evaluated.
+        Shape (n,). Parameter values at which it was evaluated.
     matrix
         Shape (n, n). In the reciprocal units of both parameters.
     """
@@ -58,7 +54,7 @@ class FisherInformation(Tabular):
 
     @property
     def log_determinant(self) -> float:
-        """Return the logarithm of the determinant for relative parameters; minus infinity where it is singular."""
+        """Return the log determinant for relative parameters; minus infinity if singular."""
         eigenvalues = np.linalg.eigvalsh(self.relative)
         if eigenvalues[0] <= SINGULAR * eigenvalues[-1]:
             return -np.inf
@@ -66,21 +62,21 @@ class FisherInformation(Tabular):
 
     @property
     def relative_deviations(self) -> Array:
-        """Return the least standard deviations as shares of the values; infinite where not all can be told apart."""
+        """Return the smallest relative standard deviations; infinite if the matrix is singular."""
         if not np.isfinite(self.log_determinant):
             return np.full(len(self.names), np.inf)
         return np.sqrt(np.diag(np.linalg.inv(self.relative)))
 
     @property
     def table(self) -> Table:
-        """Return the least deviation of each parameter."""
+        """Return a table of the smallest standard deviation of each parameter."""
         rows = tuple(
             (row["parameter"], f"{row['value']:.5g}", f"{100 * row['relative_deviation']:.2g}%") for row in self._rows()
         )
-        return Table("Least deviations (Cramer-Rao)", ("parameter", "value", "deviation"), rows, "lrr")
+        return Table("Smallest standard deviations (Cramer-Rao)", ("parameter", "value", "deviation"), rows, "lrr")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: the rows of the table, and the matrix."""
+        """Return the rows of the table and the matrix as plain data."""
         return {"parameters": plain(tuple(self._rows())), "matrix": plain(self.matrix)}
 
     def _content(self) -> Iterator[Part]:
@@ -102,23 +98,23 @@ def fisher_information(
     *,
     nuisance: ArrayLike | None = None,
 ) -> FisherInformation:
-    """Return the information that an output carries.
+    """Return the Fisher information of a measured output.
 
     Parameters
     ----------
     slopes
-        Shape (n_samples, n). Derivatives of the output by the parameters.
+        Shape (n_samples, n). Derivatives of the output with respect to the parameters.
     values
-        Shape (n,). Where the slopes were taken; none zero.
+        Shape (n,). Parameter values of these derivatives; none zero.
     deviation
-        Standard deviation of the noise, in the output's unit (noise uniform within D has D / sqrt(3)).
+        Standard deviation of the noise, in the output's unit (D / sqrt(3) for uniform noise within +-D).
     nuisance
-        Shape (n_samples, m). Derivatives by what else is unknown.
+        Shape (n_samples, m). Derivatives with respect to other unknowns.
 
     Raises
     ------
     ModelError
-        Where shapes disagree, there are fewer samples than unknowns, or a value or the deviation is not usable.
+        If shapes do not match, there are fewer samples than unknowns, or a value or the deviation is not valid.
 
     Examples
     --------
@@ -135,13 +131,13 @@ def fisher_information(
         raise ModelError(f"slopes of shape {s.shape} do not fit {len(names)} parameters: give one column for each")
     if len(s) < s.shape[1] + extra.shape[1]:
         raise ModelError(
-            f"{len(s)} samples for {s.shape[1] + extra.shape[1]} unknowns: take a longer record, or fix parameters"
+            f"{len(s)} samples for {s.shape[1] + extra.shape[1]} unknowns: use a longer record, or fix parameters"
         )
     if not (np.isfinite(deviation) and deviation > 0):
-        raise ModelError(f"the noise's deviation is {deviation}: give a positive number in the output's unit")
+        raise ModelError(f"the noise deviation is {deviation}: give a positive number in the output's unit")
     if not (np.isfinite(s).all() and np.isfinite(p).all() and (p != 0).all()):
-        raise ModelError("slopes and values must be finite and no value zero: choose another point to design for")
-    # Weighing out the nuisance is a projection; a pseudo-inverse would square the condition number.
+        raise ModelError("slopes and values must be finite and no value zero: choose other parameter values")
+    # Remove the nuisance by projection; the Schur complement would square the condition number.
     basis = np.linalg.qr(extra)[0] if extra.size else extra
     kept = s - basis @ (basis.T @ s)
     return FisherInformation(tuple(names), p, kept.T @ kept / deviation**2)
@@ -157,10 +153,10 @@ def model_information(
     initial: Mapping[tuple[str, int], float] | None = None,
     unknown_start: bool = True,
 ) -> FisherInformation:
-    """Return the information on a model's free parameters, by the analytic sensitivities of its free run.
+    """Return the information on a model's free parameters, from the sensitivities of its free run.
 
-    Jumps of a rate (sign in a line, as in Coulomb friction) are not differentiated through: the effect of a later or
-    earlier jump is missing.  For the arm `arm_information` has it.
+    The effect of a parameter on the time of a jump is not included (sign in a line, as in Coulomb friction).
+    `arm_information` includes it for the arm.
 
     Parameters
     ----------
@@ -169,20 +165,20 @@ def model_information(
     inputs
         Shape (n,).
     values
-        The free parameters.
+        Values of the free parameters.
     deviation
         Standard deviation of the noise, in the output's unit.
     sampling_time
-        In seconds, where the model has rates.
+        In seconds; needed for a continuous model.
     initial
-        States before the first sample; zero where not given.
+        States before the first sample; zero by default.
     unknown_start
-        Whether these states are unknown too, which costs information.
+        Whether these states are unknown too, which reduces the information.
 
     Raises
     ------
     ModelError
-        Where the model has several outputs, a value is missing, or the free run leaves the finite range.
+        If the model has several outputs, a value is missing, or the free run diverges.
 
     Examples
     --------
@@ -193,24 +189,22 @@ def model_information(
     (('a1', 'b0'), True)
     """
     if len(model.measurements) != 1 or model.measurements[0].inverse is not None:
-        raise ModelError(
-            f"{model.name!r}: the information is that of one measured signal; drop other outputs and curves"
-        )
+        raise ModelError(f"{model.name!r} has several outputs or a sensor curve: keep one output without a curve")
     free_run = compile_free_run(at_sampling_time(model, sampling_time))
     missing = [name for name in free_run.parameters if name not in values]
     if missing:
-        raise ModelError(f"no value for {', '.join(missing)}: an experiment is designed for a guess of all parameters")
+        raise ModelError(f"no value for {', '.join(missing)}: give a guess of all parameters")
+    # Simulate with sensitivities to parameters and initial states.
     point = {name: float(values[name]) for name in free_run.parameters}
     begin = {state: float((initial or {}).get(state, 0.0)) for state in free_run.states}
     arrays = {name: np.asarray(u, dtype=np.float64) for name, u in inputs.items()}
     _, found = free_run.run(arrays, point, begin)
     signal = model.measurements[0].signal
     if signal not in found:
-        raise ModelError(
-            f"the free run of {model.name!r} leaves the finite range: choose another input or other values"
-        )
+        raise ModelError(f"the free run of {model.name!r} diverges: choose another input or other values")
     count = len(free_run.parameters)
     slopes = found[signal]
+    # Only initial states that affect the output reduce the information.
     moved = slopes[:, count:][:, (slopes[:, count:] != 0).any(axis=0)]
     return fisher_information(
         slopes[:, :count],

@@ -1,9 +1,10 @@
-r"""The set-membership counterpart of D-optimality: the input whose certified intervals are the narrowest.
+"""Input with the narrowest certified intervals: the set-membership counterpart of D-optimal design.
 
-An ellipsoid's volume becomes a box's: the cost is ``sum_j log min(width_j / |p_j|, 1)``, each interval counted at most
-as wide as the parameter itself, so that what no input tells does not drown the rest.  The interval of a parameter needs
-data: those of a simulated record with seeded noise.  One evaluation costs a whole certification, so the search is a
-lean one: given members and drawn ones first, then normal steps around the best, which shrink where they fail.
+The cost is ``sum_j log min(width_j / |p_j|, 1)``. The limit 1 keeps parameters that no input identifies from dominating
+the cost. The intervals come from a simulated record with seeded noise.
+
+One evaluation needs a whole certification, so the search uses few: given and random inputs first, then normal steps
+around the best input. The step becomes shorter after each failure.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from smid.models import ModelError
 __all__ = ["Shrinking", "shrinking_input"]
 
 
-FIRST_STEP, SHORTER = 0.15, 0.8  # share of the box, and its factor after a step that failed
+FIRST_STEP, SHORTER = 0.15, 0.8  # step as a share of the box, and its factor after a failed step
 LEAST_WIDTH = 1e-12
 
 
 @dataclass(frozen=True, repr=False)
 class Shrinking(Result):
-    """An input, and how wide its intervals are.
+    """Input and the widths of its certified intervals.
 
     Parameters
     ----------
     choice
-        Shape (count,).
+        Shape (count,). Numbers that define the input.
     input
         Shape (n,).
     widths
         Relative widths of the certified intervals.
     costs
-        Shape (evaluations,). Of all inputs looked at, in order.
+        Shape (evaluations,). Costs of all evaluated inputs, in order.
     """
 
     family: InputFamily
@@ -52,10 +53,10 @@ class Shrinking(Result):
     def _content(self) -> Iterator[Part]:
         yield self.family.told(self.choice)
         yield "relative widths: " + ", ".join(f"{name} {100 * w:.3g}%" for name, w in self.widths.items())
-        yield f"after {len(self.costs)} inputs"
+        yield f"after {len(self.costs)} evaluated inputs"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: what was chosen, the input, and how wide its intervals are."""
+        """Return the choice, the input and the interval widths as plain data."""
         return {
             "family": self.family.name,
             "choice": dict(zip(self.family.names, self.choice.tolist(), strict=True)),
@@ -73,21 +74,21 @@ def shrinking_input(
     starts: Sequence[ArrayLike] = (),
     seed: int = 0,
 ) -> Shrinking:
-    """Choose the member of a family whose certified intervals are the narrowest.
+    """Return the input of a family with the narrowest certified intervals.
 
     Parameters
     ----------
     widths
-        Gives the relative width of each parameter's interval under an input, shape (n,).
+        Function from an input, shape (n,), to the relative width of each parameter's interval.
     budget
-        How many inputs to look at.
+        Number of evaluated inputs.
     starts
-        Shape (count,). Choices to begin with, the D-optimal one, say.
+        Shape (count,) each. Choices to evaluate first, for example the D-optimal one.
 
     Raises
     ------
     ModelError
-        Where the budget is not above the number of starts.
+        If the budget is not above the number of starts.
 
     Examples
     --------
@@ -97,12 +98,14 @@ def shrinking_input(
     True
     """
     if budget <= len(starts):
-        raise ModelError(f"a budget of {budget} leaves nothing beyond the {len(starts)} starts: give more")
+        raise ModelError(f"a budget of {budget} is not above the {len(starts)} starts: raise the budget")
+    # First the given choices, then random ones.
     random = np.random.default_rng(seed)
     waiting = [np.clip(np.asarray(s, dtype=np.float64), family.lower, family.upper) for s in starts]
     waiting += [family.draw(random) for _ in range(max(1, (budget - len(starts)) // 3))]
     best: tuple[float, Array, Mapping[str, float]] | None = None
     costs = []
+    # Then steps around the best choice.
     step = FIRST_STEP
     for k in range(budget):
         drawn = k < len(waiting)

@@ -1,8 +1,4 @@
-"""Fit a model's channel names and sampling time to the data's.
-
-A model written with the default names ``u`` and ``y`` is meant for whatever the data call their input and output, and
-one in derivatives without a sampling time for whatever the data were sampled at.
-"""
+"""Rename a model's channels to those of the data, and set its sampling time."""
 
 from __future__ import annotations
 
@@ -13,20 +9,16 @@ from smid.models.running import at_sampling_time
 
 
 def bind(model: Model, data: Dataset) -> Model:
-    """Rename the model's only missing input and output channel, and take over the data's sampling time.
+    """Return the model with the data's sampling time and with its one missing input and output channel renamed.
 
-    Returns
-    -------
-    Model
-        The model itself where all its channels are in the data, or where no single pair fits (the check of the data
-        names what is missing).
+    Names are unchanged if all channels are in the data, or if no single pair of channels matches.
 
     Raises
     ------
     DataError
-        If a channel's name cannot stand in an equation.
+        If a channel name is not a valid identifier.
     ModelError
-        If the model has rates and another sampling time than the data.
+        If the model is continuous and has another sampling time than the data.
 
     Examples
     --------
@@ -40,12 +32,13 @@ def bind(model: Model, data: Dataset) -> Model:
     clumsy = [c for c in (*data.inputs, *data.outputs) if not c.isidentifier()]
     if clumsy:
         raise DataError(
-            f"channel {clumsy[0]!r} cannot stand in an equation: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
+            f"channel {clumsy[0]!r} is not a valid name: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
         )
     sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
     if not names.issuperset(model.channels) and all(len(own) == len(given) == 1 for own, given in sides):
-        # One input and one output on either side: the default name of one may be the other's column.
+        # Rename both: the model's name for one channel may be the data's name for the other.
         renamed = {own[0]: given[0] for own, given in sides}
+    # Otherwise rename the single missing channel of a side.
     for own, given in () if renamed else sides:
         missing = [c for c in own if c not in names]
         if len(missing) == 1 and len(given) == 1 and given[0] not in own:

@@ -1,4 +1,4 @@
-"""The figure of a free run beside the measured output."""
+"""Figure of a free run and the measured output."""
 
 from __future__ import annotations
 
@@ -14,18 +14,7 @@ if TYPE_CHECKING:
 
 
 def simulation_figure(validation: Validation, number: int = 0) -> Figure:
-    """Draw the measured output over the free run, and the error below.
-
-    Parameters
-    ----------
-    number
-        Which of its scores: one for each experiment and output.
-
-    Returns
-    -------
-    Figure
-        The band around the free run, and the lines around the error, are the noise bound.
-    """
+    """Return a figure of measured output, free run and error, with the noise bound if there is one."""
     score = validation.scores[number]
     names = [e.name for e in validation.data.experiments]
     k = names.index(score.experiment)
@@ -36,6 +25,7 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
     with style():
         figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
         top, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        # Noise bound: a band around the free run, lines and marked violations in the error.
         error = measured - simulated
         if score.noise_bound is not None:
             bound = score.noise_bound
@@ -51,9 +41,10 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
             below.axhline(bound, color=RED, linewidth=0.8, linestyle="--", label="noise bound")
             below.axhline(-bound, color=RED, linewidth=0.8, linestyle="--")
             outside = np.abs(error) > bound
-            outside[: len(error) - score.samples] = False  # the samples that start the run are not scored
+            outside[: len(error) - score.samples] = False  # warm-up samples are not scored
             if outside.any():
                 below.plot(time[outside], error[outside], color=RED, marker=".", markersize=3, linestyle="")
+        # Signals, axes and one legend for both axes.
         top.plot(time, simulated, color=BLUE, label="free run")
         top.plot(time, measured, color=INK, linestyle="", marker=".", markersize=1.8, label="measured")
         below.plot(time, error, color=INK, linewidth=0.6)

@@ -1,14 +1,16 @@
-"""Output-error least squares: the parameters and initial states whose free run comes closest to the data.
+"""Output-error least squares: parameters and initial states whose free run is closest to the data.
 
-Minimises the sum over experiments and output channels of ``((y - y_free_run) / s)^2``, s the channel's standard
-deviation, with analytic sensitivities (`smid.models.sensitivities`) and the trust-region reflective method, which
-keeps boxes. It proves nothing; it tells where a certified search should look, and what a model misses.
+Minimises the sum of ``((y - y_free_run) / s)^2`` over experiments and output channels, with s the standard deviation of
+the channel. Uses analytic sensitivities (`smid.models.sensitivities`) and the trust-region reflective method, which
+respects boxes. The result is a local minimum without proof; it is a start for certified methods and for diagnosis.
 
-Initial states are estimated with the parameters, but where there are many experiments they would outnumber them: then
-the measured first sample starts a measured state, and the equilibrium under the first input any other, or rest where
-there is none. The memory of a stop with fixed limits is not estimated either: beyond them nothing depends on where it
-began, and a descent that once steps there does not come back. A run that is held out as a whole begins at the states
-that fit its first samples best, at the parameters found elsewhere, as in validation.
+Initial states are estimated together with the parameters, with these exceptions:
+
+- More than 12 initial states are not estimated. A measured state then starts at its first sample.
+  Other states start at the equilibrium under the first input, or at zero if there is none.
+- The memory of a stop with fixed limits starts fixed. Beyond the limits the output does not depend on the initial
+  value, so a descent could not return.
+- An experiment without fitted samples gets the initial states that fit its first samples best, as in validation.
 
 Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gradients by filtering).
 """
@@ -34,27 +36,25 @@ from smid.models.symbols import VALUE, plain_symbols
 
 _MOST_INITIAL = 12
 _SETTLING = 400
-_BEGINNING = 25  # samples per state that the initial states of a run may be fitted to which no fit sees
-_SMALL, _ENDLESS = 1e-6, 0.95  # how much as in its first half a response moves in the second
-_RUNAWAY = 1e6  # standard deviations: squares beyond that overflow sooner or later
+_BEGINNING = 25  # samples per state for the initial states of an experiment that is not fitted
+_SMALL, _ENDLESS = 1e-6, 0.95  # change in the second half over change in the first: settled below, no limit above
+_RUNAWAY = 1e6  # standard deviations; a larger residual counts as divergence
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A model fitted to data.
+    """Model fitted to data.
 
     Parameters
     ----------
-    model
-        With the fitted values.
     initial
         Per experiment, the states before sample 0.
     simulated
-        Shape (n,). Per experiment, the free run over the whole record, fitted or not.
+        Shape (n,). Per experiment, the free run over the whole record, including samples that were not fitted.
     cost
         Sum of the squared, scaled residuals over the fitted samples.
     n_free
-        How many numbers were fitted: parameters and initial states.
+        Number of fitted numbers: parameters and initial states.
     """
 
     model: Model
@@ -65,7 +65,7 @@ class Fit:
 
     @property
     def is_finite(self) -> bool:
-        """Tell whether the free run stays finite over the whole record, not only where it was fitted."""
+        """Return whether the free run stays finite over the whole record."""
         return all(np.isfinite(samples).all() for run in self.simulated for samples in run.values())
 
     def residual(self, data: Dataset, channel: str) -> tuple[Array, ...]:
@@ -77,7 +77,7 @@ class Fit:
 
 
 def _equilibrium(settling: Array) -> float:
-    """Return where a step response from zero ends, by Aitken's extrapolation; zero where it goes on for ever."""
+    """Return the final value of a step response, by Aitken's extrapolation; zero if it does not settle."""
     half, last = float(settling[len(settling) // 2 - 1]), float(settling[-1])
     if not (np.isfinite(last) and abs(last) < 1e12):
         return 0.0
@@ -88,18 +88,18 @@ def _equilibrium(settling: Array) -> float:
 
 
 class Fitting:
-    """A model and data made ready for many evaluations.
+    """Least-squares problem of a model and data, prepared for many evaluations.
 
     Parameters
     ----------
     model
         Bound to the data's channels.
     used
-        Shape (n,). Per experiment, the samples that count.
+        Shape (n,). Per experiment, the samples to fit.
     initial
-        Known states before sample 0, per experiment; others are guessed.
+        Per experiment, known states before sample 0; the other states are guessed.
     difference
-        Whether to take the Jacobian by finite differences, to compare with.
+        Whether to use finite differences for the Jacobian, for comparison.
     """
 
     def __init__(
@@ -116,8 +116,9 @@ class Fitting:
         self.used = [np.asarray(u, bool) for u in used]
         self.known = list(initial) if initial is not None else [{} for _ in data.experiments]
         sensors = {m.signal: m for m in reversed(model.measurements)}
-        # Beyond the last sample that counts nothing needs to be simulated while fitting.
+        # While fitting, simulate up to the last fitted sample only.
         self._stop = [int(np.flatnonzero(u)[-1]) + 1 if u.any() else 0 for u in self.used]
+        # Input signals, through the inverse of a sensor curve if there is one.
         self.inputs = [
             {name: run.values[channel] for name, channel in zip(model.inputs, model.input_channels, strict=True)}
             for run in data.experiments
@@ -126,12 +127,14 @@ class Fitting:
             if name in sensors and sensors[name].inverse is not None:
                 for inputs in self.inputs:
                     inputs[name] = channel_to_signal(sensors[name], inputs[name], dict(model.values))
+        # Outputs, each scaled by its standard deviation.
         self.outputs = [m for m in model.measurements if m.channel in model.output_channels]
         self.scale = {
             m.channel: float(np.std(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
             for m in self.outputs
         }
         self._last: dict[int, tuple[bytes, dict[str, Array]]] = {}
+        # Initial states to estimate: all but the memories of stops, if they are few.
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
         self.begun = [k for k, (name, _) in enumerate(self.run.states) if name not in memories]
         count = len(self.begun) * len(data.experiments)
@@ -141,27 +144,27 @@ class Fitting:
 
     @property
     def n_free(self) -> int:
-        """Numbers to fit: parameters and initial states."""
+        """Return the number of unknowns: parameters and initial states."""
         return len(self.run.parameters) + self.frees_initial * len(self.begun) * len(self.data.experiments)
 
     @property
     def box(self) -> tuple[Array, Array]:
-        """Ends of the numbers to fit; initial states have none."""
+        """Return the bounds of the unknowns; initial states have none."""
         free = np.full(self.n_free - len(self.run.parameters), np.inf)
         return np.concatenate([self.lower, -free]), np.concatenate([self.upper, free])
 
     def start(self, values: Mapping[str, float]) -> Array:
-        """Return the vector to start from: parameter values, then known or guessed initial states, what fits better."""
+        """Return a start vector: parameter values, then known or guessed initial states, whichever fit better."""
         theta = [float(values[name]) for name in self.run.parameters]
         vector = np.clip(theta, self.lower, self.upper)
         inside = dict(zip(self.run.parameters, vector.tolist(), strict=True))
         self._guessed = [self._guess(e, inside, self.known[e]) for e in self._each()]
-        self._last.clear()  # it may have begun from another guess
+        self._last.clear()  # stored runs may have another initial state
         if not self.frees_initial:
             return vector
         start = self._joined(vector, self._guessed)
         if any(self.known):
-            # States that suit other parameters may suit these less than a plain guess.
+            # States known from other parameters may fit worse than a guess.
             fresh = self._joined(vector, [self._guess(e, inside, {}) for e in self._each()])
             costs = [float(np.nan_to_num(np.sum(self.residual(v) ** 2), nan=np.inf)) for v in (start, fresh)]
             start = fresh if costs[1] < costs[0] else start
@@ -194,7 +197,7 @@ class Fitting:
         return guess
 
     def initial(self, vector: Array) -> list[Initial]:
-        """Return the initial states that a vector stands for, per experiment."""
+        """Return the initial states in a vector, per experiment."""
         if not self.frees_initial:
             return [dict(g) for g in self._guessed]
         rest = vector[len(self.run.parameters) :].reshape(len(self.data.experiments), -1)
@@ -222,7 +225,7 @@ class Fitting:
         return signal_to_channel(measurement, samples, values, anchor)
 
     def residual(self, vector: Array) -> Array:
-        """Return simulated minus measured over the samples that count, scaled."""
+        """Return simulated minus measured over the fitted samples, scaled."""
         return self._evaluate(vector, False)[0]
 
     def jacobian(self, vector: Array) -> Array:
@@ -237,14 +240,16 @@ class Fitting:
             stop, used = self._stop[e], self.used[e]
             if not stop:
                 continue
+            # Simulate, with sensitivities if needed.
             known = self._trajectory(e, vector, values, initial)
             signals, slopes = self.run.cut(known), self.run.cut(self.run.slopes(known, values)) if jacobian else {}
             for m in self.outputs:
                 kept = used[:stop]
                 seen = self._seen(m, e, signals[m.signal], values)
                 scale = self.scale[m.channel]
-                with np.errstate(over="ignore", invalid="ignore"):  # a run that left the finite range, told below
+                with np.errstate(over="ignore", invalid="ignore"):  # divergence is handled below
                     residuals.append((seen - self.data.experiments[e].values[m.channel][:stop])[kept] / scale)
+                # Jacobian rows: parameters, then the initial states of this experiment.
                 if jacobian:
                     slope = slopes.get(m.signal, np.zeros((stop, count + len(self.run.states))))
                     slope = self._through_sensor(m, seen, slope, values)[kept] / scale
@@ -262,7 +267,7 @@ class Fitting:
     def _trajectory(
         self, experiment: int, vector: Array, values: Mapping[str, float], initial: Initial
     ) -> dict[str, Array]:
-        """Simulate an experiment as far as samples count, or recall it: a Jacobian is wanted where the residual was."""
+        """Return the free run up to the last fitted sample; the Jacobian reuses the residual's run."""
         asked = vector.tobytes()
         at, known = self._last.get(experiment, (b"", {}))
         if at != asked:
@@ -272,7 +277,7 @@ class Fitting:
         return known
 
     def _through_sensor(self, measurement: Any, seen: Array, slope: Array, values: Mapping[str, float]) -> Array:
-        """Differentiate a sensor given by its inverse g: ``g(y, p) = w``, so ``dy = (dw - g_p dp) / g_y``."""
+        """Return slopes of a sensor given by its inverse g: ``g(y, p) = w``, ``dy = (dw - g_p dp) / g_y``."""
         if measurement.inverse is None:
             return slope
         names = sorted(s.name for s in measurement.inverse.free_symbols if s != VALUE)
@@ -287,7 +292,7 @@ class Fitting:
         return np.asarray(slope / np.broadcast_to(steep, seen.shape)[:, None])
 
     def explained(self, vector: Array, base_cost: float) -> float:
-        """Return the share of the base's cost that one Gauss-Newton step from here would take away."""
+        """Return the share of a base cost that one Gauss-Newton step removes, in the linear approximation."""
         residual, jacobian = self._evaluate(vector, True)
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             return -np.inf
@@ -299,21 +304,22 @@ class Fitting:
     def solve(
         self, vector: Array, evaluations: int = 60, tolerance: float = 1e-7, held: Sequence[str] = ()
     ) -> tuple[Array, float]:
-        """Return the best vector found from a start, and its cost; infinite where the start runs away.
+        """Return the best vector found from a start, shape (n_free,), and its cost.
+
+        The cost is infinite if the simulation diverges at the start.
 
         Parameters
         ----------
-        vector
-            Shape (n_free,).
         evaluations
-            At most so many.
+            Maximum number of evaluations.
         tolerance
-            Stop once the cost falls by less than this share.
+            Relative reduction of the cost at which the search stops.
         held
-            Parameters that stay where they start.
+            Parameters that keep their start values.
         """
         lower, upper = self.box
         inside = np.clip(vector, lower, upper)
+        # Fix held parameters, and initial states of experiments without fitted samples.
         moves = np.array(
             [n not in held for n in self.run.parameters]
             + [u.any() for u in self.used for _ in self.begun] * self.frees_initial,
@@ -335,6 +341,7 @@ class Fitting:
         def slopes(x: Array) -> Array:
             return np.nan_to_num(self.jacobian(whole(x))[:, moves], posinf=0.0, neginf=0.0)
 
+        # Minimise over the free numbers.
         try:
             found = least_squares(
                 error,
@@ -347,18 +354,18 @@ class Fitting:
                 xtol=1e-9,
                 gtol=1e-12,
             )
-        except (ValueError, np.linalg.LinAlgError):  # a step to the edge of stability
+        except (ValueError, np.linalg.LinAlgError):  # a step to the stability limit
             return inside, cost
         return whole(found.x), float(2 * found.cost)
 
     def result(self, vector: Array, cost: float) -> Fit:
-        """Return the fit that a vector stands for; runs of which no sample counts begin where they fit best."""
+        """Return the fit at a vector; experiments without fitted samples get the best initial states."""
         vector = self._begun(vector)
         model = self.model.with_values(self._values(vector))
         return Fit(model, tuple(self.initial(vector)), tuple(self.simulate(vector)), cost, self.n_free)
 
     def _begun(self, vector: Array) -> Array:
-        """Fit the initial states, and nothing else, of each run without samples that count to its first samples."""
+        """Fit the initial states of each experiment without fitted samples to its first samples."""
         if not self.frees_initial:
             return vector
         vector, count, width = vector.copy(), len(self.run.parameters), len(self.begun)
@@ -376,7 +383,7 @@ class Fitting:
 
 
 def _is_stop(expression: sympy.Expr) -> bool:
-    """Tell whether a line keeps within limits that are numbers, and no parameter enters it."""
+    """Return whether a line has numeric limits and no parameters."""
     limited = isinstance(expression, sympy.Max | sympy.Min) and any(a.is_number for a in expression.args)
     return limited and not plain_symbols(expression)
 
@@ -389,25 +396,21 @@ def fit(
     starts: int = 6,
     seed: int = 0,
 ) -> Fit:
-    """Fit a model's free run to data by least squares.
+    """Return a model whose free run is fitted to data by least squares.
 
     Parameters
     ----------
     model
-        Bound to the data's channels; values it carries are the first start.
-    data
-        All its experiments are used together; its warm-up samples are left out.
+        Bound to the data's channels. Its parameter values, if any, are the first start.
     used
-        Shape (n,). Per experiment, the samples that count; by default all after the warm-up.
+        Shape (n,). Per experiment, the samples to fit; by default all after the warm-up.
     starts
-        How many starts: the values the model carries, a one-step-ahead fit, that fit drawn towards zero, random ones.
-    seed
-        Of the random starts.
+        Number of starts: the model's values, a one-step-ahead fit (also scaled towards zero), then random values.
 
     Raises
     ------
     DataError
-        Where no start gives a finite simulation.
+        If no start gives a finite simulation.
 
     Examples
     --------
@@ -428,8 +431,8 @@ def fit(
             best, least = vector, cost
     if best is None:
         raise DataError(
-            f"the model {model.name!r} cannot be simulated on these data: it runs away from every start. Bound its "
-            "parameters to where it is stable (stable=True), or give it values to begin from"
+            f"the model {model.name!r} cannot be simulated on these data: it diverges from every start. Bound its "
+            "parameters to the stable range (stable=True), or give start values"
         )
     return problem.result(best, least)
 
@@ -457,20 +460,7 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
 
 
 def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
-    """Make ready the fit of a model's predictions one step ahead.
-
-    Parameters
-    ----------
-    model
-        Bound to the data, its outputs seen without a sensor's curve.
-    used
-        Shape (n,). Per experiment, the samples that count.
-
-    Returns
-    -------
-    Fitting
-        Of a model whose past outputs are inputs.
-    """
+    """Return the one-step-ahead problem, with past outputs as inputs; outputs have no sensor curve."""
     measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
     lines = predictor(model.discretised().lines, frozenset(measured))
     ahead = Model("one step ahead", model.parameters, lines, model.measurements)
@@ -480,7 +470,7 @@ def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
 def one_step_ahead(
     model: Model, data: Dataset, used: Sequence[Mask], seed: int = 0, starts: int = 3
 ) -> dict[str, float]:
-    """Fit the one-step-ahead prediction, which is linear in the parameters of a linear model; {} where it fails."""
+    """Return the parameters of a one-step-ahead fit (linear for a linear model); {} if it fails."""
     if any(m.inverse is not None for m in model.measurements):
         return {}
     problem = prediction(model, data, used)

@@ -1,4 +1,4 @@
-"""Phase 3: what a model is worth on other records."""
+"""Validation (phase 3): score of a model's free run on other records."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Score:
-    """How a free run compares with one experiment's output.
+    """Comparison of a free run with one output of one experiment.
 
     Parameters
     ----------
     samples
-        Samples compared: those after the warm-up.
+        Number of compared samples: those after the warm-up.
     rmse
         In the channel's unit.
     fit_percent
-        ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``, the NRMSE fit; minus infinity for a constant output.
+        NRMSE fit, ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; minus infinity for a constant output.
     largest
         Largest absolute error, in the channel's unit.
     violations
-        Samples whose error exceeds the noise bound.
+        Number of samples whose error exceeds the noise bound.
     """
 
     experiment: str
@@ -50,14 +50,14 @@ class Score:
 
 @dataclass(frozen=True, repr=False)
 class Validation(Tabular):
-    """Free-run simulation of a model on data, scored.
+    """Scores of a model's free run on data.
 
     Parameters
     ----------
     scores
         One for each experiment and output channel.
     simulated
-        One mapping per experiment.
+        Per experiment, the simulated output channels.
     """
 
     model: Model
@@ -67,7 +67,7 @@ class Validation(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return a row for each score."""
+        """Return a table with one row for each score."""
         rows = tuple(
             (
                 s.experiment,
@@ -99,40 +99,28 @@ class Validation(Tabular):
         }
 
     def plot(self, number: int = 0) -> Figure:
-        """Draw the measured output over the free run, and the error below.
-
-        Parameters
-        ----------
-        number
-            Which of the scores: there is one for each experiment and output.
-
-        Returns
-        -------
-        Figure
-            With the band of the noise bound, where one was given.
-        """
+        """Return a figure of measured output, free run and error, for the score of this number."""
         from smid.fitting.figures import simulation_figure
 
         return simulation_figure(self, number)
 
 
 def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
-    """Simulate a model freely over data and score it (phase 3 of the clutch thesis, 3.2.3).
+    """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
-    The first samples of the output, as many as the model looks back, start the simulation; they and the data's warm-up
-    (``n_init``) are kept out of every score.
+    The free run starts from the first measured outputs. These samples and the warm-up (``n_init``) are not scored.
 
     Parameters
     ----------
     model
         With parameter values, such as ``estimate.model``.
     noise_bound
-        To count violations.
+        Bound for counting violations.
 
     Raises
     ------
     ModelError, DataError
-        Where the model has no values, or does not fit the data.
+        If the model has no values, or does not fit the data.
 
     Examples
     --------
@@ -146,6 +134,7 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
     simulation = model.simulate(data)
     start = max(data.n_init, model.max_lag)
     scores = []
+    # Score each output of each experiment after the warm-up.
     for number, experiment in enumerate(data.experiments):
         for channel in model.output_channels:
             error = (experiment.values[channel] - simulation.outputs[number][channel])[start:]

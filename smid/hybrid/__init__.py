@@ -1,7 +1,7 @@
-"""Hybrid models: first principles and networks in one model, for any process.
+"""Hybrid models: a first-principles model and a network in one model, for any process.
 
 A topology is a function that returns a `HybridModel`. To add one from another package, write such a function and a
-subclass of `Topology` that tells the analysis what the network has to learn. No file of this package changes:
+subclass of `Topology`. The subclass gives the analysis the transfer function that the network must learn:
 
     class Subtracting(Topology):
         name = "subtracting"                    # HybridModel.topology
@@ -10,7 +10,7 @@ subclass of `Topology` that tells the analysis what the network has to learn. No
         def learned(plant, white):              # transfer functions
             return white - plant
 
-If a name may be used before the class is imported, offer the class as an entry point:
+To make the name known before the class is imported, declare an entry point:
 
     [project.entry-points."smid.topologies"]
     subtracting = "my_package:Subtracting"

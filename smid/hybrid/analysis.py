@@ -1,17 +1,16 @@
-"""What the network has to learn, for a linear plant and a linear model: its transfer function and its back couplings.
+"""Transfer function and back couplings that a network must learn, for a linear plant and a linear model.
 
     series    H_NN = H_P / H_M          parallel    H_NN = H_P - H_M
 
-The input is held from sample to sample, so the samples of plant and model obey the step-invariant z-transforms
+The input is held between samples, so plant and model have the step-invariant z-transforms
 
     H(z) = (1 - z^-1) Z{H(s) / s},      A / (s - p)^m  ->  A / (m - 1)!  d^(m-1)/dp^(m-1)  1 / (1 - e^(pT) z^-1)
 
-and with q = 1/z their quotient or difference is ``(b_0 + b_1 q + ...) / (1 + a_1 q + ...)`` after cancelling.  The
-degree of the numerator is the number of past inputs that the network needs, that of the denominator the number of past
-outputs.  Signals whose past two samples are needed cannot be replaced by one, whatever the number of neurons.
+With q = 1/z and common factors cancelled, H_NN is ``(b_0 + b_1 q + ...) / (1 + a_1 q + ...)``. The degree of the
+numerator is the number of past inputs that the network needs. The degree of the denominator is the number of past
+outputs. More neurons do not replace a missing past sample.
 
-The thesis takes (6.2), which samples the impulse response instead of the step response.  That counts one past input
-less in parallel, for it lets the present input act at once, and it gives H_NN another gain.
+The thesis uses the impulse-invariant transform (6.2). It gives another gain and, in parallel, one past input less.
 
 Reference: hybrid thesis, section 6.2.2, (6.1)-(6.5), appendices B and D.
 """
@@ -42,18 +41,16 @@ _S, _Q, _MOVING = RATE, DELAY, sympy.Symbol("e")
 
 @dataclass(frozen=True, repr=False)
 class Requirement(Result):
-    """What a network has to learn.
+    """Transfer function and back couplings that a network must learn.
 
     Parameters
     ----------
     topology
-        One of {"series", "parallel"}.
+        "series" or "parallel".
     transfer
-        H_NN in the Laplace variable s.
+        H_NN(s).
     pulse
-        H_NN in ``q = 1/z``, of the samples.
-    couplings
-        How many past samples it needs.
+        H_NN of the samples, in ``q = 1/z``.
     sampling_time
         In seconds.
     """
@@ -65,18 +62,9 @@ class Requirement(Result):
     sampling_time: float
 
     def step_response(self, count: int, amplitude: float = 1.0) -> Array:
-        """Sample the response to a step at time zero, from rest.
+        """Return the response to a step at time zero from rest, shape (count,).
 
-        Parameters
-        ----------
-        count
-            Number of samples; the first is that just after the step.
-        amplitude
-            Of the step.
-
-        Returns
-        -------
-        ndarray, shape (count,)
+        The first sample is taken just after the step.
         """
         time = sympy.Symbol("time", nonnegative=True)
         total = sympy.Integer(0)
@@ -87,26 +75,21 @@ class Requirement(Result):
         return np.asarray(amplitude * np.broadcast_to(function(times), times.shape), dtype=np.float64)
 
     def _content(self) -> Iterator[Part]:
-        yield f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; needs {self.couplings}"
+        yield f"{self.topology}: H_NN(s) = {self.transfer}, H_NN(q) = {self.pulse}; the network needs {self.couplings}"
 
 
 def transfer(model: Model) -> sympy.Expr:
-    """Find the transfer function of a linear model in derivatives, from its input to its output.
+    """Return the transfer function of a linear continuous-time model, in ``s``.
 
     Parameters
     ----------
     model
-        With one input and one output; parameters that are fixed or carry a value count as numbers.
-
-    Returns
-    -------
-    sympy.Expr
-        In ``s``.
+        With one input and one output. Fixed parameters and parameters with a value are inserted as numbers.
 
     Raises
     ------
     ModelError
-        If the model is not linear, not in derivatives, or has several inputs or outputs.
+        If the model is not linear, not continuous, or has several inputs or outputs.
 
     Examples
     --------
@@ -115,24 +98,21 @@ def transfer(model: Model) -> sympy.Expr:
     19/(25*(2*s + 1))
     """
     if not model.continuous:
-        raise ModelError(f"{model.name!r} is a model in samples: it has a pulse transfer function only")
+        raise ModelError(f"{model.name!r} is a discrete-time model: it only has a pulse transfer function")
     return sympy.factor(_solved(model))
 
 
 def pulse_transfer(model: Model, sampling_time: float) -> sympy.Expr:
-    """Find the transfer function of a linear model's samples, the input held between them.
+    """Return the transfer function of a linear model's samples, with the input held between samples.
+
+    The result is in ``q = 1/z``. It is exact and does not depend on the model's integration scheme.
 
     Parameters
     ----------
     model
-        With one input and one output, in derivatives or in samples.
+        With one input and one output, in continuous or discrete time.
     sampling_time
         In seconds.
-
-    Returns
-    -------
-    sympy.Expr
-        In ``q = 1/z``; exact, whatever scheme of integration the model has.
 
     Raises
     ------
@@ -152,21 +132,21 @@ def pulse_transfer(model: Model, sampling_time: float) -> sympy.Expr:
 
 
 def required(plant: Model, white: Model, topology: str, sampling_time: float) -> Requirement:
-    """Find what a network has to learn so that a first-principles model becomes the plant.
+    """Return what a network must learn so that first-principles model and network together equal the plant.
 
     Parameters
     ----------
     plant, white
-        Linear, in derivatives, with one input and one output.
+        Plant and first-principles model: linear, continuous, with one input and one output.
     topology
-        One of {"series", "parallel"}.
+        "series" or "parallel".
     sampling_time
         In seconds.
 
     Raises
     ------
     ModelError
-        If one is not linear, the topology unknown, or the network would have to read the future.
+        If a model is not linear, the topology is unknown, or the network would need future samples.
 
     Examples
     --------
@@ -179,15 +159,16 @@ def required(plant: Model, white: Model, topology: str, sampling_time: float) ->
     """
     learned = topology_named(topology).learned
     laplace = [transfer(model) for model in (plant, white)]
-    # The same pole of both is the same symbol, so that it cancels.
+    # A pole of both models gets the same symbol, so it cancels.
     exponentials: dict[sympy.Expr, sympy.Symbol] = {}
     of_plant, of_white = (_pulse(model, sampling_time, exponentials) for model in (plant, white))
     pulse = sympy.cancel(learned(of_plant, of_white))
+    # A denominator that is zero at q = 0 means a negative delay.
     numerator, denominator = (sympy.Poly(part, _Q) for part in sympy.fraction(pulse))
     if denominator.eval(0) == 0:
         raise ModelError(
-            f"{white.name!r} is later than {plant.name!r}: after it a network would have to read the future, "
-            "put it in parallel"
+            f"{white.name!r} has a longer delay than {plant.name!r}, so a network in series would need future samples: "
+            "use the parallel topology"
         )
     return Requirement(
         topology,
@@ -199,22 +180,20 @@ def required(plant: Model, white: Model, topology: str, sampling_time: float) ->
 
 
 def network_alone(hybrid: HybridModel) -> Model:
-    """Take the network out of a hybrid model, to run it on a signal of one's own.
+    """Return the network of a hybrid model as a model of its own.
+
+    In series, its input is the first-principles output. In parallel, its inputs are the plant's input and the
+    first-principles output, which should be zero.
 
     Parameters
     ----------
     hybrid
         In series or in parallel, with estimated weights.
 
-    Returns
-    -------
-    Model
-        Its inputs are the first principles' signals: in series what it reads, in parallel zero, beside what it reads.
-
     Raises
     ------
     ModelError
-        If the network stands elsewhere.
+        If the topology is neither series nor parallel.
 
     Examples
     --------
@@ -239,27 +218,21 @@ def network_alone(hybrid: HybridModel) -> Model:
 
 
 def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitude: float) -> Array:
-    """Run the network alone on a constant signal.
+    """Return the response of the network alone to a constant input, shape (count,).
 
     Parameters
     ----------
     hybrid
         In series or in parallel, with estimated weights.
     first
-        Its first outputs, as many as it looks back.
-    count
-        Number of samples.
+        First outputs, as many as the network has past outputs.
     amplitude
-        The constant that it reads.
-
-    Returns
-    -------
-    ndarray, shape (count,)
+        Value of the constant input.
 
     Raises
     ------
     ModelError
-        If the network stands elsewhere, or leaves the finite range.
+        If the topology is neither series nor parallel, or the response diverges.
 
     Examples
     --------
@@ -282,7 +255,7 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
 
 
 def _solved(model: Model) -> sympy.Expr:
-    """Solve the lines for output over input, a rate being s times its signal and a delay a power of q."""
+    """Solve the lines for output over input: a derivative is a factor s, a delay a power of q."""
     outputs = [item.signal for item in model.measurements if item.channel in model.output_channels]
     if len(model.inputs) != 1 or len(outputs) != 1:
         raise ModelError(
@@ -292,7 +265,7 @@ def _solved(model: Model) -> sympy.Expr:
     values = {p.name: p.lower for p in model.parameters if p.lower == p.upper} | dict(model.values)
     for line in model.lines if model.continuous else ():
         if any(lag for _, lag in references(line.expression)):
-            raise ModelError(f"the line of {line.signal!r} reads past samples: write the model in derivatives alone")
+            raise ModelError(f"the line of {line.signal!r} reads past samples: use derivatives only")
     try:
         return response(model.lines, model.inputs[0], outputs[0], exact_values(values))[0]
     except NonlinearError:
@@ -314,7 +287,7 @@ def _pulse(model: Model, sampling_time: float, exponentials: dict[sympy.Expr, sy
             if pole == 0
             else exponentials.setdefault(sympy.exp(pole * _exact(sampling_time)), sympy.Dummy(f"e{len(exponentials)}"))
         )
-        # d/dp acts on e^(pT) alone, where it is T e^(pT) d/d e^(pT).
+        # Only e^(pT) depends on p, so d/dp = T e^(pT) d/d e^(pT).
         term = 1 / (1 - _MOVING * _Q)
         for _ in range(order - 1):
             term = _exact(sampling_time) * _MOVING * sympy.diff(term, _MOVING)
@@ -323,11 +296,11 @@ def _pulse(model: Model, sampling_time: float, exponentials: dict[sympy.Expr, sy
 
 
 def _partial_fractions(function: sympy.Expr) -> list[tuple[sympy.Expr, sympy.Expr, int]]:
-    """Split a proper fraction in s: residue, pole and order of each part."""
+    """Return residue, pole and order of each partial fraction of a proper fraction in s."""
     numerator, denominator = sympy.fraction(sympy.cancel(function))
     polynomial = sympy.Poly(denominator, _S)
     poles = sympy.roots(polynomial)
-    if sum(poles.values()) < polynomial.degree():  # no closed form
+    if sum(poles.values()) < polynomial.degree():  # no closed form: numerical roots
         poles = dict.fromkeys(polynomial.nroots(), 1)
     parts = []
     for pole, multiplicity in poles.items():

@@ -1,14 +1,13 @@
-"""Back couplings: the past samples that a network reads, which make it dynamic.
+"""Back couplings: past samples that a static network reads, which make it a dynamic system.
 
-A static network of present and past samples is a dynamic system.  With p past inputs and q past outputs it reads
+With p past inputs and q past outputs the network reads
 
     v[t], v[t-1], ..., v[t-p]    and    z[t-1], ..., z[t-q]
 
-where v is what stands before it and z what it gives.  The thesis calls (0, 1) the simple and (1, 1) the extra back
-couplings.  Trained as a predictor it reads the measured past outputs, run as a simulator its own: the lines of the
-model are the same.
+where v are its input signals and z is its output. The thesis calls (0, 1) simple and (1, 1) extra back couplings.
+In prediction the past outputs are measured samples. In simulation they are the model's own.
 
-How many a linear pair of plant and model asks for is told by `smid.hybrid.analysis`.
+`smid.hybrid.analysis` finds the numbers for a linear plant and model.
 
 Reference: hybrid thesis, figures 4.5 and 6.5, section 6.2.2.
 """
@@ -26,7 +25,7 @@ __all__ = ["EXTRA", "SIMPLE", "STATIC", "BackCouplingWarning", "BackCouplings", 
 
 
 class BackCouplingWarning(UserWarning):
-    """A network has fewer back couplings than the analysis asks for.
+    """Warning that a network has fewer back couplings than the analysis requires.
 
     Examples
     --------
@@ -37,19 +36,19 @@ class BackCouplingWarning(UserWarning):
 
 @dataclass(frozen=True)
 class BackCouplings:
-    """How many past samples a network reads, beside the present input.
+    """Numbers of past samples that a network reads in addition to the present input.
 
     Parameters
     ----------
     inputs
         Past samples of each input.
     outputs
-        Past samples of its own output.
+        Past samples of the network's output.
 
     Raises
     ------
     ModelError
-        If a number is negative or not whole.
+        If a number is negative or not an integer.
 
     Examples
     --------
@@ -64,23 +63,10 @@ class BackCouplings:
     def __post_init__(self) -> None:
         for name, count in (("inputs", self.inputs), ("outputs", self.outputs)):
             if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-                raise ModelError(f"{name} = {count!r} is no number of back couplings: give 0, 1, 2, ...")
+                raise ModelError(f"{name} = {count!r} is not a number of back couplings: give 0, 1, 2, ...")
 
     def samples(self, inputs: list[sympy.IndexedBase], output: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """List what the network reads.
-
-        Parameters
-        ----------
-        inputs
-            Signals before the network.
-        output
-            What it gives, at time t.
-
-        Returns
-        -------
-        tuple of sympy.Expr
-            Each input now and before, then the output before.
-        """
+        """Return what the network reads: present and past inputs, then past outputs."""
         read = [item[t - lag] for item in inputs for lag in range(self.inputs + 1)]
         return (*read, *(output.subs(t, t - lag) for lag in range(1, self.outputs + 1)))
 
@@ -94,32 +80,11 @@ EXTRA = BackCouplings(1, 1)
 
 
 def warn_of_few_couplings(given: BackCouplings, needed: BackCouplings, *, stacklevel: int = 2) -> None:
-    """Warn where a network has fewer back couplings than it needs.
-
-    Parameters
-    ----------
-    given, needed
-        Of the network, and of the transfer function that it has to learn.
-    stacklevel
-        Whose line the warning names; 2 is the caller's.
-
-    Warns
-    -----
-    BackCouplingWarning
-        With the numbers.
-
-    Examples
-    --------
-    >>> with warnings.catch_warnings(record=True) as told:
-    ...     warnings.simplefilter("always")
-    ...     warn_of_few_couplings(SIMPLE, EXTRA)
-    >>> print(told[0].message)
-    the network reads 0 past inputs and 1 past outputs, and what it has to learn needs 1 and 1: give BackCouplings(1, 1)
-    """
+    """Warn if a network has fewer back couplings than it needs; stacklevel 2 names the caller's line."""
     if given.inputs < needed.inputs or given.outputs < needed.outputs:
         enough = BackCouplings(max(given.inputs, needed.inputs), max(given.outputs, needed.outputs))
         warnings.warn(
-            f"the network reads {given}, and what it has to learn needs {needed.inputs} and {needed.outputs}: "
+            f"the network reads {given}, but the plant needs {needed.inputs} and {needed.outputs}: "
             f"give BackCouplings({enough.inputs}, {enough.outputs})",
             BackCouplingWarning,
             stacklevel=stacklevel + 1,

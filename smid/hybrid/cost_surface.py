@@ -1,4 +1,4 @@
-"""The free-run error over two parameters, all others fixed.
+"""Free-run error over two parameters, with all others fixed.
 
 Reference: hybrid thesis, section 6.3.2, figure 6.9.
 """
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CostSurface", "cost_surface"]
 
-BATCH = 500  # runs at once
+BATCH = 500  # simulated runs per call
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,9 +32,9 @@ class CostSurface(Result):
     Parameters
     ----------
     first, second
-        Shape (n,) and (m,). Values of the two parameters.
+        Shapes (n,) and (m,). Values of the two parameters.
     rmse
-        Shape (n, m). RMSE in the output's unit, infinite where the run diverges.
+        Shape (n, m). RMSE in the output's unit; infinite where the run diverges.
     """
 
     names: tuple[str, str]
@@ -44,7 +44,7 @@ class CostSurface(Result):
 
     @property
     def least(self) -> tuple[float, float]:
-        """Return the values at which the error is smallest."""
+        """Return the parameter values of the smallest error."""
         row, column = np.unravel_index(int(np.argmin(self.rmse)), self.rmse.shape)
         return float(self.first[row]), float(self.second[column])
 
@@ -56,27 +56,26 @@ class CostSurface(Result):
         return self.plot()
 
     def plot(self) -> Figure:
-        """Draw the surface, and its contours with the smallest error."""
+        """Return a figure of the surface, with contours and the smallest error."""
         from smid.hybrid.figures import surface_figure
 
         return surface_figure(self)
 
 
 def cost_surface(problem: FreeRunError, values: Mapping[str, float], grid: Mapping[str, ArrayLike]) -> CostSurface:
-    """Evaluate the free-run error over a grid of two parameters.
+    """Return the free-run error over a grid of two parameters.
 
     Parameters
     ----------
     values
-        The other free parameters, in the model's units.
+        Values of the other free parameters, in the model's units.
     grid
-        Two parameters and their values, finite and rising.
+        Two parameters and their values, finite and increasing.
 
     Raises
     ------
     ModelError
-        If there are not two parameters, one is unknown or not free, a value is missing, or a series is not finite or
-        not rising.
+        If the grid does not have two free parameters, a value is missing, or grid values are not finite and increasing.
 
     Examples
     --------
@@ -90,14 +89,14 @@ def cost_surface(problem: FreeRunError, values: Mapping[str, float], grid: Mappi
     free = problem.run.parameters
     series = {name: np.asarray(samples, dtype=np.float64) for name, samples in grid.items()}
     if len(series) != 2 or not set(series) <= set(free):
-        raise ModelError(f"a grid of {', '.join(series) or 'nothing'}: give two of {', '.join(free)}")
+        raise ModelError(f"the grid has {', '.join(series) or 'no parameters'}: give two of {', '.join(free)}")
     for name, samples in series.items():
         if samples.ndim != 1 or not np.isfinite(samples).all() or not (np.diff(samples) > 0).all():
-            raise ModelError(f"the values of {name} are not finite and rising: give a series, as from np.linspace")
+            raise ModelError(f"the values of {name} are not finite and increasing: use for example np.linspace")
     missing = [name for name in free if name not in series and name not in values]
     if missing:
-        raise ModelError(f"no value for {', '.join(missing)}: give one for every free parameter beside the grid's two")
-    # Every point of the grid, scaled as the problem is.
+        raise ModelError(f"no value for {', '.join(missing)}: give one for every free parameter outside the grid")
+    # All grid points as scaled vectors theta.
     (one, first), (two, second) = series.items()
     points = np.tile(problem.theta({**values, one: 0.0, two: 0.0}), (first.size * second.size, 1))
     points[:, free.index(one)] = np.repeat(first, second.size) / problem.units[free.index(one)]

@@ -1,9 +1,9 @@
-"""Embedded: the network is a component of the first principles that is hard to model.
+"""Embedded topology: the network replaces a component of the first-principles model that is hard to model.
 
     d/dt w = f(w, u) + s(...) NN(...)
 
-It fits a static function inside the balance, with a factor s in the balance's own parameters, and needs no back
-couplings: the dynamics stay the balance's.
+The network learns a static function inside the balance. The factor s depends on the balance's parameters. The network
+needs no back couplings, because the balance contains the dynamics.
 
 Reference: hybrid thesis, section 4.3.4, figure 4.10; (5.13), (5.15), listing K.11.
 """
@@ -30,25 +30,23 @@ def embedded(
     *,
     name: str = "N",
 ) -> HybridModel:
-    """Put a network into the balances of a first-principles model.
+    """Return a hybrid model with a network inside the balances of a first-principles model.
 
     Parameters
     ----------
     white
-        First principles; what of its parameters is to be estimated with the weights has a box.
+        First-principles model. Parameters with a box are estimated together with the weights.
     factors
-        For each signal, what multiplies the network in its line.
+        For each signal, the factor of the network in that signal's line.
     inputs
-        What the network reads: signals at time t.
-    hidden
-        Neurons of each hidden layer.
+        Network inputs: signals at time t.
     name
         Prefix of the weights' names.
 
     Raises
     ------
     ModelError
-        If no line defines one of the signals, or a name is taken.
+        If no line defines one of the signals, or a name is already used.
 
     Examples
     --------

@@ -1,16 +1,13 @@
-"""Estimation of a hybrid model: which error, which method, how many starts.
+"""Estimation of a hybrid model's parameters and weights by nonlinear least squares.
 
-The error is that of the output, either one step ahead ("prediction": what is read of the past output is measured) or
-in a free run ("simulation": it is the model's own).  Both come from the same lines and their analytic sensitivities;
-the method is one of `smid.networks`.
+The residual is the output error one step ahead ("prediction", past outputs are measured) or in a free run
+("simulation", past outputs are the model's own). The minimiser is one of `smid.networks`.
 
-The methods see the problem scaled: the network's inputs brought to [-1, 1], where the weights begin after Nguyen and
-Widrow, and all else in units that move the output by its standard deviation.  The last layer begins at zero, which is
-the first principles alone.  A free run begins where the prediction error led to, for a network that starts without
-dynamics finds them slowly.
-
-A point outside the parameters' boxes, or from which the run leaves the finite range, has no error and is not stepped
-to.
+- Scaling: network inputs are scaled to [-1, 1]. All other numbers get units that change the output by one standard
+  deviation.
+- Start: hidden weights after Nguyen and Widrow. The last layer starts at zero, which is the first-principles model
+  alone. A free-run fit starts from the result of the prediction fit, because it learns dynamics slowly from zero.
+- Safeguard: outside the parameters' boxes, and where the run diverges, the error is infinite, so no step goes there.
 
 Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990.
 """
@@ -51,21 +48,21 @@ from smid.networks import (
 __all__ = ["ERRORS", "HybridEstimate", "estimate"]
 
 ERRORS = ("prediction", "simulation")
-_INSENSITIVE = 1e-8  # what moves the output less than this, in standard deviations for a unit, keeps its unit
+_INSENSITIVE = 1e-8  # smallest slope to scale by, in standard deviations of the output
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HybridEstimate(Result):
-    """An estimated hybrid model.
+    """Estimated hybrid model.
 
     Parameters
     ----------
     hybrid
-        Its model carries the estimated values, bound to the data.
+        Bound to the data; its model has the estimated values.
     fit
-        The free run over all experiments.
+        Free run over all experiments.
     search
-        The descents, in scaled parameters and errors.
+        Descents from all starts, in scaled parameters and errors.
     """
 
     hybrid: HybridModel
@@ -74,7 +71,7 @@ class HybridEstimate(Result):
 
     @property
     def model(self) -> Model:
-        """The estimated model."""
+        """Return the estimated model."""
         return self.hybrid.model
 
     def _content(self) -> Iterator[Part]:
@@ -84,7 +81,7 @@ class HybridEstimate(Result):
         yield f"{self.hybrid.topology}, {self.hybrid.couplings}, {weights} weights{told}; {self.search}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: the estimated model, the free run and how the search ended."""
+        """Return the estimated model, the free run and the result of the search as plain data."""
         return {
             "topology": self.hybrid.topology,
             "couplings": plain(self.hybrid.couplings),
@@ -97,14 +94,14 @@ class HybridEstimate(Result):
 
 @dataclass(frozen=True, eq=False)
 class _Scaled:
-    """Output error as a least-squares problem in ``theta``, with the fitted numbers ``units theta``."""
+    """Output error as a least-squares problem in ``theta``; the fitted numbers are ``units @ theta``."""
 
     fitting: Fitting
     units: Array
 
     @property
     def count(self) -> int:
-        """Number of residuals."""
+        """Return the number of residuals."""
         return sum(int(mask.sum()) for mask in self.fitting.used) * len(self.fitting.outputs)
 
     def vector(self, theta: Array) -> Array:
@@ -121,7 +118,7 @@ class _Scaled:
         count = self.fitting.lower.size
         if np.any(vector[:count] < self.fitting.lower) or np.any(vector[:count] > self.fitting.upper):
             return np.inf
-        with np.errstate(all="ignore"):  # a run that leaves the finite range
+        with np.errstate(all="ignore"):  # a run may diverge
             return float(np.mean(self.fitting.residual(vector) ** 2))
 
     def normal_equations(self, theta: Array) -> NormalEquations:
@@ -142,42 +139,39 @@ def estimate(
     seed: int | np.random.Generator,
     progress: ProgressCallback | None = None,
 ) -> HybridEstimate:
-    """Estimate a hybrid model: all free parameters of its first principles, and the weights.
+    """Return a hybrid model with estimated weights and free first-principles parameters.
 
     Parameters
     ----------
     hybrid
-        Values that its model carries are where its first principles start.
+        Values in its model are the start of the first-principles parameters.
     used
-        Shape (n,). Per experiment, the samples that count; by default all after the warm-up.
+        Shape (n,). Per experiment, the samples to fit; by default all after the warm-up.
     plant
-        A linear plant that one reckons with: a network in series or in parallel is checked against it, see
-        `smid.hybrid.required`.
+        Expected linear plant. Back couplings of a network in series or in parallel are checked against it.
     error
-        One of {"simulation", "prediction"}. Of the free run, or one step ahead.
+        "simulation" (free run) or "prediction" (one step ahead).
     method
         `levenberg_marquardt`, `gauss_newton` or `gradient_descent` of `smid.networks`.
     starts
-        How many random starts; the least error wins.
+        Number of random starts; the smallest error is kept.
     iterations
-        Most steps from each start.
-    seed
-        Of the starts.
+        Maximum number of steps from each start.
     progress
         Called after each step with a `Progress`.
 
     Warns
     -----
     BackCouplingWarning
-        If the network has fewer back couplings than the plant asks for.
+        If the network has fewer back couplings than the plant requires.
 
     Raises
     ------
     DataError
-        If there are more numbers to estimate than samples, or a channel is missing.
+        If there are more unknowns than samples, or a channel is missing.
     ModelError
-        If the error is none of these, the first principles alone cannot be simulated on the data, or an input is so
-        far from zero for its range that the weights leave their limit.
+        If an option is unknown, the first-principles simulation diverges, or an input far from zero needs weights
+        beyond their limit.
 
     Examples
     --------
@@ -194,17 +188,21 @@ def estimate(
     refuse_unknown("error", [error], ERRORS)
     if starts < 1 or iterations < 1:
         raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
+    # Compare the back couplings with those that the plant requires.
     if plant is not None:
         needed = required(plant, hybrid.white, hybrid.topology, data.sampling_time)
         warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
+    # Prepare the free-run and the one-step-ahead problem.
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     free_run, ahead = Fitting(hybrid.model, data, masks), _ahead(hybrid.model, data, masks)
     _check_count(free_run)
+    # Draw the starts: first-principles values and random hidden weights.
     generator = np.random.default_rng(seed)
     alone = _first_principles(hybrid)
     ranges = _input_ranges(hybrid, data, masks, alone)
     points = [{**alone, **_hidden_weights(hybrid.term, ranges, generator)} for _ in range(starts)]
+    # Scale the chosen error and minimise it from each start.
     if error == "prediction":
         problem = _scaled(ahead, hybrid, ranges, alone)
         thetas = [problem.theta(values) for values in points]
@@ -213,6 +211,7 @@ def estimate(
         thetas = [_after_prediction(problem, first, values, method, iterations) for values in points]
     search = multistart(method, problem, thetas, iterations=iterations, patience=iterations, progress=progress)
     values = problem.values(search.theta)
+    # A prediction fit still needs initial states for the free run.
     if error == "prediction":
         vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
     else:
@@ -222,10 +221,10 @@ def estimate(
 
 
 def _ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
-    """Make ready the fit of the predictions one step ahead, of the samples that can be predicted."""
+    """Return the fit of the one-step-ahead predictions over the samples that can be predicted."""
     if any(item.inverse is not None for item in model.measurements if item.channel in model.output_channels):
-        raise ModelError(f"{model.name!r} is seen through a sensor's curve: put the curve into its lines")
-    # What was measured before the record is not known, so its first samples cannot be predicted.
+        raise ModelError(f"an output of {model.name!r} has a sensor curve: put the curve into the model's lines")
+    # The first samples cannot be predicted: the samples before them are unknown.
     return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])
 
 
@@ -239,7 +238,7 @@ def _check_count(fitting: Fitting) -> None:
 
 
 def _first_principles(hybrid: HybridModel) -> dict[str, float]:
-    """Return where the search begins: the first principles' values, or the middle of a box, and no network."""
+    """Return the start: first-principles values, or the middle of each box, and zero weights."""
     values = {parameter.name: 0.0 for parameter in hybrid.term.parameters}
     for parameter in hybrid.white.parameters:
         if parameter.lower < parameter.upper:
@@ -251,10 +250,11 @@ def _first_principles(hybrid: HybridModel) -> dict[str, float]:
 def _input_ranges(
     hybrid: HybridModel, data: Dataset, used: Sequence[NDArray[np.bool_]], alone: Mapping[str, float]
 ) -> Scaling:
-    """Find the range of what the network reads, with the past outputs as measured."""
+    """Return the range of the network inputs, with measured past outputs."""
     names = [f"{hybrid.term.name}_input{k}" for k in range(len(hybrid.term.inputs))]
     lines = tuple(Line(signal(name)[t], item) for name, item in zip(names, hybrid.term.inputs, strict=True))
     model = replace(hybrid.model, lines=(*hybrid.model.lines, *lines))
+    # Simulate one step ahead, with a signal for each network input.
     fitting = _ahead(model, data, used)
     initial = fitting.initial(fitting.start(alone))
     values = {name: alone[name] for name in fitting.run.parameters}
@@ -265,16 +265,15 @@ def _input_ranges(
     samples = np.concatenate(columns)
     if not np.isfinite(samples).all():
         raise ModelError(
-            f"{hybrid.white.name!r} alone leaves the finite range on these data: "
-            "begin at other values of its parameters"
+            f"the simulation of {hybrid.white.name!r} alone diverges on these data: start from other parameter values"
         )
     low, high = samples.min(axis=0), samples.max(axis=0)
-    # What does not vary has no range; its weight then acts as a bias.
+    # A constant input has no range; its weight acts as a bias.
     return Scaling((high + low) / 2.0, np.where(high > low, (high - low) / 2.0, 1.0))
 
 
 def _hidden_weights(term: NeuralTerm, ranges: Scaling, generator: np.random.Generator) -> dict[str, float]:
-    """Draw the hidden layers, in the inputs' units; the last layer is zero."""
+    """Return random hidden weights in the inputs' units; the last layer is zero."""
     if not term.hidden:
         return {}
     network = fold(nguyen_widrow(term.sizes, generator), ranges, Scaling(np.zeros(1), np.ones(1)))
@@ -283,8 +282,8 @@ def _hidden_weights(term: NeuralTerm, ranges: Scaling, generator: np.random.Gene
     largest = float(np.abs(weights).max())
     if largest > term.limit:
         raise ModelError(
-            f"for the range of its inputs the network {term.name!r} needs weights of {largest:.3g}, beyond its limit "
-            f"{term.limit:g}: let it read scaled inputs, as in (T[t] - 440) / 10"
+            f"the inputs of the network {term.name!r} need weights up to {largest:.3g}, beyond its limit "
+            f"{term.limit:g}: scale its inputs, as in (T[t] - 440) / 10"
         )
     names = (parameter.name for parameter in term.parameters)
     return dict(zip(names, weights.tolist(), strict=True))
@@ -295,8 +294,7 @@ def _scaled(fitting: Fitting, hybrid: HybridModel, ranges: Scaling, alone: Mappi
     slopes = np.sqrt(np.mean(fitting.jacobian(start) ** 2, axis=0))
     if not np.isfinite(slopes).all():
         raise ModelError(
-            f"{hybrid.white.name!r} alone leaves the finite range on these data: "
-            "begin at other values of its parameters"
+            f"the simulation of {hybrid.white.name!r} alone diverges on these data: start from other parameter values"
         )
     weights = [fitting.run.parameters.index(parameter.name) for parameter in hybrid.term.parameters]
     unit = np.where(slopes > _INSENSITIVE, 1.0 / np.maximum(slopes, _INSENSITIVE), np.maximum(np.abs(start), 1.0))
@@ -306,7 +304,7 @@ def _scaled(fitting: Fitting, hybrid: HybridModel, ranges: Scaling, alone: Mappi
 
 
 def _weight_units(term: NeuralTerm, ranges: Scaling, output: float) -> Array:
-    """Return what takes the weights of a network of scaled inputs and output to those in their units."""
+    """Return the matrix from weights for scaled inputs and output to weights in their units."""
     k = term.sizes[0]
     m = (*term.hidden, 1)[0]
     units = np.eye(len(term.parameters))
@@ -321,7 +319,7 @@ def _weight_units(term: NeuralTerm, ranges: Scaling, output: float) -> Array:
 def _after_prediction(
     problem: _Scaled, first: _Scaled, values: Mapping[str, float], method: Method, iterations: int
 ) -> Array:
-    """Return where a free run begins: at the end of a descent on the prediction error, unless it is no better there."""
+    """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
     found = first.values(descend(method, first, first.theta(values), iterations=iterations, patience=iterations).theta)
     points = [problem.theta(point) for point in (found, values)]
     return min(points, key=lambda theta: float(np.nan_to_num(problem.error(theta), nan=np.inf)))

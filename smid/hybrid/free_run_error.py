@@ -1,8 +1,8 @@
-"""The free-run error of a model as a least-squares problem for the methods of `smid.networks`.
+"""Free-run error of a model as a least-squares problem for the methods of `smid.networks`.
 
     r(theta) = output of the free run at the parameters ``units * theta``, minus the measured output
 
-Many points are run in lockstep. Derivatives come from `smid.models.sensitivities`, along the same runs.
+Many points are simulated together. Derivatives come from `smid.models.sensitivities`, along the same runs.
 
 Safeguards: where a run diverges, the error is infinite, so no method steps there. Where only a sensitivity diverges,
 its column of the Jacobian is zero.
@@ -28,7 +28,7 @@ __all__ = ["FreeRunError", "FreeRuns"]
 
 Rows = NDArray[np.intp]
 
-RUNAWAY, STEEPEST = 1e8, 1e100  # squares beyond overflow
+RUNAWAY, STEEPEST = 1e8, 1e100  # squares of larger values overflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +38,14 @@ class FreeRunError:
     Parameters
     ----------
     model
-        With one output. Its free parameters are those whose box is not a point.
+        With one output. Parameters with lower < upper are free.
     units
-        Shape (p,). Unit of each number theta, in the order of the model's free parameters.
+        Shape (p,). Unit of each number theta, in the order of the free parameters.
 
     Raises
     ------
     ModelError
-        If the units are not as many as the free parameters.
+        If the number of units differs from the number of free parameters.
     DataError
         If a channel is missing, or there are more parameters than samples.
 
@@ -70,20 +70,20 @@ class FreeRunError:
 
     @cached_property
     def run(self) -> FreeRun:
-        """The compiled model."""
+        """Return the compiled model."""
         return compile_free_run(self.model)
 
     def values(self, theta: Array) -> dict[str, float]:
-        """Return the parameters of the scaled numbers theta."""
+        """Return the parameters at theta."""
         return dict(zip(self.run.parameters, (theta * self.units).tolist(), strict=True))
 
     def theta(self, values: dict[str, float]) -> Array:
-        """Return the scaled numbers theta of parameters."""
+        """Return theta at the parameters."""
         return np.array([values[name] for name in self.run.parameters]) / self.units
 
     @cached_property
     def box(self) -> tuple[Array, Array]:
-        """Lower and upper ends of theta, shape (p,) each."""
+        """Return the lower and upper ends of theta, shape (p,) each."""
         parameters = [self.model.parameter(name) for name in self.run.parameters]
         ends = np.array([(p.lower, p.upper) for p in parameters]).T / self.units
         return ends[0], ends[1]
@@ -106,15 +106,15 @@ class FreeRunError:
         return float(self.errors(theta[None])[0])
 
     def normal_equations(self, theta: Array) -> NormalEquations:
-        """Return the normal equations."""
+        """Return the normal equations at theta."""
         runs = self.runs(theta[None])
         gradient, gram = runs.normal_equations(np.arange(1))
         return NormalEquations(float(runs.errors[0]), gradient[0], gram[0])
 
     def lower(self, starts: Array, *, evaluations: int = 100) -> Array:
-        """Return the points that descents from one start (p,) or many (B, p) reach, in lockstep.
+        """Return the points found by descents from one start (p,) or many (B, p), run together.
 
-        A start whose error is not finite is returned unchanged. See `smid.networks.lockstep`.
+        A start with an infinite error is returned unchanged. See `smid.networks.lockstep`.
         """
         lower, upper = self.box
         found, _ = lockstep(self.runs, np.atleast_2d(starts), lower, upper, evaluations=evaluations)
@@ -123,14 +123,14 @@ class FreeRunError:
 
 @dataclass(frozen=True, eq=False)
 class FreeRuns:
-    """Free runs in lockstep.
+    """Free runs at many points.
 
     Parameters
     ----------
     thetas
         Shape (B, p).
     known
-        For each record, every signal, from before the first sample.
+        For each record, all signals, including samples before the first.
 
     Examples
     --------
@@ -147,7 +147,7 @@ class FreeRuns:
 
     @cached_property
     def residuals(self) -> Array:
-        """Simulated minus measured, all records in a row, shape (B, n); not finite where a run diverges."""
+        """Return simulated minus measured over all records, shape (B, n); not finite where a run diverges."""
         shown, run = self.problem.model.measurements[0], self.problem.run
         simulated = [run.cut({"y": known[shown.signal]}, time=1)["y"] for known in self.known]
         measured = [record.values[shown.channel] for record in self.problem.data.experiments]
@@ -155,7 +155,7 @@ class FreeRuns:
 
     @cached_property
     def errors(self) -> Array:
-        """Mean squared errors, shape (B,); infinite outside the box, and where a run diverges."""
+        """Return the mean squared errors, shape (B,); infinite outside the box and where a run diverges."""
         lower, upper = self.problem.box
         inside = np.all((self.thetas >= lower) & (self.thetas <= upper), axis=1)
         for known in self.known:
@@ -165,7 +165,7 @@ class FreeRuns:
             return np.where(inside, np.mean(self.residuals**2, axis=1), np.inf)
 
     def jacobian(self, rows: Rows) -> Array:
-        """Return the derivatives of the residuals of some runs, shape (K, n, p); a column that overflows is zero."""
+        """Return the derivatives of some runs' residuals, shape (K, n, p); a column that overflows is zero."""
         problem, p = self.problem, self.problem.units.size
         values = dict(zip(problem.run.parameters, (self.thetas[rows] * problem.units).T, strict=True))
         parts = []
@@ -177,5 +177,5 @@ class FreeRuns:
         return np.where(np.abs(steep).max(axis=1, keepdims=True) < STEEPEST, steep, 0.0)
 
     def normal_equations(self, rows: Rows) -> tuple[Array, Array]:
-        """Return ``J'r / n``, shape (K, p), and ``J'J / n``, shape (K, p, p), of some of the runs."""
+        """Return ``J'r / n``, shape (K, p), and ``J'J / n``, shape (K, p, p), of some runs."""
         return stacked_normal_equations(self.residuals, self.jacobian, rows)

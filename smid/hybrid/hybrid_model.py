@@ -1,7 +1,6 @@
-"""A hybrid model: first principles and a network, joined in one model.
+"""Hybrid model: a first-principles model and a network in one model.
 
-The ways to join them are functions from a first-principles model to a hybrid one: `series`, `parallel`,
-`simultaneous`, `embedded`.  How the error is taken and by which method it is lowered is said to `estimate`.
+The functions `series`, `parallel`, `simultaneous` and `embedded` build it. `estimate` fits it to data.
 """
 
 from __future__ import annotations
@@ -20,25 +19,19 @@ from smid.models.symbols import rename_signals
 __all__ = ["HYBRID", "HybridModel", "bound_to", "measure_instead", "output_measurement"]
 
 HYBRID = "hybrid"
-"""Name of the signal that first principles and network give together."""
+"""Name of the hybrid model's output signal."""
 
 
 @dataclass(frozen=True, repr=False)
 class HybridModel(Result):
-    """First principles and a network in one model.
+    """First-principles model and network in one model.
 
     Parameters
     ----------
     model
-        Its parameters: those of the first principles, then the weights.
-    term
-        The network.
+        Its parameters are those of the first-principles model, then the weights.
     white
-        The first principles alone.
-    topology
-        How the two are joined, for display.
-    couplings
-        Of the network.
+        First-principles model alone.
     """
 
     model: Model
@@ -48,32 +41,21 @@ class HybridModel(Result):
     couplings: BackCouplings
 
     def _content(self) -> Iterator[Part]:
-        yield f"{self.white.name} and a network, {self.topology}: it reads {self.couplings}."
+        yield f"{self.white.name} with a network ({self.topology}). The network reads {self.couplings}."
         yield self.model
 
 
 def output_measurement(white: Model, output: str | None) -> Measurement:
-    """Find the measurement that a network is to complete.
-
-    Parameters
-    ----------
-    output
-        Its channel; None where there is one only.
-
-    Raises
-    ------
-    ModelError
-        If there is no such output, or it has to be named.
-    """
+    """Return the measurement of an output channel; None stands for the only output."""
     channels = white.output_channels
     chosen = channels[0] if output is None and len(channels) == 1 else output
     if chosen not in channels:
-        raise ModelError(f"output = {output!r} is no output of {white.name!r}: name one of {', '.join(channels)}")
+        raise ModelError(f"output = {output!r} is not an output of {white.name!r}: name one of {', '.join(channels)}")
     return next(item for item in white.measurements if item.channel == chosen)
 
 
 def measure_instead(model: Model, old: Measurement, name: str) -> Model:
-    """Let a channel show another signal."""
+    """Return the model with a measurement of another signal."""
     changed = tuple(replace(item, signal=name) if item is old else item for item in model.measurements)
     return replace(model, measurements=changed)
 

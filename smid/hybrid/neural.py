@@ -1,14 +1,12 @@
-"""A network inside a model: an expression over the model's signals, with the weights as the model's parameters.
+"""Tanh network as an expression over a model's signals; its weights are parameters of the model.
 
     NN = w a_L + b,    a_l = tanh(W_l a_{l-1} + b_l),    a_0 = the inputs
 
-Written symbolically, the network is a part of the model's lines like any other.  What a model can do (free run,
-analytic sensitivities, fit, prediction, diagnosis) it can therefore do with a network in it, and whether the network
-stands after, beside or inside the first principles, and which of its inputs are fed back, is said by the lines alone.
+The expression is an ordinary part of the model's lines, so simulation, sensitivities, fit, prediction and diagnosis
+work without change. The lines define the topology and the fed-back samples.
 
-Without hidden layers the term is the affine function ``w a_0 + b``, the "linear neuron" of the thesis.
-
-The thesis's (4.10)-(4.13) and (h.19)-(h.23) print some biases outside their tanh; here each stands inside, as in (3.4).
+Without hidden layers the term is the affine function ``w a_0 + b``, the "linear neuron" of the thesis. The thesis
+prints some biases of (4.10)-(4.13) and (h.19)-(h.23) outside the tanh. Here all are inside, as in (3.4).
 
 Reference: hybrid thesis, (3.4)-(3.6), sections 4.3.1 to 4.3.4.
 """
@@ -31,23 +29,23 @@ __all__ = ["NeuralTerm", "network_of", "with_network"]
 
 @dataclass(frozen=True)
 class NeuralTerm:
-    """A tanh network of some signals, as an expression with its parameters.
+    """Tanh network of some signals, as an expression with its parameters.
 
     Parameters
     ----------
     name
         Prefix of the weights' names: ``w{layer}_{neuron}_{input}`` and ``b{layer}_{neuron}``, counted from 1.
     inputs
-        What the network reads, over the model's signals at t, t - 1, ...
+        Expressions over the model's signals at t, t - 1, ...
     hidden
-        Neurons of each hidden layer; none makes the term affine.
+        Neurons of each hidden layer; with no layer the term is affine.
     limit
-        The weights' boxes are [-limit, limit], in the units of the inputs and of the output.
+        Box of each weight: [-limit, limit], in the units of the inputs and of the output.
 
     Raises
     ------
     ModelError
-        If there is no input, a layer without neurons, or the limit is no positive number.
+        If there is no input, a layer has no neuron, or the limit is not a positive number.
 
     Examples
     --------
@@ -73,16 +71,16 @@ class NeuralTerm:
                 "give at least one input, and at least one neuron in each layer"
             )
         if not (math.isfinite(self.limit) and self.limit > 0):
-            raise ModelError(f"limit = {self.limit} is refused: give a positive number as the largest weight")
+            raise ModelError(f"limit = {self.limit} is not valid: give a positive number as the largest weight")
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Number of inputs, then of neurons in each hidden layer."""
+        """Return the number of inputs, then of neurons in each hidden layer."""
         return (len(self.inputs), *self.hidden)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Weights and biases, in the order of `TanhNetwork.weights`."""
+        """Return weights and biases, in the order of `TanhNetwork.weights`."""
         names = []
         for layer, (k, m) in enumerate(zip(self.sizes, (*self.hidden, 1), strict=True), start=1):
             names += [f"{self.name}_w{layer}_{i}_{j}" for i in range(1, m + 1) for j in range(1, k + 1)]
@@ -91,7 +89,7 @@ class NeuralTerm:
 
     @cached_property
     def expression(self) -> sympy.Expr:
-        """The network's output."""
+        """Return the network's output."""
         symbols = iter([parameter.symbol for parameter in self.parameters])
         signals = list(self.inputs)
         for layer, m in enumerate((*self.hidden, 1), start=1):
@@ -102,19 +100,7 @@ class NeuralTerm:
 
 
 def network_of(model: Model, term: NeuralTerm) -> TanhNetwork:
-    """Read a network's weights from the model that it stands in.
-
-    Parameters
-    ----------
-    model
-        With the term's parameters.
-    term
-        With at least one hidden layer.
-
-    Returns
-    -------
-    TanhNetwork
-        From the term's inputs to its output.
+    """Return the network of a term, with the weights of a model.
 
     Raises
     ------
@@ -133,31 +119,17 @@ def network_of(model: Model, term: NeuralTerm) -> TanhNetwork:
     values = {p.name: p.lower for p in model.parameters if p.lower == p.upper} | dict(model.values)
     missing = [parameter.name for parameter in term.parameters if parameter.name not in values]
     if missing:
-        raise ModelError(f"the model has no value for {missing[0]}: fit it, or set it by with_network")
+        raise ModelError(f"the model has no value for {missing[0]}: fit the model, or use with_network")
     return TanhNetwork(term.sizes, np.array([values[parameter.name] for parameter in term.parameters]))
 
 
 def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
-    """Give a model the weights of a network.
-
-    Parameters
-    ----------
-    model
-        With the term's parameters.
-    term
-        Where the network stands.
-    network
-        Of the term's sizes; one network, without leading axes.
-
-    Returns
-    -------
-    Model
-        With these values; see `network_of` for an example.
+    """Return a model with the weights of a network.
 
     Raises
     ------
     ModelError
-        If the sizes differ, there are several networks, or a weight lies beyond the term's limit.
+        If the sizes differ, there are several networks, or a weight exceeds the term's limit.
 
     Examples
     --------
@@ -175,7 +147,7 @@ def with_network(model: Model, term: NeuralTerm, network: TanhNetwork) -> Model:
     largest = float(np.abs(network.weights).max())
     if not largest <= term.limit:
         raise ModelError(
-            f"a weight of {largest:g} lies beyond the limit {term.limit:g} of {term.name!r}: widen the limit"
+            f"a weight of {largest:g} is beyond the limit {term.limit:g} of {term.name!r}: raise the limit"
         )
     names = (parameter.name for parameter in term.parameters)
     return model.with_values(dict(zip(names, network.weights.tolist(), strict=True)))

@@ -1,9 +1,9 @@
-"""Parallel: the network adds to the output what first principles leave over.
+"""Parallel topology: the network adds a correction to the first-principles output.
 
     hybrid[t] = w[t] + NN(u[t], u[t-1], ..., d[t-1], ...),    d = hybrid - w
 
-In terms of transfer functions the network has to learn ``H_P - H_M``.  Its past outputs stand as differences, not as a
-signal of their own, so that a predictor reads the measured output less the model's, as in listing K.7.
+The network learns the transfer function ``H_P - H_M``. Its past outputs are the differences d, not a separate signal.
+So a predictor reads the measured output minus the model's output, as in listing K.7.
 
 Reference: hybrid thesis, section 4.3.2, figure 4.8, listing K.7, appendix D.
 """
@@ -22,18 +22,18 @@ __all__ = ["Parallel", "parallel"]
 
 
 class Parallel(Topology):
-    """The network beside the first principles."""
+    """Topology with the network beside the first-principles model."""
 
     name = "parallel"
 
     @staticmethod
     def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
-        """Return the difference."""
+        """Return the difference of the transfer functions."""
         return plant - white
 
     @staticmethod
     def white_output(amplitude: float) -> float:  # noqa: ARG004
-        """Return zero: the first principles add nothing."""
+        """Return zero: the first-principles model adds nothing."""
         return 0.0
 
 
@@ -45,25 +45,14 @@ def parallel(
     output: str | None = None,
     name: str = "N",
 ) -> HybridModel:
-    """Put a network beside a first-principles model.
+    """Return a hybrid model with a network beside a first-principles model.
 
-    Parameters
-    ----------
-    white
-        First principles; parameters whose box is a point stay as they are, others are estimated with the weights.
-    couplings
-        Of the network.
-    hidden
-        Neurons of each hidden layer; none makes the network affine.
-    output
-        Channel to complete, where there are several.
-    name
-        Prefix of the weights' names.
+    The parameters are those of `series`.
 
     Raises
     ------
     ModelError
-        If the output is not known, or a name is taken.
+        If the output is unknown, or a name is already used.
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""Series: the network reads what first principles give, and gives the output.
+"""Series topology: the network reads the first-principles output and gives the hybrid output.
 
     hybrid[t] = NN(w[t], w[t-1], ..., hybrid[t-1], ...)
 
-w is the white model's measured signal; it runs freely, whatever is measured.  In terms of transfer functions the
-network has to learn ``H_P / H_M``: to undo the model, and to imitate the plant.
+w is the first-principles output, always in a free run. The network learns the transfer function ``H_P / H_M``: the
+inverse of the model times the plant.
 
 Reference: hybrid thesis, section 4.3.1, figure 4.6, listings K.4 and K.6, appendix B.
 """
@@ -22,13 +22,13 @@ __all__ = ["Series", "series"]
 
 
 class Series(Topology):
-    """The network after the first principles."""
+    """Topology with the network after the first-principles model."""
 
     name = "series"
 
     @staticmethod
     def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
-        """Return the quotient: the network inverts the model and imitates the plant."""
+        """Return the quotient of the transfer functions."""
         return plant / white
 
 
@@ -40,25 +40,25 @@ def series(
     output: str | None = None,
     name: str = "N",
 ) -> HybridModel:
-    """Put a network after a first-principles model.
+    """Return a hybrid model with a network after a first-principles model.
 
     Parameters
     ----------
     white
-        First principles; parameters whose box is a point stay as they are, others are estimated with the weights.
+        First-principles model. Parameters with lower < upper are estimated together with the weights.
     couplings
-        Of the network.
+        Back couplings of the network.
     hidden
-        Neurons of each hidden layer; none makes the network affine.
+        Neurons of each hidden layer; with no layer the network is affine.
     output
-        Channel to complete, where there are several.
+        Channel to correct; needed if there are several.
     name
         Prefix of the weights' names.
 
     Raises
     ------
     ModelError
-        If the output is not known, or a name is taken.
+        If the output is unknown, or a name is already used.
 
     Examples
     --------

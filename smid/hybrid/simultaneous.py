@@ -1,13 +1,11 @@
-"""Simultaneous: first principles and network side by side, and parameters of both estimated at once.
+"""Simultaneous estimation: a parallel network, with free parameters of the first-principles model.
 
-The topology is `parallel`'s; what is new is that some of the first principles' parameters are free.  With a dynamic
-network the data cannot tell whose dynamics are the plant's, and the estimate of a time constant means nothing: the
-thesis's first attempts failed so.  With a static one it can.
+With a dynamic network the data do not determine a time constant, because the network can replace it. The first
+attempts of the thesis failed for this reason. With a static network the time constant is determined.
 
-The thesis draws the network beside the model (figure 4.9), but its listing K.11 puts it into the balance, reading the
-concentration: ``tau y' + y + N(y) = K(tau) u``.  That is `embedded`, and only that has tau = 2 as its solution for the
-plant of (5.12).  Beside the model a static network of u acts at once, as the plant does not, and tau has to make up
-for it.
+The thesis draws the network beside the model (figure 4.9). Its listing K.11 puts the network into the balance instead,
+``tau y' + y + N(y) = K(tau) u``, which is `embedded`. Only `embedded` has the solution tau = 2 for the plant of (5.12).
+A static network of u beside the model acts without delay, and the estimate of tau compensates for this error.
 
 Reference: hybrid thesis, section 4.3.3, figure 4.9, (5.12)-(5.13), section 6.2.4, listings K.9 to K.11.
 """
@@ -34,27 +32,19 @@ def simultaneous(
     output: str | None = None,
     name: str = "N",
 ) -> HybridModel:
-    """Put a network beside a first-principles model and release some of the model's parameters.
+    """Return a hybrid model with a parallel network and some free first-principles parameters.
+
+    The other parameters are those of `series`.
 
     Parameters
     ----------
-    white
-        First principles.
     released
-        Parameters to estimate with the weights, each with its box.
-    couplings
-        Of the network; static by default.
-    hidden
-        Neurons of each hidden layer.
-    output
-        Channel to complete, where there are several.
-    name
-        Prefix of the weights' names.
+        Parameters to estimate together with the weights, each with its box.
 
     Raises
     ------
     ModelError
-        If a parameter is not known, a box is empty, or a name is taken.
+        If a parameter is unknown, a box is empty, or a name is already used.
 
     Examples
     --------

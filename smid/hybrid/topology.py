@@ -1,4 +1,4 @@
-"""Topologies: what the analysis has to know about a way to join first principles and a network."""
+"""Topologies: properties of a hybrid structure that the analysis needs."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ GROUP = "smid.topologies"
 
 
 class Topology(ABC):
-    """A way to join first principles and a network whose `HybridModel.topology` is this name.
+    """Structure of a hybrid model; its name is the `HybridModel.topology`.
 
-    Subclasses are found by name, once they are imported or offered by an entry point of the group ``smid.topologies``.
+    A subclass is found by name after its import, or by an entry point of the group ``smid.topologies``.
 
     Examples
     --------
@@ -32,22 +32,16 @@ class Topology(ABC):
     @staticmethod
     @abstractmethod
     def learned(plant: sympy.Expr, white: sympy.Expr) -> sympy.Expr:
-        """Return the network's transfer function, from those of the plant and of the first principles."""
+        """Return the transfer function that the network must learn, from those of plant and model."""
 
     @staticmethod
     def white_output(amplitude: float) -> float:
-        """Return the first principles' output while the network runs alone on a constant input."""
+        """Return the first-principles output that belongs to a constant input of the network alone."""
         return amplitude
 
 
 def topology_named(name: str) -> type[Topology]:
-    """Return the topology with a name.
-
-    Raises
-    ------
-    ModelError
-        If there is none.
-    """
+    """Return the topology with a name; raise ModelError if there is none."""
     found = find_subclass(Topology, name, GROUP, _name)  # type: ignore[type-abstract]
     if found is None:
         known = subclass_names(Topology, GROUP, _name)  # type: ignore[type-abstract]

@@ -119,7 +119,7 @@ def test_too_few_back_couplings_are_told_with_their_number():
     ("make", "message"),
     [
         (lambda: transfer(reactor_plant("power")), "not linear"),
-        (lambda: transfer(OutputError()), "model in samples"),
+        (lambda: transfer(OutputError()), "discrete-time model"),
         (lambda: required(Reactor(2.0), Reactor(4.0), "beside", 1.0), "topology"),
         (lambda: pulse_transfer(OutputError().with_line("u", signal("r")[t] + signal("v")[t]), 1.0), "one of each"),
     ],

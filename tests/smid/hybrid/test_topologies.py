@@ -148,7 +148,7 @@ def test_settings_that_mean_nothing_are_refused(options, message):
 def test_an_input_far_from_zero_is_told_to_be_scaled():
     u = 1e4 + np.sin(np.arange(60.0))
     data = Dataset.from_arrays(input={"u": u}, output={"y": u}, sampling_time=1.0)
-    with pytest.raises(ModelError, match="let it read scaled inputs"):
+    with pytest.raises(ModelError, match="scale its inputs"):
         estimate(parallel(Reactor(2.0), STATIC), data, starts=1, iterations=2, seed=1)
 
 
