@@ -248,7 +248,7 @@ def test_bad_samples_are_refused_and_change_nothing(sample, says):
     [
         ({"noise_bound": 0.0}, "noise_bound = 0.0 is refused: give a positive number"),
         ({"noise_bound": np.nan}, "noise_bound = nan"),
-        ({"bounds": {}}, "'b0' has no bounds: a set begins with a box"),
+        ({"bounds": {}}, "'b0' has no bounds: give a first interval"),
         ({"bounds": {"b0": (-1, 1), "b1": (0, 1)}}, "unknown parameter 'b1'"),
         ({"bounds": {"b0": (1, -1)}}, "bounds of 'b0' are 1 and -1: give finite ends"),
         ({"bounds": {"b0": (0, np.inf)}}, "give finite ends"),
