@@ -53,10 +53,10 @@ PAGES = sorted(set(re.findall(r"^   ([a-z_.]+)$", Path(__file__).with_name("api.
 
 def exported(module: str) -> dict[str, object]:
     """Return what a module offers: its ``__all__``, or without one what it defines under names without underscore."""
-    found = vars(import_module(module))
-    if "__all__" in found:
-        return {name: found[name] for name in found["__all__"]}
-    own = {name: item for name, item in found.items() if getattr(item, "__module__", None) == module}
+    found = import_module(module)
+    if hasattr(found, "__all__"):
+        return {name: getattr(found, name) for name in found.__all__}  # smid imports a name when it is asked for
+    own = {name: item for name, item in vars(found).items() if getattr(item, "__module__", None) == module}
     return {name: item for name, item in own.items() if not name.startswith("_")}
 
 
