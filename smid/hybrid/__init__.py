@@ -1,7 +1,7 @@
 """Hybrid models: a first-principles model and a network in one model, for any process.
 
 A topology is a function that returns a `HybridModel`. To add one from another package, write such a function and a
-subclass of `Topology`. The subclass gives the analysis the transfer function that the network must learn:
+subclass of `Topology`. The subclass gives the analysis the transfer function that the network must learn::
 
     class Subtracting(Topology):
         name = "subtracting"                    # HybridModel.topology
@@ -10,7 +10,7 @@ subclass of `Topology`. The subclass gives the analysis the transfer function th
         def learned(plant, white):              # transfer functions
             return white - plant
 
-To make the name known before the class is imported, declare an entry point:
+To make the name known before the class is imported, declare an entry point::
 
     [project.entry-points."smid.topologies"]
     subtracting = "my_package:Subtracting"

@@ -2,7 +2,7 @@
 
 To add a sensor from another package, subclass `VirtualSensor` as a frozen dataclass. `save_sensor` and `load_sensor`
 find the class by its name and read each field as its annotation says (numbers, tuples, arrays, networks, dataclasses,
-sensors). No file of this package changes:
+sensors). No file of this package changes::
 
     @dataclass(frozen=True, eq=False)
     class MySensor(VirtualSensor):
@@ -10,7 +10,7 @@ sensors). No file of this package changes:
         sampling_time: float | None = None
         ...                                     # channels, n_parameters, fit, run
 
-If files may be read before the class is imported, offer the class as an entry point:
+If files may be read before the class is imported, offer the class as an entry point::
 
     [project.entry-points."smid.sensors"]
     MySensor = "my_package:MySensor"
