@@ -7,6 +7,8 @@ D. Kraft, "A software package for sequential quadratic programming", DFVLR-FB 88
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from scipy import sparse
 from scipy.optimize import Bounds, minimize
@@ -59,15 +61,18 @@ def local_minimum(
         check_time()
         return float(cost.evaluate(t)[0]) / size
 
-    found = minimize(  # type: ignore[call-overload]
-        value,
-        np.clip(begin, -reach, reach),
-        jac=lambda t: _jacobian(cost, t)[0] / size,
-        method="SLSQP",
-        bounds=Bounds(-reach, reach),
-        constraints=constraints,
-        options={"maxiter": 200, "ftol": 1e-14},
-    )
+    # Before scipy 1.13, SLSQP warned each time that it clipped a step to the bounds.
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        found = minimize(  # type: ignore[call-overload]
+            value,
+            np.clip(begin, -reach, reach),
+            jac=lambda t: _jacobian(cost, t)[0] / size,
+            method="SLSQP",
+            bounds=Bounds(-reach, reach),
+            constraints=constraints,
+            options={"maxiter": 200, "ftol": 1e-14},
+        )
     # Accept the point only if its constraints hold.
     t = np.clip(found.x, -reach, reach)
     if not np.isfinite(t).all():
