@@ -54,7 +54,7 @@ endif
 
 # Old packages use what newer ones of theirs deprecate: that is not for us to mend.
 test-oldest: $(OLDEST)
-	$(ONE_THREAD) .venv-oldest/bin/python -m pytest -W ignore::DeprecationWarning -n $(WORKERS) --dist worksteal
+	$(ONE_THREAD) .venv-oldest/bin/python -m pytest -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning -n $(WORKERS) --dist worksteal
 
 check: $(READY)
 	.venv/bin/ruff check .

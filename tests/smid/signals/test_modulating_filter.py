@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import trapezoid
 from scipy.interpolate import BSpline
 
 from smid.data import DataError
@@ -46,7 +47,7 @@ def test_it_is_the_integral_with_the_derived_spline(derivative):
     y = np.exp(time) + np.sin(5 * time)
     knots = width * fine * np.arange(order + 1)
     phi = BSpline.basis_element(knots, extrapolate=False).derivative(derivative)(time) / (width * fine)
-    wanted = (-1) ** derivative * np.trapezoid(np.nan_to_num(phi) * y, dx=fine)
+    wanted = (-1) ** derivative * trapezoid(np.nan_to_num(phi) * y, dx=fine)
     assert chosen.derivative(y, fine, derivative)[0] == pytest.approx(wanted, rel=1e-4)
 
 
