@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import (
     Dataset,
     ErrorBound,

@@ -47,7 +47,6 @@ class _Deadline:
     at: float
 
     def __reduce__(self) -> tuple[Callable[[float], _Deadline], tuple[float]]:
-        # The monotonic clock differs on another machine, the wall clock does not.
         """Return the deadline as wall-clock time, because the monotonic clock of another machine differs."""
         return _from_wall_clock, (time.time() + self.at - time.monotonic(),)
 

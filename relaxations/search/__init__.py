@@ -2,7 +2,8 @@
 
 from relaxations.search.boxes import DerivedBox, derive_box
 from relaxations.search.branching import branch_and_bound
-from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason, intervals
+from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
+from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import Minimum, minimise
 
 __all__ = [

@@ -25,13 +25,13 @@ from relaxations.reductions.scaling import Scaling
 from relaxations.search.by_branches import by_branches
 from relaxations.search.by_cuts import by_cuts
 from relaxations.search.by_rounds import by_rounds
-from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason, contracted, uninterrupted
+from relaxations.search.enclosure import Enclosure, Interval, Reason
 from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
 from relaxations.search.tightener import Task, Tightener
 from relaxations.solvers import Solver, check_solver
 
-__all__ = ["Enclosure", "Interval", "Progress", "Proof", "Reason", "contracted", "intervals", "uninterrupted"]
+__all__ = ["intervals"]
 
 
 @limited

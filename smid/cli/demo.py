@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.options import json_option
 from smid.cli.outputs import Outputs, pdf_warnings_printed

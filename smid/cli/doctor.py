@@ -15,7 +15,7 @@ import click
 import numpy as np
 
 from relaxations.errors import ProblemError
-from relaxations.search.hierarchy import Proof, Reason
+from relaxations.search.enclosure import Proof, Reason
 from relaxations.solvers.interface import available_solvers
 from smid.cli.console import BAD_INPUT
 from smid.cli.documents import DOCTOR

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_problem, load_record
 from smid.cli.options import Problem, Record, Solve, seconds_option, takes

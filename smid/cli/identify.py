@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from relaxations.deadline import time_limit
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.cli.console import EMPTY, INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem, load_record
 from smid.cli.options import (

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import click
 
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import FILE, SOLVER, Columns, NoiseBound, Problem, argument, option, read_noise_bound, takes

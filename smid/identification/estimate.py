@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Enclosure, Interval, Proof, Reason
+from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
 from smid.display.result import Part, Result, Tabular, optional, plain
 from smid.display.table import Table

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import CARETDOWNBASE, CARETUPBASE
 from matplotlib.patches import Patch
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, RED, SKY, style
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
 

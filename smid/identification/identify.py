@@ -29,7 +29,7 @@ from smid.identification.polynomial import Polynomial
 from smid.models import Model, ModelError
 from smid.verification.origin import origin_of
 
-__all__ = ["METHODS", "EmptyFeasibleSetError", "Progress", "identify"]
+__all__ = ["METHODS", "EmptyFeasibleSetError", "identify"]
 
 METHODS = method_names()
 """How bounds may be asked for."""

@@ -31,7 +31,7 @@ from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
 from smid.models.symbols import plain_symbols, references, rewritten, signal, swapped, t
 
-__all__ = ["Array", "Group", "compile_lines"]
+__all__ = ["Group", "compile_lines"]
 
 Function = Callable[..., Any]
 Reference = tuple[str, int]

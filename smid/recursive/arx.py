@@ -24,7 +24,7 @@ from smid.data import DataError
 from smid.models import ModelError
 from smid.models.transfer import check_count, names
 
-__all__ = ["LARGEST", "Array", "Arx", "refusal"]
+__all__ = ["LARGEST", "Arx", "refusal"]
 
 LARGEST = 1e100
 """Larger numbers are refused, because their squares would overflow."""

@@ -33,7 +33,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.identification.estimate import ParameterInterval
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown

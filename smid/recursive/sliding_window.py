@@ -15,7 +15,7 @@ from collections import deque
 
 import numpy as np
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.data import Dataset
 from smid.identification.estimate import ParameterInterval
 from smid.identification.identify import EmptyFeasibleSetError, identify

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.data import Dataset
 from smid.display.table import Table
 from smid.fitting.validate import Score, Validation, validate

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import DataError
 
-__all__ = ["Array", "Seed", "check_samples", "clock_samples", "generator"]
+__all__ = ["Seed", "check_samples", "clock_samples", "generator"]
 
 Seed = int | np.random.Generator
 

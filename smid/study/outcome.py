@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.display.result import plain
 from smid.identification.estimate import ParameterInterval
 

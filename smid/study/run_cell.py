@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 
 from relaxations.errors import ProblemError
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.data import DataError
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError, identify

@@ -8,8 +8,7 @@ from typing import Any
 import click
 
 from smid.cli.console import Progress
-from smid.cli.options import json_option, report_option
-from smid.cli.outputs import Outputs
+from smid.cli.outputs import Outputs, writes
 from smid.cli.studies import publish
 from smid.theses.chapter import Chapter, write_chapter
 
@@ -24,14 +23,14 @@ def study_command(make: Callable[..., Made]) -> click.Command:
     ``make(progress, **options)`` returns the study and the settings that the page shows.
     """
 
-    def run(json_: str | None, report: str | None, **options: Any) -> None:
-        outputs = Outputs(json_, report)
+    @writes("json", "report")
+    def run(outputs: Outputs, **options: Any) -> None:
         with Progress() as progress:
             chapter, settings = make(progress, **options)
         shown = {name: str(value) for name, value in settings.items()}
         publish(outputs, chapter.command, chapter, lambda path, asked: write_chapter(chapter, path, asked), shown)
 
-    command = click.command(make.__name__, help=make.__doc__)(json_option(report_option(run)))
+    command = click.command(make.__name__, help=make.__doc__)(run)
     # Click collects the options of a function in reverse order.
     command.params[:0] = reversed(getattr(make, "__click_params__", []))
     return command

@@ -21,7 +21,7 @@ from relaxations.deadline import (
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.proof.bounding import relax
-from relaxations.search import hierarchy
+from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import MinimumReason, minimise
 from relaxations.solvers import Stop, clarabel, solve
@@ -209,6 +209,6 @@ def test_a_relaxation_that_takes_longer_is_cut_short(seconds):
 def test_intervals_within_a_time_limit_are_those_proven_so_far():
     problem, _ = hard_problem(11)
     found, took = seconds_of(lambda: intervals(problem, [0, 1], method="dense", order=2, seconds=0.5))
-    assert found.reason is hierarchy.Reason.TIME
+    assert found.reason is Reason.TIME
     assert took < 1.6
     assert [(i.lower, i.upper) for i in found.intervals] == [(-1.0, 1.0)] * 2

@@ -9,7 +9,7 @@ import pytest
 
 import relaxations.proof.bounding as bounding
 from relaxations.errors import ProblemError
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
 from smid import (
     DataError,

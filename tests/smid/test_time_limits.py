@@ -5,7 +5,7 @@ import pytest
 
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import minimise, variables
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid import Dataset, OutputError, diagnose, error_bound, identify
 from smid.data import DataError
 from smid.models import ModelError

@@ -6,7 +6,8 @@ import pytest
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.points.witness import verify
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
 
 CASES = [
     ("output_error", {"n": 15, "seed": 1}),

@@ -10,7 +10,8 @@ from relaxations.moments.lift import complicating_variables, least_order
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound
-from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
 from relaxations.solvers import solve
 
 SOLVERS = ("clarabel", "highs")

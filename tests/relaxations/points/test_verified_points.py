@@ -15,7 +15,7 @@ from relaxations.library import load
 from relaxations.points.exact_point import simplest
 from relaxations.points.newton_point import newton_point
 from relaxations.problem.problem import from_sympy
-from relaxations.search.hierarchy import Reason as EndsReason
+from relaxations.search.enclosure import Reason as EndsReason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.minimise import MinimumReason
 

@@ -18,7 +18,7 @@ from relaxations.points.witness import verify
 from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate import certify, residual_polynomial
-from relaxations.search import hierarchy
+from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.solvers import solve
 
@@ -242,7 +242,7 @@ NOT_EMPTY = {
 @pytest.mark.parametrize("method", METHODS)
 def test_an_empty_set_is_proven_empty(name, method):
     found = intervals(small(EMPTY[name]), [0, 1], method=method, order=2)
-    assert found.reason is hierarchy.Reason.EMPTY
+    assert found.reason is Reason.EMPTY
     assert found.empty is not None
 
 

@@ -25,7 +25,8 @@ from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound, Branches, Hull, Kinks, Part, Quotient, Reach, Row, Sides
 from relaxations.search.boxes import derive_box
 from relaxations.search.branching import branch_and_bound
-from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
 
 x, y = sympy.symbols("x y")
 METHODS = ["lift", "sparse", "dense", "terms", "chordal", "textbook"]

@@ -18,7 +18,8 @@ from relaxations.search.benders.program import ask
 from relaxations.search.benders.search import Asker
 from relaxations.search.benders.split import Split, frame
 from relaxations.search.benders.tree import bound_end
-from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import LONG
 from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, FeasibleSet, Hammerstein, identify
 

@@ -9,7 +9,8 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof import bounding
-from relaxations.search.hierarchy import Reason, contracted, intervals
+from relaxations.search.enclosure import Reason, contracted
+from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 
 

@@ -15,7 +15,8 @@ from relaxations.problem.problem import from_sympy
 from relaxations.proof import bounding
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate import certify
-from relaxations.search.hierarchy import Reason, intervals
+from relaxations.search.enclosure import Reason
+from relaxations.search.hierarchy import intervals
 from relaxations.solvers import (
     Attempt,
     ConicSolution,

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from relaxations import check
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.cli import main
 from smid.cli.console import Progress
 

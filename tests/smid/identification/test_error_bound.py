@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.soundness.random_problems import random_problem
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, ModelError, OutputError, error_bound, identify
 from tests.smid.first_order import first_order
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import Estimate, ParameterInterval, identify
 from smid.identification.estimate import SCHEMA, round_down, round_up, shown_digits
 from tests.smid.first_order import first_order

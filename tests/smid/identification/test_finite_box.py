@@ -8,7 +8,7 @@ import pytest
 import sympy
 
 from benchmarks.soundness.random_problems import RandomProblem, random_problem
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
 from smid.identification.finite_box import Boxed, vanishing_factors, with_finite_box
 from smid.models import Line, Measurement, Parameter

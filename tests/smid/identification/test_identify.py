@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from relaxations.points.witness import verify
-from relaxations.search.hierarchy import Proof, Reason
+from relaxations.search.enclosure import Proof, Reason
 from smid import (
     CentreStatus,
     Dataset,

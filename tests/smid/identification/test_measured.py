@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.measured import HAIR_DRYER, held_out_fit
 from relaxations.points.witness import verify
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import FeasibleSet, OutputError, error_bound, identify, validate
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data"

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 from scipy.signal import lfilter
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import DataError, Dataset, ModelError, OutputError, identify
 from smid.recursive import Arx
 from smid.recursive.locate_change import locate_change

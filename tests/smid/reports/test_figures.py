@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import smid
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid.display.style import inline_svg, notebook_svg, style
 from smid.fitting.figures import simulation_figure
 from smid.identification.figures import intervals_figure

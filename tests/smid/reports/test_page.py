@@ -6,7 +6,7 @@ import pytest
 from scipy.signal import lfilter
 
 import smid
-from relaxations.search.hierarchy import Proof, Reason
+from relaxations.search.enclosure import Proof, Reason
 from smid.data.resample import Resampling
 from smid.identification.estimate import CentreStatus
 from smid.reports import check_writable, data_report, report, versions

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from relaxations.search.hierarchy import Proof
+from relaxations.search.enclosure import Proof
 from smid import DataError
 from smid.identification.estimate import ParameterInterval
 from smid.reports import report

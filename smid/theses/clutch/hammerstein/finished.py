@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, TypeVar
 
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 
 __all__ = ["finished"]
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from relaxations.deadline import Progress
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table

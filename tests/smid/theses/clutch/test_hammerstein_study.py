@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize_scalar
 
-from relaxations.search.hierarchy import Reason
+from relaxations.search.enclosure import Reason
 from smid.data import DataError
 from smid.data.bundled import load_clutch
 from smid.models import ModelError
