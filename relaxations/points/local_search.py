@@ -61,7 +61,7 @@ def local_minimum(
         check_time()
         return float(cost.evaluate(t)[0]) / size
 
-    # Before scipy 1.13, SLSQP warned each time that it clipped a step to the bounds.
+    # Older versions of scipy warn each time that they clip a step to the bounds.
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
         found = minimize(  # type: ignore[call-overload]

@@ -119,8 +119,8 @@ class Tabular(Result):
     ...
     ...     def _rows(self):
     ...         return ({"record": k, "RMSE": error} for k, error in enumerate(self.rmse))
-    >>> Errors((0.5, 0.25)).to_pandas()["RMSE"].max()
-    np.float64(0.5)
+    >>> float(Errors((0.5, 0.25)).to_pandas()["RMSE"].max())
+    0.5
     """
 
     @abstractmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
@@ -123,8 +124,11 @@ def _draw_clouds_as_pixels(figure: Figure) -> None:
             corners = sum(np.shape(path.vertices)[0] for path in group.get_paths())
             if corners > _MANY_CORNERS or np.shape(group.get_offsets())[0] > _MANY_POINTS:
                 heavy.append(group)
-    for artist in heavy:
-        artist.set_rasterized(True)
+    with warnings.catch_warnings():
+        # Older versions of matplotlib cannot rasterise contours, and say so; the picture is larger then.
+        warnings.filterwarnings("ignore", "Rasterization of")
+        for artist in heavy:
+            artist.set_rasterized(True)
     if heavy:
         figure.set_dpi(_SHARP)
 

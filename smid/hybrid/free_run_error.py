@@ -137,8 +137,8 @@ class FreeRuns:
     >>> from smid.models import OutputError
     >>> data = Dataset.from_arrays(input={"u": [1.0, 1, 1]}, output={"y": [0.0, 1.0, 1.5]}, sampling_time=1.0)
     >>> problem = FreeRunError(OutputError(), data, np.ones(2))
-    >>> problem.runs(np.array([[-0.5, 1.0], [0.0, 0.0]])).errors[0]
-    np.float64(0.0)
+    >>> float(problem.runs(np.array([[-0.5, 1.0], [0.0, 0.0]])).errors[0])
+    0.0
     """
 
     problem: FreeRunError

@@ -83,7 +83,7 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
     place = {line.signal: k for k, line in enumerate(lines)}
     reads = [{place[name] for name, _ in references(line.expression) if name in place} for line in lines]
     pairs = [(k, other) for k, read in enumerate(reads) for other in read]
-    rows, columns = np.array(pairs, np.int32).reshape(-1, 2).T  # older versions of scipy know no other indices here
+    rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
     graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(len(lines), len(lines)))
     component = connected_components(graph, connection="strong")[1].tolist()
     members: dict[int, list[int]] = {}

@@ -30,8 +30,8 @@ class Prediction(Result):
 
     Examples
     --------
-    >>> Prediction(("20C_ramp_b",), (np.array([1.0, 1.5]),)).position[0].max()
-    np.float64(1.5)
+    >>> float(Prediction(("20C_ramp_b",), (np.array([1.0, 1.5]),)).position[0].max())
+    1.5
     """
 
     records: tuple[str, ...]
