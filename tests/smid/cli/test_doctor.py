@@ -37,7 +37,7 @@ def test_as_json(smid):
     ("name", "has", "cause", "cure"),
     [
         ("numpy", "1.9.3", "numpy 1.9.3 is older than 1.26", 'pip install --upgrade "numpy>=1.26"'),
-        ("scipy", None, "scipy is not installed", 'pip install "scipy>=1.11"'),
+        ("scipy", None, "scipy is not installed", 'pip install "scipy>=1.15.2"'),
     ],
 )
 def test_old_and_missing_packages(smid, monkeypatch, name, has, cause, cure):
