@@ -21,7 +21,7 @@ import numpy as np
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
-from relaxations.moments.lasserre import groups
+from relaxations.moments.lasserre_hierarchy import groups
 from relaxations.points.local_search import local_minimum
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax

@@ -10,9 +10,9 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import TimeIsUp, check_time
 from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import degrees_in
 from relaxations.moments.moment import Relaxation
+from relaxations.moments.parametric_lift import METHODS as LIFTS
+from relaxations.moments.parametric_lift import degrees_in
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.certificate import Certificate, certify
 from relaxations.proof.method import Method, Order, relaxation_method
@@ -146,7 +146,7 @@ def relax(
     method
         An object of :mod:`relaxations.proof.method`, or its short name.
     order
-        One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
+        One for each of :func:`relaxations.moments.lasserre_hierarchy.groups` where the cliques differ.
     objective
         What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
         and serves no other then. Products of variables that share no constraint must be known.

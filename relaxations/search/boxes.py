@@ -22,7 +22,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import Progress
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Reach, Record, Step

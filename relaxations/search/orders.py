@@ -15,8 +15,8 @@ import numpy as np
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments.lasserre import BY_TERMS, groups
-from relaxations.moments.lasserre import plan as blocks
+from relaxations.moments.lasserre_hierarchy import BY_TERMS, groups
+from relaxations.moments.lasserre_hierarchy import plan as blocks
 from relaxations.points.extraction import is_flat
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Outcome, Relaxed

@@ -12,7 +12,7 @@ import sympy
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques
 from smid.data import DataError, Dataset, excitation

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.conic import Multipliers, conic_program, multipliers
-from relaxations.moments.lasserre import lasserre
-from relaxations.moments.lift import lift
+from relaxations.moments.lasserre_hierarchy import lasserre
+from relaxations.moments.parametric_lift import lift
 from relaxations.points.witness import verify
 from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax

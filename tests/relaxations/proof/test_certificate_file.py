@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from relaxations import check
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import Multipliers
-from relaxations.moments.lift import lift
+from relaxations.moments.parametric_lift import lift
 from relaxations.problem.problem import from_sympy, polynomials_from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate import certify

@@ -12,13 +12,13 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
 from relaxations.moments.facial import face_basis, vectors_within
-from relaxations.moments.lasserre import lasserre, plan
+from relaxations.moments.lasserre_hierarchy import lasserre, plan
 from relaxations.moments.symmetry import classes, sign_symmetries
 from relaxations.points.extraction import minimisers
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound
-from relaxations.search.minimise import MinimumReason, minimise
+from relaxations.search.minimum import MinimumReason, minimise
 from tests.relaxations.at_a_point import unit_problem, worst
 
 N = 4

@@ -1,6 +1,5 @@
 """Minima of polynomials: the bound below, the point above, and where they must meet."""
 
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -18,9 +17,8 @@ from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.reductions.products import with_products
 from relaxations.reductions.vanishing import cases, products, settle
-from relaxations.search.minimise import MinimumReason, minimise
-
-minimise_module = sys.modules["relaxations.search.minimise"]  # the package shows the function under this name
+from relaxations.search import minimum
+from relaxations.search.minimum import MinimumReason, minimise
 
 X, Y, Z = sympy.symbols("x y z")
 SQUARE = {X: (-4, 4), Y: (-4, 4)}
@@ -133,7 +131,7 @@ def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
         orders.append(order)
         return relax(problem, method, order, *rest)
 
-    monkeypatch.setattr(minimise_module, "relax", recorded)
+    monkeypatch.setattr(minimum, "relax", recorded)
     found = minimise(problem, objective, nodes=0, tolerance=1e-5)
     assert orders == [1, 2, (3, 2, 2)]
     assert found.order == 3
@@ -265,6 +263,6 @@ def test_the_order_of_the_contraction_counts_the_objective_as_a_constraint(monke
         orders.append(order)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(minimise_module, "intervals", recorded)
+    monkeypatch.setattr(minimum, "intervals", recorded)
     minimise(problem, objective, order=4, tolerance=1e-14)
     assert orders == [2]

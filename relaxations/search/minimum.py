@@ -22,8 +22,8 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import nonlinear_variables
+from relaxations.moments.parametric_lift import METHODS as LIFTS
+from relaxations.moments.parametric_lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
 from relaxations.points.feasible_points import FeasiblePoints
 from relaxations.problem.problem import PolynomialProblem
