@@ -163,8 +163,8 @@ def test_a_solver_has_what_is_left_as_its_limit(solver):
     if solver == "scs":
         pytest.importorskip("scs", reason="SCS is not installed")
     with time_limit(1e3):
-        outcome = relax(problem, "rlt", 1, solver).bound(objective)
-    assert outcome.bound == pytest.approx(-1, abs=1e-3)
+        certified = relax(problem, "rlt", 1, solver).bound(objective)
+    assert certified.bound == pytest.approx(-1, abs=1e-3)
     with time_limit(1e-9), pytest.raises(TimeIsUp):
         solve(relax(problem, "rlt", 1, solver).program, np.zeros(3), solver)
 

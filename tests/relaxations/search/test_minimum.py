@@ -75,9 +75,9 @@ def test_the_four_minima_of_himmelblau_are_extracted():
     problem, objective = from_sympy(expression, [], [], [X, Y], {X: (-5, 5), Y: (-5, 5)})
     known = np.array([[3, 2], [-2.805118, 3.131312], [-3.77931, -3.283186], [3.584428, -1.848127]])
     relaxed = relax(problem, "dense", 3, objective=objective)
-    outcome = relaxed.bound(objective)
-    points = [relaxed.scaling.recover(p) for p in minimisers(relaxed.relaxation, outcome.moments, 1)]
-    assert -1e-5 < outcome.bound <= 0.0
+    certified = relaxed.bound(objective)
+    points = [relaxed.scaling.recover(p) for p in minimisers(relaxed.relaxation, certified.moments, 1)]
+    assert -1e-5 < certified.bound <= 0.0
     assert len(points) == 4
     for point in known:
         assert min(np.abs(point - other).max() for other in points) < 1e-2
@@ -87,8 +87,8 @@ def test_minimisers_are_read_from_a_flat_moment_matrix_only():
     # Two minimisers, (-1, 1) and (1, 1): flat at order 2.
     problem, objective = from_sympy((X**2 - 1) ** 2 + (Y - 1) ** 2, [], [], [X, Y], SQUARE)
     relaxed = relax(problem, "dense", 2, objective=objective)
-    outcome = relaxed.bound(objective)
-    scaled = minimisers(relaxed.relaxation, outcome.moments)
+    certified = relaxed.bound(objective)
+    scaled = minimisers(relaxed.relaxation, certified.moments)
     points = sorted(relaxed.scaling.recover(p).tolist() for p in scaled)
     np.testing.assert_allclose(points, [[-1, 1], [1, 1]], atol=1e-3)
     # All of a circle is minimal: no finite number of points.
