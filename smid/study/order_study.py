@@ -74,8 +74,8 @@ def order_study(
     folder
         Folder for an SQLite file that saves each outcome.
     resume
-        Continue the study in ``folder``. Data, model, settings and versions must be the same; the combinations may
-        differ. Failed cells are run again.
+        Continue the study in ``folder``. Data, model, settings, method objects and versions must be the same; the
+        combinations may differ. Failed cells are run again.
     progress
         Called with a line of text now and then.
 
