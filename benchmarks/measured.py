@@ -114,7 +114,7 @@ RECORDS = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """What was found on one record, and the fits on its held-out half, in percent."""
 
     record: str
@@ -194,7 +194,7 @@ def run(
     folder: Path,
     samples: int = SAMPLES,
     say: Callable[[str], None] | None = None,
-) -> Outcome:
+) -> CaseResult:
     """Choose, identify and validate on one record."""
     identification, held_out = record.load(folder).split(0.5)
     identification = identification.crop(0, samples)
@@ -210,7 +210,9 @@ def run(
         held_out_fit(minimax, held_out),
         held_out_fit(rival, held_out),
     )
-    return Outcome(record.name, structure, identification, bound, estimate, fits, chosen - started, identified - chosen)
+    return CaseResult(
+        record.name, structure, identification, bound, estimate, fits, chosen - started, identified - chosen
+    )
 
 
 def table(rows: list[tuple[str, ...]]) -> str:
@@ -232,9 +234,9 @@ def main() -> None:
             print(f"{record.name}: skipped, {record.file} is not in the folder")
             continue
         print(f"{record.name}:", flush=True)
-        outcome = run(record, grid, arguments.folder, arguments.samples, lambda line: print(line, flush=True))
-        print(outcome.estimate, flush=True)
-        rows.append(outcome.row())
+        result = run(record, grid, arguments.folder, arguments.samples, lambda line: print(line, flush=True))
+        print(result.estimate, flush=True)
+        rows.append(result.row())
         print("  ".join(rows[-1]), flush=True)
     print(f"\n{table(rows)}\n\n{time.perf_counter() - started:.0f} s in all")
 

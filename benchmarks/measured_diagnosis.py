@@ -76,7 +76,7 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class CaseResult:
     """What was found on a record; the RMSEs on the test part in the unit of the published figures."""
 
     case: Case
@@ -257,7 +257,7 @@ def tested(
     return rms([error[part.n_init :]]) * case.factor
 
 
-def run(case: Case, folder: Path) -> Outcome:
+def run(case: Case, folder: Path) -> CaseResult:
     """Diagnose one record."""
     began = time.perf_counter()
     full = load_record(case.record, folder)
@@ -268,7 +268,7 @@ def run(case: Case, folder: Path) -> Outcome:
         pairs = ((found.base, found.simulated), (found.model, found.extended))
         before, after = (tested(model, simulated, case, found, full) for model, simulated in pairs)
         test = (before, after)
-    return Outcome(case, found, test, time.perf_counter() - began)
+    return CaseResult(case, found, test, time.perf_counter() - began)
 
 
 HEAD = """# Diagnosis of measured records
@@ -290,11 +290,11 @@ Free-run RMSE on the published test part.
 """
 
 
-def page(outcomes: Sequence[Outcome]) -> str:
+def page(results: Sequence[CaseResult]) -> str:
     """Return the tables, and the sentences of each diagnosis, as Markdown."""
     about = " ".join((__doc__ or "").split("not part of the project. ", 1)[-1].split())
     lines = [HEAD.format(about).rstrip("\n")]
-    for o in outcomes:
+    for o in results:
         d = o.diagnosis
         names = ", ".join(f"`{c.effect}`" + (f" ({c.label})" if c.label else "") for c in d.causes) or "nothing"
         verdict = f" (ambiguous: {' or '.join(d.alternatives)})" if d.alternatives else ""
@@ -302,12 +302,12 @@ def page(outcomes: Sequence[Outcome]) -> str:
         cells = (o.case.record, o.case.known, names + verdict, f"{d.gain.rmse_before:.4g}", after, f"{o.seconds:.0f}")
         lines.append("| " + " | ".join(cells) + " |")
     lines.append(TEST_HEAD.rstrip("\n"))
-    for o in outcomes:
+    for o in results:
         if o.test is not None:
             before, after = (f"{value:.3g} {o.case.unit}".rstrip() for value in o.test)
             lines.append(f"| {o.case.record} | {before} | {after} | {o.case.published or '-'} |")
     lines.append("\n## Sentences of the diagnosis\n\nThe percentage after a sentence is the confidence of the cause.\n")
-    for o in outcomes:
+    for o in results:
         d = o.diagnosis
         part = f" ({o.case.how})" if o.case.how else ""
         lines.append(f"**{o.case.record}**{part}; base: {o.case.base}. {d.conclusion}")
@@ -327,17 +327,17 @@ def main() -> None:
     parser.add_argument("--output", type=Path, help="Markdown file to write")
     parser.add_argument("--only", nargs="+", metavar="RECORD", help="these records only")
     arguments = parser.parse_args()
-    outcomes = []
+    results = []
     for case in CASES:
         if arguments.only and case.record not in arguments.only:
             continue
         if not (arguments.folder / case.record).is_dir():
             print(f"{case.record}: skipped, it is not in the folder", flush=True)
             continue
-        outcomes.append(run(case, arguments.folder))
-        print(f"\n{case.record}, {outcomes[-1].seconds:.0f} s:\n{outcomes[-1].diagnosis}", flush=True)
+        results.append(run(case, arguments.folder))
+        print(f"\n{case.record}, {results[-1].seconds:.0f} s:\n{results[-1].diagnosis}", flush=True)
         if arguments.output:
-            arguments.output.write_text(page(outcomes), encoding="utf-8")
+            arguments.output.write_text(page(results), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    Outcome = TypeVar("Outcome", bound=DataclassInstance)
+    CaseResult = TypeVar("CaseResult", bound=DataclassInstance)
 
 __all__ = ["kept", "run"]
 
@@ -40,12 +40,12 @@ def kept(cache: Path) -> list[dict[str, Any]]:
 
 def run(
     cache: Path,
-    function: Callable[..., Outcome],
+    function: Callable[..., CaseResult],
     cases: Sequence[tuple[Any, ...]],
     workers: int,
     also: Mapping[str, Any] | None = None,
-) -> Iterator[Outcome]:
-    """Run cases side by side, and append each outcome to the file as soon as it is there.
+) -> Iterator[CaseResult]:
+    """Run cases side by side, and append each result to the file as soon as it is there.
 
     Parameters
     ----------
@@ -56,18 +56,18 @@ def run(
         Its arguments.
     workers : int
     also : mapping, optional
-        Fields to keep beside the outcome's own.
+        Fields to keep beside the result's own.
 
     Yields
     ------
-    Outcome
+    CaseResult
         In the order in which they are done.
     """
     cache.parent.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(workers) as pool, cache.open("a", encoding="utf-8") as file:
         file.write("\n")  # ends a line that an interrupted run left unfinished; empty lines are skipped
         for future in as_completed([pool.submit(function, *case) for case in cases]):
-            outcome = future.result()
-            file.write(json.dumps(asdict(outcome) | dict(also or {})) + "\n")
+            result = future.result()
+            file.write(json.dumps(asdict(result) | dict(also or {})) + "\n")
             file.flush()
-            yield outcome
+            yield result

@@ -31,7 +31,7 @@ from relaxations import library
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import minimise, variables
 from relaxations.proof.bounding import relax
-from relaxations.search.minimise import minimise as minimise_problem
+from relaxations.search import minimise as minimise_problem
 from smid.display.style import INK, style
 
 # %% [markdown]

@@ -13,7 +13,7 @@ from benchmarks.frontier.analytic_problems import AnalyticProblem, problems
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.formats.expressions import problem_of
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.search.minimise import Minimum, MinimumReason, minimise
+from relaxations.search.minimum import Minimum, MinimumReason, minimise
 
 TOLERANCE = 1e-6
 ROUNDED = Fraction(1, 10**12)  # of the sum of a constraint's terms: a point is printed in floats

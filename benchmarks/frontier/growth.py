@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from benchmarks.records import Known, errors_in_variables, hammerstein, output_error
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from smid import FeasibleSet, identify
 

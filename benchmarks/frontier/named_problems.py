@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from relaxations.library import load, names
-from relaxations.search.minimise import minimise
+from relaxations.search.minimum import minimise
 
 CLOSE = 1e-6
 SECONDS = 900.0  # a problem at most

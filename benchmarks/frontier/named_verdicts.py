@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.frontier.analytic import TOLERANCE, judged, table
 from relaxations.library import NamedProblem, load, names
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.search.minimise import Minimum, minimise
+from relaxations.search.minimum import Minimum, minimise
 
 KNOWN = 1e-6  # of the optimum's magnitude: the optima of the library are known to about seven digits
 REACH = 10.0  # box of the library's variables that have none

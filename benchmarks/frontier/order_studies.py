@@ -38,10 +38,10 @@ def run() -> str:
             if 2 * order < max(problem.degree, objective.degree):
                 continue
             started = time.perf_counter()
-            outcome = relax(problem, method, order, objective=objective).bound(objective)
+            proven = relax(problem, method, order, objective=objective).bound(objective)
             seconds = time.perf_counter() - started
             lines.append(
-                f"| {name}, {method} | {order} | {outcome.bound:.8g} | {optimum} | {seconds:.2f} | {outcome.status} |"
+                f"| {name}, {method} | {order} | {proven.bound:.8g} | {optimum} | {seconds:.2f} | {proven.status} |"
             )
             print(lines[-1], flush=True)
     return "\n".join(lines)

@@ -21,7 +21,7 @@ import numpy as np
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
-from relaxations.moments.lasserre import groups
+from relaxations.moments.lasserre_hierarchy import groups
 from relaxations.points.local_search import local_minimum
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
@@ -156,13 +156,13 @@ def _own_orders() -> list[str]:
         order = tuple(ORDER + (k in raised) for k in cliques)
         started = time.process_time()
         relaxed = relax(problem, "sparse", order, objective=objective)
-        outcome = relaxed.bound(objective)
+        certified = relaxed.bound(objective)
         seconds = time.process_time() - started
         lines.append(
             f"| {title} | {len(raised)} of {len(cliques)} | {relaxed.relaxation.n_moments} | {seconds:.1f} "
-            f"| {outcome.bound:.6f} | {best:.6f} |"
+            f"| {certified.bound:.6f} | {best:.6f} |"
         )
-        raised = set(cliques) if raised else not_flat(relaxed, objective, outcome, order)
+        raised = set(cliques) if raised else not_flat(relaxed, objective, certified, order)
         print(lines[-1], flush=True)
     return lines
 

@@ -9,13 +9,13 @@ from fractions import Fraction
 import numpy as np
 
 from benchmarks.soundness.cases import SMOOTH, empty_case, feasible_case
-from benchmarks.soundness.score import Outcome
+from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
 
 __all__ = ["check_case", "inside"]
 
 
-def check_case(feasible: bool, seed: int, method: str = "auto") -> Outcome:
+def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
     """Draw a case, identify it and judge the answer; orders and rounds vary with the seed.
 
     Another method than ``"auto"`` is for the smooth models; the others are always branched with the lift.
@@ -40,7 +40,7 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> Outcome:
         verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
         verdict, message = inside(estimate, case.truth) if feasible else _never_feasible(estimate)
-    return Outcome(
+    return CaseResult(
         case.kind, case.construction, seed, len(case.data.values("y")), verdict, time.perf_counter() - started, message
     )
 

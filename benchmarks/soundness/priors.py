@@ -18,7 +18,7 @@ from benchmarks.pages import merged
 from benchmarks.resumable import kept, run
 from benchmarks.soundness.check_case import inside
 from benchmarks.soundness.prior_cases import PriorCase, prior_case
-from benchmarks.soundness.score import Outcome, table
+from benchmarks.soundness.score import CaseResult, table
 from smid import EmptyFeasibleSetError, identify
 
 __all__ = ["check_prior_case", "main", "markdown"]
@@ -36,25 +36,23 @@ def main(arguments: list[str]) -> int:
 
     drawn = (prior_case(seed) for seed in count(given.first))
     cases = list(islice((case for case in drawn if case.is_feasible), given.count))
-    known = {o.seed: o for o in (Outcome(**entry) for entry in kept(given.cache))}
-    outcomes = [known[case.seed] for case in cases if case.seed in known]
+    known = {r.seed: r for r in (CaseResult(**entry) for entry in kept(given.cache))}
+    results = [known[case.seed] for case in cases if case.seed in known]
     missing = [(case.seed,) for case in cases if case.seed not in known]
-    print(f"{len(cases)} sets from seed {given.first} on, {len(outcomes)} of them in {given.cache}", flush=True)
-    for outcome in run(given.cache, check_prior_case, missing, given.workers):
-        outcomes.append(outcome)
-        if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
-            print(
-                f"{len(outcomes):4d}/{len(cases)} {outcome.verdict}: seed {outcome.seed} {outcome.message}", flush=True
-            )
-    section = markdown(outcomes, cases)
+    print(f"{len(cases)} sets from seed {given.first} on, {len(results)} of them in {given.cache}", flush=True)
+    for result in run(given.cache, check_prior_case, missing, given.workers):
+        results.append(result)
+        if result.is_false or result.verdict == "failed" or len(results) % 50 == 0:
+            print(f"{len(results):4d}/{len(cases)} {result.verdict}: seed {result.seed} {result.message}", flush=True)
+    section = markdown(results, cases)
     print(f"\n{section}", flush=True)
     if given.output:
         page = given.output.read_text(encoding="utf-8") if given.output.exists() else ""
         given.output.write_text(merged(page, section), encoding="utf-8")
-    return int(any(o.is_false for o in outcomes))
+    return int(any(r.is_false for r in results))
 
 
-def check_prior_case(seed: int) -> Outcome:
+def check_prior_case(seed: int) -> CaseResult:
     """Identify a case whose truth meets its priors, and judge the answer; the order varies with the seed."""
     case = prior_case(seed)
     started = time.process_time()
@@ -76,27 +74,27 @@ def check_prior_case(seed: int) -> Outcome:
     else:
         verdict, message = inside(estimate, case.truth)
     samples = len(case.data.values("y"))
-    return Outcome(case.kind, "feasible", seed, samples, verdict, time.process_time() - started, message)
+    return CaseResult(case.kind, "feasible", seed, samples, verdict, time.process_time() - started, message)
 
 
-def markdown(outcomes: Sequence[Outcome], cases: Sequence[PriorCase]) -> str:
+def markdown(results: Sequence[CaseResult], cases: Sequence[PriorCase]) -> str:
     """Return the section: a table, and every false statement or failure with its seed."""
-    false = [o for o in outcomes if o.is_false]
-    failed = [o for o in outcomes if o.verdict == "failed"]
-    verdicts = Counter(o.verdict for o in outcomes)
+    false = [r for r in results if r.is_false]
+    failed = [r for r in results if r.verdict == "failed"]
+    verdicts = Counter(r.verdict for r in results)
     stated = Counter(option for case in cases for option in case.priors)
     lengths = [len(case.data.values("y")) for case in cases]
     parts = [
         "## Soundness: random priors with a rational truth",
-        f"`python -m benchmarks.soundness priors`: {len(outcomes)} models of one or two poles and up to three "
+        f"`python -m benchmarks.soundness priors`: {len(results)} models of one or two poles and up to three "
         f"numerator coefficients, of {min(lengths)} to {max(lengths)} samples, seeds {cases[0].seed} to "
         f"{cases[-1].seed}. The true parameters are rational and meet the priors and the noise bounds, as decided in "
         f"fractions. In {sum(case.is_at_an_end for case in cases)} models they lie exactly on the limit of a prior. "
         f"Priors stated: {', '.join(f'{option} {times}' for option, times in stated.most_common())}. "
         f"Falsely called empty: {verdicts['called empty']}. Truth excluded: {verdicts['truth outside']}. "
         f"Errors: {len(failed)}. "
-        f"{sum(o.seconds for o in outcomes) / 60:.0f} minutes of processor time.",
-        table("models with priors", outcomes, ("inside", "inside, no box"), lambda o: o.kind),
+        f"{sum(r.seconds for r in results) / 60:.0f} minutes of processor time.",
+        table("models with priors", results, ("inside", "inside, no box"), lambda r: r.kind),
     ]
-    parts += [f"- {o.verdict}, {o.kind}, seed {o.seed}: {o.message}" for o in false + failed]
+    parts += [f"- {r.verdict}, {r.kind}, seed {r.seed}: {r.message}" for r in false + failed]
     return "\n\n".join(parts) + "\n"

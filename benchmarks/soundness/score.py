@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["FALSE", "Outcome", "markdown", "table"]
+__all__ = ["FALSE", "CaseResult", "markdown", "table"]
 
 FALSE = ("truth outside", "witness outside", "called empty", "called feasible")
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """What became of one case.
 
     Parameters
@@ -48,13 +48,13 @@ class Outcome:
         return self.verdict in FALSE
 
 
-def markdown(outcomes: Sequence[Outcome], seconds: float) -> str:
+def markdown(results: Sequence[CaseResult], seconds: float) -> str:
     """Return the section: two tables, and every false statement or failure with its seed."""
-    feasible = [o for o in outcomes if o.is_feasible]
-    empty = [o for o in outcomes if not o.is_feasible]
-    false = [o for o in outcomes if o.is_false]
-    failed = [o for o in outcomes if o.verdict == "failed"]
-    spent = sum(o.seconds for o in outcomes)
+    feasible = [r for r in results if r.is_feasible]
+    empty = [r for r in results if not r.is_feasible]
+    false = [r for r in results if r.is_false]
+    failed = [r for r in results if r.verdict == "failed"]
+    spent = sum(r.seconds for r in results)
     parts = [
         "## Soundness: random feasible and empty sets",
         f"`python -m benchmarks.soundness sets`: {len(feasible)} sets contain known true parameters, and "
@@ -65,27 +65,29 @@ def markdown(outcomes: Sequence[Outcome], seconds: float) -> str:
         f"{seconds / 60:.0f} in this run.",
     ]
     if feasible:
-        parts.append(table("feasible sets", feasible, ("inside", "inside, no box"), lambda o: o.kind))
+        parts.append(table("feasible sets", feasible, ("inside", "inside, no box"), lambda r: r.kind))
     if empty:
         verdicts = ("certified empty", "undecided")
-        parts.append(table("empty sets", empty, verdicts, lambda o: f"{o.kind}, {o.construction}"))
-    parts += [f"- {o.verdict}, {o.kind}, {o.construction}, seed {o.seed}: {o.message}" for o in false + failed]
+        parts.append(table("empty sets", empty, verdicts, lambda r: f"{r.kind}, {r.construction}"))
+    parts += [f"- {r.verdict}, {r.kind}, {r.construction}, seed {r.seed}: {r.message}" for r in false + failed]
     return "\n\n".join(parts) + "\n"
 
 
-def table(title: str, outcomes: Sequence[Outcome], verdicts: Sequence[str], group: Callable[[Outcome], str]) -> str:
+def table(
+    title: str, results: Sequence[CaseResult], verdicts: Sequence[str], group: Callable[[CaseResult], str]
+) -> str:
     """Return counts of verdicts and times, one row a group and one of all."""
     lines = [
         f"| {title} | runs | {' | '.join(verdicts)} | false | failed | median s | longest s |",
         "|---" * (len(verdicts) + 6) + "|",
     ]
-    groups = sorted({group(o) for o in outcomes})
+    groups = sorted({group(r) for r in results})
     for name in [*groups, "all"]:
-        mine = [o for o in outcomes if name == "all" or group(o) == name]
-        count = Counter(o.verdict for o in mine)
-        times = sorted(o.seconds for o in mine)
+        mine = [r for r in results if name == "all" or group(r) == name]
+        count = Counter(r.verdict for r in mine)
+        times = sorted(r.seconds for r in mine)
         lines.append(
-            f"| {name} | {len(mine)} | {' | '.join(str(count[v]) for v in verdicts)} | {sum(o.is_false for o in mine)} "
+            f"| {name} | {len(mine)} | {' | '.join(str(count[v]) for v in verdicts)} | {sum(r.is_false for r in mine)} "
             f"| {count['failed']} | {times[len(times) // 2]:.2f} | {times[-1]:.1f} |"
         )
     return "\n".join(lines)

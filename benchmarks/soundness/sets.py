@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.pages import merged
 from benchmarks.resumable import kept, run
 from benchmarks.soundness.check_case import check_case
-from benchmarks.soundness.score import Outcome, markdown
+from benchmarks.soundness.score import CaseResult, markdown
 
 
 def main(arguments: list[str]) -> int:
@@ -30,22 +30,22 @@ def main(arguments: list[str]) -> int:
 
     wanted = [(True, seed) for seed in range(given.first, given.first + given.feasible)]
     wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
-    known = {(o.is_feasible, o.seed): o for o in (Outcome(**entry) for entry in kept(given.cache))}
-    outcomes = [known[key] for key in wanted if key in known]
+    known = {(r.is_feasible, r.seed): r for r in (CaseResult(**entry) for entry in kept(given.cache))}
+    results = [known[key] for key in wanted if key in known]
     missing = [(*key, given.method) for key in wanted if key not in known]
-    print(f"{len(wanted)} sets, {len(outcomes)} of them in {given.cache}", flush=True)
+    print(f"{len(wanted)} sets, {len(results)} of them in {given.cache}", flush=True)
     started = time.perf_counter()
-    for outcome in run(given.cache, check_case, missing, given.workers):
-        outcomes.append(outcome)
-        if outcome.is_false or outcome.verdict == "failed" or len(outcomes) % 50 == 0:
+    for result in run(given.cache, check_case, missing, given.workers):
+        results.append(result)
+        if result.is_false or result.verdict == "failed" or len(results) % 50 == 0:
             print(
-                f"{len(outcomes):4d}/{len(wanted)} {outcome.verdict}: {outcome.kind}, {outcome.construction}, "
-                f"seed {outcome.seed} ({outcome.seconds:.1f} s) {outcome.message}",
+                f"{len(results):4d}/{len(wanted)} {result.verdict}: {result.kind}, {result.construction}, "
+                f"seed {result.seed} ({result.seconds:.1f} s) {result.message}",
                 flush=True,
             )
-    section = markdown(outcomes, time.perf_counter() - started)
+    section = markdown(results, time.perf_counter() - started)
     print(f"\n{section}", flush=True)
     if given.output:
         page = given.output.read_text(encoding="utf-8") if given.output.exists() else ""
         given.output.write_text(merged(page, section), encoding="utf-8")
-    return int(any(o.is_false for o in outcomes))
+    return int(any(r.is_false for r in results))

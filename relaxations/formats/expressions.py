@@ -27,8 +27,8 @@ from relaxations.algebra.polynomial import Polynomials, padded
 from relaxations.errors import ProblemError
 from relaxations.formats.implied_box import Box, implied_box
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.search.minimise import Minimum
-from relaxations.search.minimise import minimise as minimise_problem
+from relaxations.search.minimum import Minimum
+from relaxations.search.minimum import minimise as minimise_problem
 
 Names = tuple[str, ...]  # a monomial: names with repetition, sorted
 Number = int | float | Fraction
@@ -264,7 +264,7 @@ def minimise(objective: Expression | Number, constraints: Sequence[Constraint] =
     constraints
         Together they must bound every variable.
     **options
-        Those of :func:`relaxations.search.minimise.minimise`: method, order, tolerance, nodes, seconds, solver,
+        Those of :func:`relaxations.search.minimum.minimise`: method, order, tolerance, nodes, seconds, solver,
         progress.
 
     Raises

@@ -134,7 +134,7 @@ def conic_program(relaxation: Relaxation) -> ConicProgram:
     --------
     The moments of x and x^2 on [-1, 1]: ``1 - y_2 >= 0``, and ``[[1, y_1], [y_1, y_2]]`` as a Lorentz cone.
 
-    >>> from relaxations.moments.lasserre import lasserre
+    >>> from relaxations.moments.lasserre_hierarchy import lasserre
     >>> from relaxations.problem.problem import from_sympy
     >>> import sympy
     >>> x = sympy.Symbol("x")
@@ -243,7 +243,7 @@ def multipliers(relaxation: Relaxation, program: ConicProgram, dual: Array) -> M
 
     Examples
     --------
-    >>> from relaxations.moments.lasserre import lasserre
+    >>> from relaxations.moments.lasserre_hierarchy import lasserre
     >>> from relaxations.problem.problem import from_sympy
     >>> import sympy
     >>> x = sympy.Symbol("x")

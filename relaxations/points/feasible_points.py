@@ -15,7 +15,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import TimeIsUp
-from relaxations.moments.lift import nonlinear_variables
+from relaxations.moments.parametric_lift import nonlinear_variables
 from relaxations.points.exact_point import exact_point
 from relaxations.points.local_search import local_minimum
 from relaxations.points.newton_point import newton_point

@@ -10,9 +10,9 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import TimeIsUp, check_time
 from relaxations.moments.conic import ConicProgram, Multipliers, conic_program, multipliers
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import degrees_in
 from relaxations.moments.moment import Relaxation
+from relaxations.moments.parametric_lift import METHODS as LIFTS
+from relaxations.moments.parametric_lift import degrees_in
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.certificate import Certificate, certify
 from relaxations.proof.method import Method, Order, relaxation_method
@@ -46,7 +46,7 @@ class Relaxed:
     program: ConicProgram
     solver: Solver
 
-    def bound(self, objective: Polynomials, close: float = CLOSE) -> Outcome:
+    def bound(self, objective: Polynomials, close: float = CLOSE) -> CertifiedBound:
         """Return the certified lower bound of an objective, one row in the problem's own variables.
 
         No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients.
@@ -58,7 +58,7 @@ class Relaxed:
         largest_cost = float(np.max(np.abs(cost[1:]), initial=0.0))
         unit = 2.0 ** np.floor(np.log2(largest_cost)) if 0 < largest_cost < 1 else 1.0
         size = float(np.abs(cost[1:]).sum()) or 1.0
-        best, tried = Outcome(-np.inf, None, ""), list[str]()
+        best, tried = CertifiedBound(-np.inf, None, ""), list[str]()
         for attempt in attempts(self.solver):
             try:
                 solution = solve(self.program, cost / unit, attempt)
@@ -66,40 +66,40 @@ class Relaxed:
                 if not tried:
                     raise
                 break  # what the attempts before prove is not lost
-            best = max(self._certified(scaled, solution, unit), best, key=lambda outcome: outcome.bound)
+            best = max(self._certified(scaled, solution, unit), best, key=lambda certified: certified.bound)
             tried.append(f"{attempt}: {solution.status}" if tried else solution.status)
             if best.bound >= cost @ solution.moments - close * size:
                 break
         return replace(best, status="; ".join(tried))
 
-    def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> Outcome:
+    def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> CertifiedBound:
         """Return the bound that a solution of the objective over ``unit`` proves, in the scaled variables."""
         if not np.isfinite(solution.dual).all():
-            return Outcome(-np.inf, None, solution.status)
+            return CertifiedBound(-np.inf, None, solution.status)
         largest = float(np.max(np.abs(solution.dual), initial=0.0))
         if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
             # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
             ray = multipliers(self.relaxation, self.program, solution.dual / largest)
             proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
             if proof.bound > 0:
-                return Outcome(np.inf, proof, solution.status)
+                return CertifiedBound(np.inf, proof, solution.status)
         dual = multipliers(self.relaxation, self.program, solution.dual * unit)
         proof = certify(self.relaxation, objective, dual)
         point = self.scaling.recover(self.relaxation.first_order(solution.moments))
-        return Outcome(proof.bound, proof, solution.status, point, solution.moments)
+        return CertifiedBound(proof.bound, proof, solution.status, point, solution.moments)
 
-    def variances(self, outcome: Outcome) -> Array:
+    def variances(self, certified: CertifiedBound) -> Array:
         """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.
 
         All are zero where the moments are those of one point.
         """
         squares = np.full(self.relaxation.n_variables, np.nan)
-        if outcome.moments is None:
+        if certified.moments is None:
             return squares
         monomials = pad(self.relaxation.monomials, 2)
         own = (self.relaxation.degrees == 2) & (monomials[:, -1] == monomials[:, -2])
-        squares[monomials[own, -1]] = outcome.moments[own]
-        return np.asarray(squares - self.relaxation.first_order(outcome.moments) ** 2, dtype=np.float64)
+        squares[monomials[own, -1]] = certified.moments[own]
+        return np.asarray(squares - self.relaxation.first_order(certified.moments) ** 2, dtype=np.float64)
 
     def emptiness(self, proof: Certificate) -> Emptiness:
         """Return the proof of an empty set with the weight that each equality carries in it."""
@@ -107,7 +107,7 @@ class Relaxed:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CertifiedBound:
     """One certified bound: infinite where the set is certified empty, minus infinity where nothing is proven.
 
     Parameters
@@ -146,7 +146,7 @@ def relax(
     method
         An object of :mod:`relaxations.proof.method`, or its short name.
     order
-        One for each of :func:`relaxations.moments.lasserre.groups` where the cliques differ.
+        One for each of :func:`relaxations.moments.lasserre_hierarchy.groups` where the cliques differ.
     objective
         What is to be bounded, one row for each objective: a relaxation that knows may be smaller, by symmetry or terms,
         and serves no other then. Products of variables that share no constraint must be known.

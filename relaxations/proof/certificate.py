@@ -58,7 +58,7 @@ def certify(relaxation: Relaxation, objective: Polynomials, multipliers: Multipl
     --------
     x^2 + x >= -1/4, by hand: the difference is the square of 1/2 + x, the column below times the basis (1, x).
 
-    >>> from relaxations.moments.lasserre import lasserre
+    >>> from relaxations.moments.lasserre_hierarchy import lasserre
     >>> from relaxations.problem.problem import from_sympy
     >>> import sympy
     >>> x = sympy.Symbol("x")

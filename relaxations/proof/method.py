@@ -14,9 +14,9 @@ from typing import ClassVar, Protocol
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments.lasserre import lasserre, plan
-from relaxations.moments.lift import complicating_variables, least_order, lift, lifted_variables
+from relaxations.moments.lasserre_hierarchy import lasserre, plan
 from relaxations.moments.moment import Relaxation
+from relaxations.moments.parametric_lift import complicating_variables, least_order, lift, lifted_variables
 from relaxations.problem.problem import PolynomialProblem
 
 Order = int | tuple[int, ...]  # a tuple: one for each clique of the sparse hierarchy
@@ -45,7 +45,7 @@ class Method(Protocol):
 
 @dataclass(frozen=True)
 class _OfLift:
-    """The methods of :mod:`relaxations.moments.lift`."""
+    """The methods of :mod:`relaxations.moments.parametric_lift`."""
 
     order: int | None = None
     name: ClassVar[str]
@@ -71,7 +71,7 @@ class _OfLift:
 
 @dataclass(frozen=True)
 class _OfLasserre:
-    """The methods of :mod:`relaxations.moments.lasserre`."""
+    """The methods of :mod:`relaxations.moments.lasserre_hierarchy`."""
 
     order: int | None = None
     name: ClassVar[str]

@@ -14,7 +14,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed
+from relaxations.proof.bounding import CertifiedBound, Relaxed
 from relaxations.proof.certificate import Certificate
 
 
@@ -27,7 +27,7 @@ class Bound:
     relaxed
         The relaxation on which the bound was found.
     objective
-        One row, in the problem's own variables. For a proof of emptiness (an outcome with an infinite bound) the
+        One row, in the problem's own variables. For a proof of emptiness (where the bound is infinite) the
         constant zero, ``Polynomials.from_terms([{}])``.
 
     Examples
@@ -52,11 +52,11 @@ class Bound:
         return self.certificate.bound
 
     @staticmethod
-    def of(relaxed: Relaxed, objective: Polynomials, outcome: Outcome) -> Bound:
-        """Return what an outcome with a certificate proves of an objective, or of the set where it is empty."""
-        assert outcome.certificate is not None
-        proven = objective if outcome.bound < np.inf else Polynomials.from_terms([{}])
-        return Bound(relaxed, proven, outcome.certificate)
+    def of(relaxed: Relaxed, objective: Polynomials, certified: CertifiedBound) -> Bound:
+        """Return what a bound with a certificate proves of an objective, or of the set where it is empty."""
+        assert certified.certificate is not None
+        proven = objective if certified.bound < np.inf else Polynomials.from_terms([{}])
+        return Bound(relaxed, proven, certified.certificate)
 
 
 @dataclass(frozen=True)
@@ -213,4 +213,4 @@ class Level:
 
 
 Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull | Level
-Record = Callable[[Step], None]
+Recorder = Callable[[Step], None]

@@ -4,7 +4,7 @@ from relaxations.search.boxes import DerivedBox, derive_box
 from relaxations.search.branching import branch_and_bound
 from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import Minimum, minimise
+from relaxations.search.minimum import Minimum, minimise
 
 __all__ = [
     "DerivedBox",

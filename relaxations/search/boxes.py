@@ -22,10 +22,10 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.deadline import Progress
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
-from relaxations.proof.proof_steps import Bound, Reach, Record, Step
+from relaxations.proof.proof_steps import Bound, Reach, Recorder, Step
 from relaxations.search.benders.enclose import enclose
 from relaxations.search.enclosure import uninterrupted
 from relaxations.search.hierarchy import intervals
@@ -51,7 +51,7 @@ def derive_box(
     magnitude: Array,
     solver: Solver = "clarabel",
     progress: Progress | None = None,
-    record: Record | None = None,
+    record: Recorder | None = None,
 ) -> DerivedBox:
     """Prove a finite box for the unbounded variables, or name those for which none could be proven.
 
@@ -116,7 +116,7 @@ def derive_box(
 
 
 def _least_scale(
-    face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Record | None
+    face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Recorder | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
     # Try cuts on a long record, then the least order, then contractions up to the highest order.

@@ -20,8 +20,8 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed
-from relaxations.proof.proof_steps import Bound, Branches, Part, Record, Step
+from relaxations.proof.bounding import CertifiedBound, Relaxed
+from relaxations.proof.proof_steps import Bound, Branches, Part, Recorder, Step
 from relaxations.reductions.vanishing import Product, cases, products, settle
 from relaxations.search.best_first import best_first
 
@@ -36,10 +36,10 @@ def branch_and_bound(
     relax: Callable[[PolynomialProblem], Relaxed],
     *,
     start: float,
-    goal: Callable[[Outcome | None], float],
+    goal: Callable[[CertifiedBound | None], float],
     nodes: int,
     report: Callable[[float, float], None],
-    record: Record | None = None,
+    record: Recorder | None = None,
 ) -> float:
     """Return a certified lower bound of an objective; infinite where the set is certified empty.
 
@@ -56,8 +56,8 @@ def branch_and_bound(
     start
         A certified lower bound to begin with.
     goal
-        Called with each outcome (and once with None): stop once the bound reaches what it returns, a feasible value
-        less the gap asked for.
+        Called with each certified bound (and once with None): stop once the bound of the whole reaches what it returns,
+        a feasible value less the gap asked for.
     nodes
         At most so many relaxations.
     report
@@ -75,7 +75,7 @@ def branch_and_bound(
     >>> problem, objective = problem_of(x * y + y * z + z * x, cube)  # the minimum is -1
     >>> relaxed = partial(relax, method="sparse", order=1, objective=objective)
     >>> start = relaxed(problem).bound(objective).bound
-    >>> bound = branch_and_bound(problem, objective, np.arange(3), relaxed, start=start, goal=lambda outcome: -1.2,
+    >>> bound = branch_and_bound(problem, objective, np.arange(3), relaxed, start=start, goal=lambda certified: -1.2,
     ...                          nodes=20, report=lambda bound, goal: None)
     >>> round(start, 3), -1.2 < bound < -1
     (-1.5, True)
@@ -99,14 +99,14 @@ def branch_and_bound(
                 continue
             used += 1
             relaxed = relax(settled)
-            outcome = relaxed.bound(objective)
-            child.node = _Node(settled, relaxed if record else None, outcome)
-            below = max(bound, outcome.bound)
+            certified = relaxed.bound(objective)
+            child.node = _Node(settled, relaxed if record else None, certified)
+            below = max(bound, certified.bound)
             if below < enough:
-                enough = goal(outcome)
+                enough = goal(certified)
             parts = []
             if below < enough:
-                parts = _cases(settled, vanishing, _cut(relaxed, outcome, settled, variables, whole))
+                parts = _cases(settled, vanishing, _cut(relaxed, certified, settled, variables, whole))
             yield below, (child.node, parts)
 
     found = best_first(
@@ -128,7 +128,7 @@ class _Node:
 
     problem: PolynomialProblem
     relaxed: Relaxed | None
-    outcome: Outcome | None
+    certified: CertifiedBound | None
     children: list[_Child] = field(default_factory=list)
 
 
@@ -144,8 +144,8 @@ class _Child:
 
 def _step(node: _Node, objective: Polynomials, bound: float) -> Step:
     """Return the proof of a bound: the parts whose own certificate reaches it, and how they cover the box."""
-    if node.relaxed and node.outcome and node.outcome.certificate and node.outcome.bound >= bound:
-        return Bound.of(node.relaxed, objective, node.outcome)
+    if node.relaxed and node.certified and node.certified.certificate and node.certified.bound >= bound:
+        return Bound.of(node.relaxed, objective, node.certified)
     parts = tuple(
         Part(
             child.variable,
@@ -181,13 +181,13 @@ def _widest(node: PolynomialProblem, variables: Index) -> tuple[int, float]:
 
 
 def _cut(
-    relaxed: Relaxed, outcome: Outcome, node: PolynomialProblem, variables: Index, whole: Array
+    relaxed: Relaxed, certified: CertifiedBound, node: PolynomialProblem, variables: Index, whole: Array
 ) -> tuple[int, float]:
     """Return the variable to cut, its part of the whole box counted, and where: towards the relaxation's point."""
-    missed = (relaxed.variances(outcome) * ((node.upper - node.lower) / whole) ** 2)[variables]
-    if outcome.point is None or not np.nanmax(missed, initial=0.0) > 0:
+    missed = (relaxed.variances(certified) * ((node.upper - node.lower) / whole) ** 2)[variables]
+    if certified.point is None or not np.nanmax(missed, initial=0.0) > 0:
         return _widest(node, variables)
     cut = int(variables[np.nanargmax(missed)])
     low, high = float(node.lower[cut]), float(node.upper[cut])
     share = INNER * (high - low)
-    return cut, float(np.clip(outcome.point[cut], low + share, high - share))
+    return cut, float(np.clip(certified.point[cut], low + share, high - share))

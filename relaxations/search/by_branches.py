@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from relaxations.proof.bounding import Outcome, relax
+from relaxations.proof.bounding import CertifiedBound, relax
 from relaxations.search.branching import branch_and_bound
 from relaxations.search.enclosure import Reason
 from relaxations.search.interval_state import Ends
@@ -39,5 +39,5 @@ def by_branches(task: Task, ends: Ends) -> Reason | None:
     return Reason.TIGHT if ends.tight(task.targets) else None
 
 
-def _fixed(goal: float, _: Outcome | None) -> float:
+def _fixed(goal: float, _: CertifiedBound | None) -> float:
     return goal

@@ -15,7 +15,7 @@ from relaxations.algebra.arrays import Array
 from relaxations.deadline import map_in_time
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import CLOSE, Emptiness, Outcome, Relaxed, relax
+from relaxations.proof.bounding import CLOSE, CertifiedBound, Emptiness, Relaxed, relax
 from relaxations.proof.proof_steps import Bound
 from relaxations.search.enclosure import Reason
 from relaxations.search.interval_state import Ends, shrinkage
@@ -62,31 +62,31 @@ def _round(task: Task, ends: Ends, relaxed: Relaxed, watched: Sequence[int]) -> 
     bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
     # Beside a large relaxation the linear programs of a witness cost little.
     large = relaxed.relaxation.n_moments > LARGE * problem.n_variables
-    for (k, sign), outcome in map_in_time(task.executor, bound, open_ends):
+    for (k, sign), certified in map_in_time(task.executor, bound, open_ends):
         ends.solves += 1
-        ends.status[k, sign] = outcome.status
-        if outcome.certificate is None:
+        ends.status[k, sign] = certified.status
+        if certified.certificate is None:
             continue
         # Take the bound as the new end, and record it where it gained.
-        empty = outcome.bound == np.inf
+        empty = certified.bound == np.inf
         width = ends.upper[k] - ends.lower[k]
-        gained = 0.0 if empty else ends.tighten(k, sign, outcome.bound)
+        gained = 0.0 if empty else ends.tighten(k, sign, certified.bound)
         if task.record and (empty or gained > 0):
-            task.record(Bound.of(relaxed, problem.variable(k, sign), outcome))
+            task.record(Bound.of(relaxed, problem.variable(k, sign), certified))
         # Two proven bounds that contradict each other prove the set empty as well.
         if empty or ends.lower[k] > ends.upper[k]:
-            return relaxed.emptiness(outcome.certificate)
+            return relaxed.emptiness(certified.certificate)
         # Look for a witness once the end has settled, or where the search costs little.
         settled = ends.rounds == task.rounds or large or gained < 0.1 * width
-        if task.witnesses and k in task.targets and settled and outcome.point is not None:
-            _try_witness(task, ends, outcome.point, k, sign)
+        if task.witnesses and k in task.targets and settled and certified.point is not None:
+            _try_witness(task, ends, certified.point, k, sign)
         task.say(f"{problem.names[k]} in [{ends.lower[k]:.6g}, {ends.upper[k]:.6g}]")
     return None
 
 
 def _bound(
     problem: PolynomialProblem, relaxed: Relaxed, close: float, end: tuple[int, int]
-) -> tuple[tuple[int, int], Outcome]:
+) -> tuple[tuple[int, int], CertifiedBound]:
     """Bound one end; a function of its own, so that a process can run it."""
     return end, relaxed.bound(problem.variable(*end), close)
 

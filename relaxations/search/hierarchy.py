@@ -20,7 +20,7 @@ from relaxations.deadline import STOPS, Progress, limited, stopped_by
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import Cuts, Method
-from relaxations.proof.proof_steps import Record
+from relaxations.proof.proof_steps import Recorder
 from relaxations.reductions.scaling import Scaling
 from relaxations.search.by_branches import by_branches
 from relaxations.search.by_cuts import by_cuts
@@ -52,7 +52,7 @@ def intervals(
     seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
     executor: Executor | None = None,
     progress: Progress | None = None,
-    record: Record | None = None,
+    record: Recorder | None = None,
 ) -> Enclosure:
     """Enclose the range of some variables over a polynomial set.
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments.lasserre import BY_TERMS, groups
-from relaxations.moments.lasserre import plan as blocks
+from relaxations.moments.lasserre_hierarchy import BY_TERMS, groups
+from relaxations.moments.lasserre_hierarchy import plan as blocks
 from relaxations.points.extraction import is_flat
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed
+from relaxations.proof.bounding import CertifiedBound, Relaxed
 from relaxations.proof.method import LASSERRE, Order
 from relaxations.reductions.scaling import Scaling
 from relaxations.search.plan import Plan
@@ -85,9 +85,9 @@ def ways(
             before = widths
 
 
-def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: Order) -> set[int]:
+def not_flat(relaxed: Relaxed, objective: Polynomials, certified: CertifiedBound, order: Order) -> set[int]:
     """Return the cliques of a sparse relaxation whose moments are not flat, by their numbers."""
-    if outcome.moments is None:
+    if certified.moments is None:
         return set()
     step = max(1, -(-relaxed.problem.degree // 2))
     goal = relaxed.scaling.polynomials(objective)
@@ -98,7 +98,7 @@ def not_flat(relaxed: Relaxed, objective: Polynomials, outcome: Outcome, order: 
     return {
         k
         for k, (own, d) in enumerate(zip(found, orders, strict=True))
-        if said & set(own) and not is_flat(relaxed.relaxation, outcome.moments, own, d, step)
+        if said & set(own) and not is_flat(relaxed.relaxation, certified.moments, own, d, step)
     }
 
 

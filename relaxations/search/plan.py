@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments.lift import complicating_variables, nonlinear_variables
+from relaxations.moments.parametric_lift import complicating_variables, nonlinear_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_of
 from relaxations.reductions.scaling import Scaling

@@ -10,7 +10,7 @@ from typing import Protocol
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Record
+from relaxations.proof.proof_steps import Recorder
 from relaxations.search.enclosure import Reason
 from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
@@ -33,7 +33,7 @@ class Task:
     start: Array | None
     executor: Executor | None
     say: Progress
-    record: Record | None
+    record: Recorder | None
 
 
 class Tightener(Protocol):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import click
+import numpy as np
 
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Progress
@@ -44,4 +45,7 @@ def error_bound(
     )
     if bound.reason is Reason.INTERRUPTED:
         click.echo("interrupted: all printed bounds are proven", err=True)
+        context.exit(INTERRUPTED)
+    if not np.isfinite(bound.upper):
+        click.echo("ended early: the least noise bound is not known", err=True)
         context.exit(INTERRUPTED)

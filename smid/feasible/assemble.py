@@ -21,29 +21,14 @@ from smid.data import Dataset
 from smid.feasible import piecewise_hull as hull
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.regimes import Ranges, Side, ranges, readings, resolved
-from smid.feasible.template import Hinge, Reference, Template, hinges, templates
-from smid.models import Model, ModelError
+from smid.feasible.template import Hinge, Reference, Template, Templates
+from smid.models import ModelError
 from smid.models.expressions import shown
 
 FREE_BOUND = "noise_bound"  # name of the variable that stands for an unknown noise bound
 CONSTANT = -1  # stands for the experiment of a kink that is the same at all times
 
 Sides = Mapping[tuple[str, int], Index]  # (kink, experiment): the side at each time
-
-
-@dataclass(frozen=True)
-class Structure:
-    """A model's templates: the symbolic part of the problem, made once."""
-
-    model: Model
-    parts: tuple[Template, ...]
-    hinges: Mapping[str, Hinge]
-
-    @staticmethod
-    def of(model: Model) -> Structure:
-        """Return the templates of a model."""
-        found = {hinge.kink.name: hinge for hinge in hinges(model)}
-        return Structure(model, templates(model), found)
 
 
 @dataclass(frozen=True)
@@ -106,7 +91,7 @@ class Stamped:
 
 
 def stamp_all(
-    structure: Structure,
+    templates: Templates,
     data: Dataset,
     bounds: Mapping[str, float],
     free: str | None = None,
@@ -133,14 +118,14 @@ def stamp_all(
     ModelError
         If a kink's argument has no finite upper bound.
     """
-    return _Stamper(structure, data, bounds, free, box, choose or {}, decide).run()
+    return _Stamper(templates, data, bounds, free, box, choose or {}, decide).run()
 
 
 @dataclass
 class _Stamper:
     """The variables, equalities and inequalities stamped so far."""
 
-    structure: Structure
+    templates: Templates
     data: Dataset
     bounds: Mapping[str, float]
     free: str | None
@@ -187,22 +172,22 @@ class _Stamper:
         return Polynomials.join([_rows(pieces, order, True) for pieces, order in self.pieces])
 
     def _add_parameters(self) -> None:
-        parameters = self.structure.model.parameters
+        parameters = self.templates.model.parameters
         lower, upper = self.box or (
             np.array([p.lower for p in parameters], dtype=np.float64),
             np.array([p.upper for p in parameters], dtype=np.float64),
         )
         own = self._variables([p.name for p in parameters], lower, upper)
         self.place.update({p.name: int(k) for p, k in zip(parameters, own, strict=True)})
-        constraints = polynomials_from_sympy(self.structure.model.constraints, [p.symbol for p in parameters])
+        constraints = polynomials_from_sympy(self.templates.model.constraints, [p.symbol for p in parameters])
         self.inequalities.append(constraints)
 
     def _add_experiment(self, number: int, constant: Mapping[str, int]) -> None:
         """Add the latents, kinks and equalities of one experiment."""
         experiment = self.data.experiments[number]
         suffix = "" if len(self.data.experiments) == 1 else f",{experiment.name}"
-        n, values, hinges = experiment.n_samples, experiment.values, self.structure.hinges
-        spans = _spans(self.structure, n)
+        n, values, hinges = experiment.n_samples, experiment.values, self.templates.hinges
+        spans = _spans(self.templates, n)
         slots = self._latents(n, suffix, {name: span for name, span in spans.items() if name not in hinges})
         # Kinks come in the order in which their arguments read each other.
         sides = {name: np.full(n, side) for name, side in constant.items()}
@@ -214,7 +199,7 @@ class _Stamper:
             found, slot = self._place_kink(hinge, number, times, _rows(pieces, _order(pieces)), suffix)
             sides[name], slots[name] = _spread(n, times, found, Side.OPEN), _spread(n, times, slot)
         # Each template gives one equality at each time.
-        for part in self.structure.parts:
+        for part in self.templates.lines:
             times = np.arange(part.max_lag, n)
             pieces = list(self._pieces(part, times, values, sides, slots))
             self.pieces.append((pieces, _order(pieces)))
@@ -227,7 +212,7 @@ class _Stamper:
 
     def _latents(self, n: int, suffix: str, spans: Mapping[str, tuple[int, int]]) -> dict[str, Index]:
         """Add a variable for each latent at each time of its span; return the variables by latent."""
-        noise_channel = {m.noise: m.channel for m in self.structure.model.measurements if m.noise is not None}
+        noise_channel = {m.noise: m.channel for m in self.templates.model.measurements if m.noise is not None}
         slots: dict[str, Index] = {}
         for latent, (first, last) in spans.items():
             times = np.arange(first, last + 1)
@@ -250,7 +235,7 @@ class _Stamper:
         """Decide the kinks that hold parameters only; return their sides."""
         sides: dict[str, Index] = {}
         now = np.zeros(1, dtype=np.int64)
-        for name, hinge in self.structure.hinges.items():
+        for name, hinge in self.templates.hinges.items():
             if hinge.kink.constant:
                 pieces = list(self._pieces(hinge.argument, now, {}, sides, {}))
                 sides[name], slot = self._place_kink(hinge, CONSTANT, now, _rows(pieces, _order(pieces)), "")
@@ -289,7 +274,7 @@ class _Stamper:
             return slots
         part, rows = Ranges(placed.within.low[at], placed.within.high[at]), arguments.take(at)
         if self.decide and kind is Kind.POSITIVE_PART and not np.isfinite(part.high).all():
-            raise _unbounded(self.structure, placed.hinge)
+            raise _unbounded(self.templates, placed.hinge)
         slots[at] = self._variables([placed.variable(k) for k in at.tolist()], *hull.box(kind, part))
         if self.decide:
             self.inequalities.append(hull.hull(kind, rows, slots[at], part))
@@ -305,7 +290,7 @@ class _Stamper:
         slots: Mapping[str, Index],
     ) -> Iterator[_Piece]:
         """Group the times by regime."""
-        kinks = sorted(r for r in readings(part, self.structure.hinges) if r[0] in self.structure.hinges)
+        kinks = sorted(r for r in readings(part, self.templates.hinges) if r[0] in self.templates.hinges)
         if not kinks:
             yield _Piece(part, values, times, self.place, slots)
             return
@@ -313,7 +298,7 @@ class _Stamper:
         regimes, which = np.unique(table, axis=0, return_inverse=True)
         for k, regime in enumerate(regimes.tolist()):
             known: dict[Reference, int] = dict(zip(kinks, regime, strict=True))
-            form = resolved(part, self.structure.hinges, known)
+            form = resolved(part, self.templates.hinges, known)
             yield _Piece(form, values, times[which.reshape(-1) == k], self.place, slots)
 
 
@@ -362,12 +347,12 @@ def _rows(pieces: list[_Piece], order: Index, expand: bool = False) -> Polynomia
     return Polynomials.join([piece.stamp(expand) for piece in pieces]).take(order)
 
 
-def _spans(structure: Structure, n_samples: int) -> dict[str, tuple[int, int]]:
+def _spans(templates: Templates, n_samples: int) -> dict[str, tuple[int, int]]:
     """Return the first and last time at which each latent, and each kink that depends on time, occurs."""
     spans: dict[str, tuple[int, int]] = {}
-    for part in structure.parts:
-        for latent, lag in sorted(readings(part, structure.hinges)):
-            if latent in structure.hinges and structure.hinges[latent].kink.constant:
+    for part in templates.lines:
+        for latent, lag in sorted(readings(part, templates.hinges)):
+            if latent in templates.hinges and templates.hinges[latent].kink.constant:
                 continue
             first, last = part.max_lag - lag, n_samples - 1 - lag
             old = spans.get(latent, (first, last))
@@ -381,9 +366,9 @@ def _spread(n: int, times: Index, values: Index, elsewhere: int = -1) -> Index:
     return whole
 
 
-def _unbounded(structure: Structure, hinge: Hinge) -> ModelError:
+def _unbounded(templates: Templates, hinge: Hinge) -> ModelError:
     read = {name for term in hinge.argument.terms for name in term.parameters}
-    loose = [p.name for p in structure.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
+    loose = [p.name for p in templates.model.parameters if p.name in read and not np.isfinite(p.upper - p.lower)]
     what = f"give bounds to {', '.join(loose)}" if loose else "measure, or bound, every signal that it reads"
     return ModelError(f"{shown(hinge.kink.argument)} is inside Max, Min or Abs and may be arbitrarily large: {what}")
 

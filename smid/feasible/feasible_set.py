@@ -12,11 +12,12 @@ import sympy
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques
 from smid.data import DataError, Dataset, excitation
-from smid.feasible.assemble import FREE_BOUND, Opening, Placed, Sides, Stamped, Structure, stamp_all
+from smid.feasible.assemble import FREE_BOUND, Opening, Placed, Sides, Stamped, stamp_all
+from smid.feasible.template import Templates
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
 from smid.models.symbols import end
@@ -45,7 +46,7 @@ class FeasibleSet:
         Variables: the parameters, then the noises and latent signals sample by sample.
     samples
         Shape (n_equalities, 2). Experiment and time index of each equality.
-    structure
+    templates
         The model's templates.
     openings
         The kinks (of Max, Min, Abs and sign) that the box of the parameters does not decide. The problem holds their
@@ -73,7 +74,7 @@ class FeasibleSet:
     free_channel: str | None = None
     problem: PolynomialProblem = field(init=False)
     samples: Index = field(init=False)
-    structure: Structure = field(init=False, repr=False)
+    templates: Templates = field(init=False, repr=False)
     openings: tuple[Opening, ...] = field(init=False, repr=False)
     placed: tuple[Placed, ...] = field(init=False, repr=False)
     definitions: tuple[tuple[Index, Index], ...] = field(init=False, repr=False)
@@ -82,15 +83,15 @@ class FeasibleSet:
         model = bind(self.model, self.data)
         check_data(model, self.data)
         bounds = check_noise_bound(model, self.noise_bound, self.free_channel)
-        structure = Structure.of(model)
-        if structure.hinges and self.free_channel is not None:
+        templates = Templates.of(model)
+        if templates.hinges and self.free_channel is not None:
             raise ModelError(
                 "the least noise bound of a model with Max, Min, Abs or sign is not available: give the bound that you "
                 "know of the sensor, or that of a model without them"
             )
         object.__setattr__(self, "model", model)
-        object.__setattr__(self, "structure", structure)
-        self._take(stamp_all(structure, self.data, bounds, self.free_channel))
+        object.__setattr__(self, "templates", templates)
+        self._take(stamp_all(templates, self.data, bounds, self.free_channel))
 
     def _take(self, stamped: Stamped) -> None:
         for name in ("problem", "samples", "openings", "placed", "definitions"):
@@ -102,7 +103,7 @@ class FeasibleSet:
         ``choose`` gives sides to open kinks (:func:`smid.feasible.assemble.stamp_all`).
         """
         other = copy(self)
-        other._take(stamp_all(self.structure, self.data, self.bounds, None, (lower, upper), choose))
+        other._take(stamp_all(self.templates, self.data, self.bounds, None, (lower, upper), choose))
         return other
 
     def with_problem(self, problem: PolynomialProblem) -> FeasibleSet:

@@ -102,6 +102,21 @@ class Hinge:
     argument: Template
 
 
+@dataclass(frozen=True)
+class Templates:
+    """A model's templates and its expanded kinks: the symbolic part of the problem, made once."""
+
+    model: Model
+    lines: tuple[Template, ...]
+    hinges: Mapping[str, Hinge]
+
+    @staticmethod
+    def of(model: Model) -> Templates:
+        """Return the templates of a model; ModelError as from :func:`templates` and :func:`hinges`."""
+        found = {hinge.kink.name: hinge for hinge in hinges(model)}
+        return Templates(model, templates(model), found)
+
+
 def templates(model: Model) -> tuple[Template, ...]:
     """Return a model's lines as templates; they read the signals of :func:`hinges` where the lines have kinks.
 

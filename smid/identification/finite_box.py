@@ -16,7 +16,7 @@ import sympy
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
 from relaxations.proof.bounding import relax
-from relaxations.proof.proof_steps import Bound, Quotient, Record
+from relaxations.proof.proof_steps import Bound, Quotient, Recorder
 from relaxations.search.boxes import derive_box
 from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
@@ -51,7 +51,7 @@ def with_finite_box(
     feasible: FeasibleSet,
     solver: Solver = "clarabel",
     progress: Callable[[str], None] | None = None,
-    record: Record | None = None,
+    record: Recorder | None = None,
 ) -> Boxed:
     """Return a feasible set with a proven finite box for its unbounded variables, or name those without one."""
     problem = feasible.problem
@@ -167,7 +167,7 @@ def _reach(
     boxed: PolynomialProblem,
     factors: dict[str, sympy.Expr],
     solver: Solver,
-    record: Record | None,
+    record: Recorder | None,
 ) -> dict[str, float] | None:
     """Bound every q away from zero, contract the box on the way, and divide."""
     place = {name: k for k, name in enumerate(boxed.names)}
@@ -185,11 +185,11 @@ def _reach(
             best = -np.inf
             for k in objectives:
                 objective = polynomials.take(np.array([k]))
-                outcome = relaxed.bound(objective)
-                best = max(best, outcome.bound)
-                if outcome.bound > 0:
+                certified = relaxed.bound(objective)
+                best = max(best, certified.bound)
+                if certified.bound > 0:
                     if record:
-                        record(Bound.of(relaxed, objective, outcome))
+                        record(Bound.of(relaxed, objective, certified))
                     break
             distances.append(best)
         return distances

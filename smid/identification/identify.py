@@ -224,7 +224,7 @@ def _proven_empty(feasible: FeasibleSet, empty: Emptiness, settings: Settings) -
     unit = feasible.data.channel(channel).unit
     proven = f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
     samples_text = f"Most influential samples: {carried}"
-    if feasible.structure.hinges:
+    if feasible.templates.hinges:
         return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
     # Enclose the least noise bound, so that the user knows how far to raise the given one.
     least = error_bound(

@@ -1,10 +1,10 @@
-"""Intervals of models with Max, Min, Abs and sign: a list of cells whose union holds every feasible parameter.
+"""Intervals of models with Max, Min, Abs and sign: a list of sub-boxes whose union holds every feasible parameter.
 
-The hull of the cells (:mod:`smid.identification.cell`) gives the intervals. Take the end with the widest gap to its
-witness, and split the cell that sets the end. Contract the parts, and drop those that are certified empty. A cell
-without open kinks is an ordinary polynomial problem for :func:`relaxations.search.hierarchy.intervals`. The hull is
-proven at any time. (The loop of :mod:`relaxations.search.best_first` does not fit: it raises one bound, and here every
-cell counts for all ends at once.)
+The hull of the sub-boxes (:mod:`smid.identification.sub_box`) gives the intervals. Take the end with the widest gap to
+its witness, and split the sub-box that sets the end. Contract the parts, and drop those that are certified empty. A
+sub-box without open kinks is an ordinary polynomial problem for :func:`relaxations.search.hierarchy.intervals`. The
+hull is proven at any time. (The loop of :mod:`relaxations.search.best_first` does not fit: it raises one bound, and
+here every sub-box counts for all ends at once.)
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import FLOOR
 from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.cell import Cell, Region, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.identification.encloser import Enclosed, Settings, proven_infeasible
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed, vanishing_factors
 from smid.identification.piecewise_proof import Trail, stated
+from smid.identification.sub_box import Region, SubBox, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.models import ModelError
 
 SPLITS = 80  # by default at most so many
@@ -42,9 +42,9 @@ TOLERANCE = 2e-3  # an end is tight at this share of the width, or at the tolera
 class Piecewise:
     """Encloses a set with open kinks: Max, Min, Abs or sign that priors and data alone do not decide.
 
-    ``order`` and ``rounds`` of the settings serve the cells without open kinks. ``nodes`` allows that many splits where
-    it is more than 80. ``tolerance`` is at least 0.2 %. A ModelError refuses a method other than the lift, kinks that
-    it does not apply to, and a proof that cannot be written.
+    ``order`` and ``rounds`` of the settings serve the sub-boxes without open kinks. ``nodes`` allows that many splits
+    where it is more than 80. ``tolerance`` is at least 0.2 %. A ModelError refuses a method other than the lift,
+    kinks that it does not apply to, and a proof that cannot be written.
     """
 
     feasible: FeasibleSet
@@ -70,7 +70,7 @@ class Piecewise:
         self.trail = Trail(kept=self.kept)
 
     def enclose(self) -> Enclosed:
-        """Return the hull of the cells; its witnesses hold the parameters only."""
+        """Return the hull of the sub-boxes; its witnesses hold the parameters only."""
         feasible = self.feasible
         search = _Search(feasible, self.settings, self.plan, self.trail)
         try:
@@ -102,7 +102,7 @@ class Piecewise:
 
 @dataclass
 class _Search:
-    """The state of one search: the regions that wait, the cells, the witnesses (parameters only)."""
+    """The state of one search: the regions that wait, the sub-boxes, the witnesses (parameters only)."""
 
     feasible: FeasibleSet
     settings: Settings
@@ -110,7 +110,7 @@ class _Search:
     trail: Trail
     waiting: list[Region] = field(init=False)
     first_width: Array = field(init=False)
-    cells: list[Cell] = field(default_factory=list)
+    sub_boxes: list[SubBox] = field(default_factory=list)
     pool: list[Array] = field(default_factory=list)
     solves: int = 0
     used: int = 0
@@ -132,12 +132,12 @@ class _Search:
         self.waiting = ready
         while True:
             while self.waiting:
-                cell = self._contracted(self.waiting[-1])
+                sub_box = self._contracted(self.waiting[-1])
                 self.waiting.pop()  # not before: an interruption must not lose it
-                if cell is not None:
-                    self.cells.append(cell)
-                    self._find_witnesses(cell)
-            if not self.cells:
+                if sub_box is not None:
+                    self.sub_boxes.append(sub_box)
+                    self._find_witnesses(sub_box)
+            if not self.sub_boxes:
                 return Reason.EMPTY
             loose = [(k, sign) for gap, k, sign in self._gaps() if gap > 1]
             if not loose:
@@ -145,16 +145,16 @@ class _Search:
             if self.used >= max(self.settings.nodes, SPLITS):
                 return Reason.ROUNDS
             setting = ((k, self._setting(k, sign)) for k, sign in loose)
-            work = next(((k, cell) for k, cell in setting if not cell.settled), None)
+            work = next(((k, sub_box) for k, sub_box in setting if not sub_box.settled), None)
             if work is None:
                 return Reason.STALLED
-            k, cell = work
-            self._refine(cell)
-            if self.settings.progress and (self.cells or self.waiting):
+            k, sub_box = work
+            self._refine(sub_box)
+            if self.settings.progress and (self.sub_boxes or self.waiting):
                 low, high = self._ends(k)
                 name = self.feasible.model.parameters[k].name
                 self.settings.progress(
-                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.cells) + len(self.waiting)} cells"
+                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.sub_boxes) + len(self.waiting)} cells"
                 )
 
     def _boxed(self) -> list[Region] | None:
@@ -169,15 +169,15 @@ class _Search:
                 self.empty = found
             else:
                 stamped = self.feasible.on_box(region.lower, region.upper, region.choose)
-                halves = split(Cell(region, stamped, {}), self.first_width) if stamped.openings else ()
+                halves = split(SubBox(region, stamped, {}), self.first_width) if stamped.openings else ()
                 self.used += 1
                 if not halves or self.used > BOXING_SPLITS:
                     return None
                 pending += halves
         return ready
 
-    def _contracted(self, region: Region) -> Cell | None:
-        """Return the cell of a region; None where it is proven empty."""
+    def _contracted(self, region: Region) -> SubBox | None:
+        """Return the sub-box of a region; None where it is proven empty."""
         found = contract(self.feasible, region, self.settings.solver)
         if isinstance(found, Emptiness):
             self.empty = found
@@ -185,29 +185,29 @@ class _Search:
         self.solves += found.solves
         return found
 
-    def _find_witnesses(self, cell: Cell) -> None:
-        """Look for witnesses at the ends of a cell that no witness comes near yet."""
-        for k in range(len(cell.region.lower)):
+    def _find_witnesses(self, sub_box: SubBox) -> None:
+        """Look for witnesses at the ends of a sub-box that no witness comes near yet."""
+        for k in range(len(sub_box.region.lower)):
             for sign in (1, -1):
                 inner = self._inner(k, sign)
-                if np.isnan(inner) or cell.end(k, sign) < inner - self._allowed(k):
-                    point = witness(cell, k, sign)
+                if np.isnan(inner) or sub_box.end(k, sign) < inner - self._allowed(k):
+                    point = witness(sub_box, k, sign)
                     self.pool += [] if point is None else [point]
 
-    def _refine(self, cell: Cell) -> None:
-        """Split a cell, or compute its intervals where it has no open kinks."""
-        place = next(i for i, c in enumerate(self.cells) if c is cell)
+    def _refine(self, sub_box: SubBox) -> None:
+        """Split a sub-box, or compute its intervals where it has no open kinks."""
+        place = next(i for i, c in enumerate(self.sub_boxes) if c is sub_box)
         self.used += 1
-        if cell.feasible.openings:
-            parts = split(cell, self.first_width)
+        if sub_box.feasible.openings:
+            parts = split(sub_box, self.first_width)
             self.waiting += parts
-            self.cells[place : place + 1] = [] if parts else [replace(cell, settled=True)]
+            self.sub_boxes[place : place + 1] = [] if parts else [replace(sub_box, settled=True)]
             return
-        count = len(cell.region.lower)
-        with cell.region.trail.on(cell.feasible) as record:
+        count = len(sub_box.region.lower)
+        with sub_box.region.trail.on(sub_box.feasible) as record:
             enclosure = uninterrupted(
                 intervals(
-                    cell.feasible.problem,
+                    sub_box.feasible.problem,
                     range(count),
                     order=self.plan.asked,
                     solver=self.settings.solver,
@@ -220,15 +220,15 @@ class _Search:
         self.pool += [w[:count] for w in enclosure.witnesses]
         if enclosure.empty is not None:
             self.empty = enclosure.empty
-            del self.cells[place]
+            del self.sub_boxes[place]
             return
         lower = np.array([i.lower for i in enclosure.intervals])
         upper = np.array([i.upper for i in enclosure.intervals])
-        self.cells[place] = replace(cell, region=replace(cell.region, lower=lower, upper=upper), settled=True)
+        self.sub_boxes[place] = replace(sub_box, region=replace(sub_box.region, lower=lower, upper=upper), settled=True)
 
-    def _setting(self, k: int, sign: int) -> Cell:
-        """Return the cell that sets an end."""
-        return min(self.cells, key=lambda cell: cell.end(k, sign))
+    def _setting(self, k: int, sign: int) -> SubBox:
+        """Return the sub-box that sets an end."""
+        return min(self.sub_boxes, key=lambda sub_box: sub_box.end(k, sign))
 
     def _gaps(self) -> list[tuple[float, int, int]]:
         """Return the gap of each end in units of what is allowed, and the end, the widest first."""
@@ -241,8 +241,8 @@ class _Search:
         return sorted(gaps, reverse=True)
 
     def _ends(self, k: int) -> tuple[float, float]:
-        """Return the hull of all regions and cells, in one parameter."""
-        parts = [c.region for c in self.cells] + self.waiting
+        """Return the hull of all regions and sub-boxes, in one parameter."""
+        parts = [c.region for c in self.sub_boxes] + self.waiting
         return min(float(p.lower[k]) for p in parts), max(float(p.upper[k]) for p in parts)
 
     def _inner(self, k: int, sign: int) -> float:
@@ -255,10 +255,10 @@ class _Search:
         return max(self.tolerance * (high - low), FLOOR * max(abs(low), abs(high)))
 
     def enclosure(self, reason: Reason) -> Enclosure:
-        """Return the hull of the cells so far."""
+        """Return the hull of the sub-boxes so far."""
         model, prior = self.feasible.model, self.feasible.problem
         found = []
-        left = bool(self.cells or self.waiting)
+        left = bool(self.sub_boxes or self.waiting)
         for k, parameter in enumerate(model.parameters):
             low, high = self._ends(k) if left else (float(prior.lower[k]), float(prior.upper[k]))
             inner = self._inner(k, 1), -self._inner(k, -1)
@@ -275,6 +275,6 @@ class _Search:
             self.solves,
             time.perf_counter() - self.started,
             tuple(prior.names[k] for k in self.plan.complicating),
-            max((cell.largest_block for cell in self.cells), default=0),
-            max((cell.n_moments for cell in self.cells), default=0),
+            max((sub_box.largest_block for sub_box in self.sub_boxes), default=0),
+            max((sub_box.n_moments for sub_box in self.sub_boxes), default=0),
         )

@@ -1,4 +1,4 @@
-"""The proof of a search through cells, for a file that :mod:`relaxations.check` proves again.
+"""The proof of a search through sub-boxes, for a file that :mod:`relaxations.check` proves again.
 
 The file states every kink as a variable, with its argument. Each region of the search has a :class:`Trail`: the steps
 that were proven on its box, with the values of the kinks that the box decides, and the parts that it was split into.
@@ -14,7 +14,7 @@ import numpy as np
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Hull, Kinks, Part, Record, Row, Sides, Step
+from relaxations.proof.proof_steps import Hull, Kinks, Part, Recorder, Row, Sides, Step
 from smid.feasible.assemble import Placed, stamp_all
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.piecewise_functions import Kind
@@ -33,7 +33,7 @@ class Trail:
     parts: list[tuple[str, float, float, int, Trail]] = field(default_factory=list)
 
     @contextmanager
-    def on(self, feasible: FeasibleSet) -> Iterator[Record | None]:
+    def on(self, feasible: FeasibleSet) -> Iterator[Recorder | None]:
         """Record the steps that are proven on a set in this region's box."""
         own: list[Step] = []
         yield own.append if self.kept else None
@@ -59,7 +59,7 @@ class Trail:
 
 def stated(feasible: FeasibleSet) -> tuple[PolynomialProblem, Kinks]:
     """Return the set with every kink as a variable, and the kinks."""
-    found = stamp_all(feasible.structure, feasible.data, feasible.bounds, decide=False)
+    found = stamp_all(feasible.templates, feasible.data, feasible.bounds, decide=False)
     signs = [np.full(len(o.variables), o.hinge.kink.kind is Kind.SIGN) for o in found.openings]
     kinks = Kinks(
         np.concatenate([o.variables for o in found.openings]),

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from relaxations.proof.method import Cuts, Method
 from smid.data import Dataset
-from smid.models import Model
+from smid.display.result import plain
+from smid.models import Model, ModelError
 from smid.study.versions import computing_versions
 
 
@@ -39,6 +41,8 @@ class Cell:
         Number of first samples of each experiment of the record.
     noise_bound
         Of every noisy channel, in the channel's unit.
+    method
+        The short name, or the name of the method object.
 
     Examples
     --------
@@ -67,6 +71,22 @@ class Cell:
         return {**vars(self), "noise_bound": dict(self.noise_bound)}
 
 
+def method_fields(method: Method | Cuts) -> dict[str, Any]:
+    """Return class and fields of a method object; ModelError where a field is not plain data.
+
+    Examples
+    --------
+    >>> from relaxations.proof import Lift
+    >>> method_fields(Lift(order=2))
+    {'class': 'relaxations.proof.method.Lift', 'order': 2}
+    """
+    kind = type(method)
+    try:
+        return {"class": f"{kind.__module__}.{kind.__qualname__}", **plain(vars(method))}
+    except TypeError as error:
+        raise ModelError(f"method {method.name!r} cannot be saved with a study: {error}") from None
+
+
 @dataclass(frozen=True)
 class Job:
     """A cell with all that its computation needs, for a worker process.
@@ -75,24 +95,25 @@ class Job:
     """
 
     cell: Cell
+    method: str | Method | Cuts
     model: Model
     data: Dataset
     settings: Settings
     versions: Mapping[str, str]
 
     @staticmethod
-    def of(cell: Cell, model: Model, record: Dataset, settings: Settings) -> Job:
+    def of(cell: Cell, method: str | Method | Cuts, model: Model, record: Dataset, settings: Settings) -> Job:
         """Return the job of a cell, with the samples of its record."""
-        return Job(cell, model, record.crop(0, cell.samples), settings, computing_versions())
+        return Job(cell, method, model, record.crop(0, cell.samples), settings, computing_versions())
 
     @property
     def key(self) -> str:
-        """Return the SHA-256 of data, model, settings and versions; equal keys mean equal intervals."""
+        """Return the SHA-256 of data, model, method, settings and versions; equal keys mean equal intervals."""
         content = {
             "data": self.data.checksum,
             "model": self.model.to_dict(),
             "noise_bound": dict(self.cell.noise_bound),
-            "method": self.cell.method,
+            "method": self.method if isinstance(self.method, str) else method_fields(self.method),
             "order": self.cell.order,
             "settings": vars(self.settings),
             "versions": dict(self.versions),

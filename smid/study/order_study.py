@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from itertools import product
 from pathlib import Path
 
+from relaxations.proof.method import Cuts, Method, method_of
 from relaxations.solvers.interface import check_solver
 from smid.data import DataError, Dataset
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
-from smid.identification.identify import METHODS
 from smid.models import Model, ModelError
-from smid.study.cell import Cell, Job, Settings
+from smid.study.cell import Cell, Job, Settings, method_fields
 from smid.study.outcome import Outcome, Status
 from smid.study.run_all import Pool, run_all
 from smid.study.store import Store, open_store
@@ -34,7 +34,7 @@ def order_study(
     noise_bound: NoiseBound | Iterable[NoiseBound],
     *,
     orders: Iterable[int] = (1, 2, 3),
-    methods: Iterable[str] = ("auto",),
+    methods: Iterable[str | Method | Cuts] = ("auto",),
     sample_sizes: Iterable[int] | None = None,
     solver: str = "clarabel",
     tolerance: float = 1e-4,
@@ -60,7 +60,8 @@ def order_study(
     orders
         Highest relaxation orders.
     methods
-        One of {"auto", "lift", "rlt", "sparse", "dense", "terms", "chordal", "textbook"}.
+        Short names or method objects, as in :func:`smid.identify`, each with a name of its own. ``orders`` replaces the
+        order of an object. Fields of the object are compared when a study is resumed, its code is not.
     sample_sizes
         Numbers of first samples of each experiment; by default all.
     solver, tolerance, rounds, nodes
@@ -73,8 +74,8 @@ def order_study(
     folder
         Folder for an SQLite file that saves each outcome.
     resume
-        Continue the study in ``folder``. Data, model, settings and versions must be the same; the combinations may
-        differ. Failed cells are run again.
+        Continue the study in ``folder``. Data, model, settings, method objects and versions must be the same; the
+        combinations may differ. Failed cells are run again.
     progress
         Called with a line of text now and then.
 
@@ -105,15 +106,17 @@ def order_study(
     settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
     records = dict(data) if isinstance(data, Mapping) else {_name(data): data}
     bound = {name: bind(model, record) for name, record in records.items()}
-    cells = _grid(bound, records, noise_bound, orders, methods, sample_sizes)
-    jobs = [Job.of(cell, bound[cell.record], records[cell.record], settings) for cell in cells]
+    named = _named(methods)
+    cells = _grid(bound, records, noise_bound, orders, named, sample_sizes)
+    jobs = [Job.of(cell, named[cell.method], bound[cell.record], records[cell.record], settings) for cell in cells]
     for job in jobs:
         check_data(job.model, job.data)
+    objects = {name: method_fields(method) for name, method in named.items() if not isinstance(method, str)}
     # A study in a folder is resumed only with equal data, model, settings and versions.
     subject = {
         "data": {name: record.checksum for name, record in records.items()},
         "model": model.to_dict(),
-        "settings": vars(settings),
+        "settings": {**vars(settings), "methods": objects},
         "versions": computing_versions(),
     }
     local = Pool(lambda: local_workers(workers), 2 * workers)
@@ -152,12 +155,23 @@ def _run(
     return {**done, **fresh}, interrupted
 
 
+def _named(methods: Iterable[str | Method | Cuts]) -> dict[str, str | Method | Cuts]:
+    """Return the methods by name; ProblemError or ModelError for one that is none, or shares its name with another."""
+    named: dict[str, str | Method | Cuts] = {}
+    for method in methods:
+        method_of(method)
+        name = method if isinstance(method, str) else method.name
+        if named.setdefault(name, method) != method:
+            raise ModelError(f"two methods have the name {name!r}: results could not tell them apart; rename one")
+    return named
+
+
 def _grid(
     models: Mapping[str, Model],
     records: Mapping[str, Dataset],
     noise_bound: NoiseBound | Iterable[NoiseBound],
     orders: Iterable[int],
-    methods: Iterable[str],
+    methods: Collection[str],
     sample_sizes: Iterable[int] | None,
 ) -> tuple[Cell, ...]:
     """Return all combinations, records first, orders last; ModelError or DataError for one that is impossible."""
@@ -166,15 +180,12 @@ def _grid(
         bounds: list[NoiseBound] = [noise_bound]
     else:
         bounds = list(noise_bound)
-    orders, methods = list(orders), list(methods)
+    orders = list(orders)
     sizes = None if sample_sizes is None else list(sample_sizes)
     # Refuse values that no cell can have.
     for name, given in (("records", records), ("noise_bound", bounds), ("orders", orders), ("methods", methods)):
         if not given:
             raise ModelError(f"{name} is empty: a study needs at least one")
-    for method in methods:
-        if method not in METHODS:
-            raise ModelError(f"unknown method {method!r}: choose among {', '.join(METHODS)}")
     for name, numbers in (("order", orders), ("sample size", sizes or [])):
         for number in numbers:
             if number < 1 or number != int(number):

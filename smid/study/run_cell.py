@@ -33,7 +33,7 @@ def run_cell(job: Job) -> Outcome:
                 job.model,
                 job.data,
                 dict(job.cell.noise_bound),
-                method=job.cell.method,
+                method=job.method,
                 order=job.cell.order,
                 **vars(job.settings),
             )

@@ -90,6 +90,8 @@ def verify(
         If model or noise bound are not those of the proof. The message names the difference.
     NotProvenError
         If the proof does not hold, or does not follow from the model and the data.
+    TypeError
+        If the arguments are in another order.
 
     Examples
     --------
@@ -103,6 +105,9 @@ def verify(
     >>> verify(file, data, model).intervals["a1"] == (estimate["a1"].lower, estimate["a1"].upper)
     True
     """
+    if not (isinstance(proof, str | Path) and isinstance(data, Dataset) and isinstance(model, Model | None)):
+        kinds = ", ".join(type(given).__name__ for given in (proof, data, model))
+        raise TypeError(f"verify was given {kinds}: give verify(proof, data, model): the file, a Dataset, a Model")
     try:
         found = document(check.read(proof))
         origin = _origin(found)

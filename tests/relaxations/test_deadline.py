@@ -1,6 +1,5 @@
 import os
 import pickle
-import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -21,9 +20,10 @@ from relaxations.deadline import (
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.proof.bounding import relax
+from relaxations.search import minimum
 from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import MinimumReason, minimise
+from relaxations.search.minimum import MinimumReason, minimise
 from relaxations.solvers import Stop, clarabel, solve
 from relaxations.solvers.capture import captured
 
@@ -76,7 +76,7 @@ def test_a_limit_that_is_no_positive_number_is_refused_before_any_work(monkeypat
         raise AssertionError("work began")
 
     monkeypatch.setattr("relaxations.search.by_rounds.relax", work)
-    monkeypatch.setattr(sys.modules["relaxations.search.minimise"], "relax", work)
+    monkeypatch.setattr(minimum, "relax", work)
     problem, objective = hard_problem(3)
     for call in (partial(minimise, problem, objective), partial(intervals, problem, [0])):
         with pytest.raises(ProblemError, match="give a positive number of seconds"):
@@ -163,8 +163,8 @@ def test_a_solver_has_what_is_left_as_its_limit(solver):
     if solver == "scs":
         pytest.importorskip("scs", reason="SCS is not installed")
     with time_limit(1e3):
-        outcome = relax(problem, "rlt", 1, solver).bound(objective)
-    assert outcome.bound == pytest.approx(-1, abs=1e-3)
+        certified = relax(problem, "rlt", 1, solver).bound(objective)
+    assert certified.bound == pytest.approx(-1, abs=1e-3)
     with time_limit(1e-9), pytest.raises(TimeIsUp):
         solve(relax(problem, "rlt", 1, solver).program, np.zeros(3), solver)
 

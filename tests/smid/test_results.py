@@ -19,7 +19,7 @@ import pytest
 import smid
 from relaxations.algebra.intervals import Intervals
 from relaxations.formats.expressions import problem_of, variables
-from relaxations.search.minimise import minimise
+from relaxations.search.minimum import minimise
 from smid.data import excitation
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case
 from benchmarks.soundness.check_case import check_case
 from benchmarks.soundness.emptiness import Record, least_noise_bound
-from benchmarks.soundness.score import Outcome, markdown
+from benchmarks.soundness.score import CaseResult, markdown
 from smid import FeasibleSet
 
 COUNT = len(KINDS)
@@ -80,9 +80,9 @@ def test_a_small_bound_is_below_what_the_true_noise_needed(kind: str) -> None:
 @pytest.mark.parametrize("seed", [0, 4, 16, 18])
 @pytest.mark.parametrize("feasible", [True, False])
 def test_nothing_false_is_said(feasible: bool, seed: int) -> None:
-    outcome = check_case(feasible, seed)
-    assert not outcome.is_false, outcome
-    assert outcome.verdict in ("inside", "inside, no box", "certified empty", "undecided"), outcome
+    result = check_case(feasible, seed)
+    assert not result.is_false, result
+    assert result.verdict in ("inside", "inside, no box", "certified empty", "undecided"), result
 
 
 @pytest.mark.parametrize("seed", [9, 51])
@@ -91,13 +91,13 @@ def test_a_set_whose_kinks_are_all_decided_is_certified_empty(seed: int) -> None
 
 
 def test_the_section_counts_what_is_false_and_names_its_seed() -> None:
-    outcomes = [
-        Outcome("relay", "feasible", 1, 10, "inside", 1.0),
-        Outcome("relay", "feasible", 2, 10, "truth outside", 1.0, "d = 0.3 outside"),
-        Outcome("relay", "outlier", 3, 10, "certified empty", 2.0),
-        Outcome("relay", "outlier", 4, 10, "undecided", 2.0),
+    results = [
+        CaseResult("relay", "feasible", 1, 10, "inside", 1.0),
+        CaseResult("relay", "feasible", 2, 10, "truth outside", 1.0, "d = 0.3 outside"),
+        CaseResult("relay", "outlier", 3, 10, "certified empty", 2.0),
+        CaseResult("relay", "outlier", 4, 10, "undecided", 2.0),
     ]
-    text = markdown(outcomes, 6.0)
+    text = markdown(results, 6.0)
     assert "False statements: 1" in text
     assert "- truth outside, relay, feasible, seed 2: d = 0.3 outside" in text
     assert "| relay, outlier | 2 | 1 | 1 | 0 | 0 | 2.00 | 2.0 |" in text

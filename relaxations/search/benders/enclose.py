@@ -14,7 +14,7 @@ from relaxations.moments.conic import FEWER, check_bytes
 from relaxations.points.witness import Verifier
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness
-from relaxations.proof.proof_steps import Branches, Cut, Part, Record, Step
+from relaxations.proof.proof_steps import Branches, Cut, Part, Recorder, Step
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.program import ask
 from relaxations.search.benders.search import Asker, Point, inmost, outmost
@@ -39,7 +39,7 @@ class _Run:
     solver: Solver
     nodes: int
     say: Callable[[str], None]
-    record: Record | None
+    record: Recorder | None
     shared: Array  # multipliers of cuts that any end may need
     own: dict[tuple[int, int], Array] = field(default_factory=dict)  # those near each end
     inside: Array | None = None  # a verified point with room
@@ -72,7 +72,7 @@ def enclose(
     start: Array | None,
     nodes: int,
     say: Callable[[str], None],
-    record: Record | None = None,
+    record: Recorder | None = None,
 ) -> Emptiness | None:
     """Tighten some ends in place; return the proof where no point is feasible.
 

@@ -76,12 +76,12 @@ def test_a_certified_bound_lies_below_the_optimum_and_its_file_is_accepted(tmp_p
     known = library.load(name)
     least = max(1, -(-max(known.problem.degree, known.objective.degree) // 2))
     relaxed = relax(known.problem, "sparse", max(least, 2), objective=known.objective)
-    outcome = relaxed.bound(known.objective)
+    certified = relaxed.bound(known.objective)
     size = max(1.0, abs(known.optimum))
-    assert outcome.bound <= known.optimum + 1e-7 * size
-    write_certificate(tmp_path / "c.json", known.problem, [Bound.of(relaxed, known.objective, outcome)])
+    assert certified.bound <= known.optimum + 1e-7 * size
+    write_certificate(tmp_path / "c.json", known.problem, [Bound.of(relaxed, known.objective, certified)])
     (theorem,) = check.check(check.read(tmp_path / "c.json"))
-    assert float(theorem.bound) == outcome.bound
+    assert float(theorem.bound) == certified.bound
 
 
 def test_every_problem_names_its_source():

@@ -1,6 +1,5 @@
 """The relaxations: which variables complicate, which orders are refused, and no feasible point is cut off."""
 
-import sys
 from itertools import combinations
 
 import numpy as np
@@ -11,20 +10,18 @@ from hypothesis import strategies as st
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
-from relaxations.moments import conic, facial
-from relaxations.moments.lasserre import lasserre
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import MOST_COMPLICATING, complicating_variables, least_order, lift
+from relaxations.moments import conic, facial, parametric_lift
+from relaxations.moments.lasserre_hierarchy import lasserre
 from relaxations.moments.moment import monomials_up_to
+from relaxations.moments.parametric_lift import METHODS as LIFTS
+from relaxations.moments.parametric_lift import MOST_COMPLICATING, complicating_variables, least_order, lift
 from relaxations.problem.problem import from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.sparsity import cliques
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import minimise
+from relaxations.search.minimum import minimise
 from tests.relaxations.at_a_point import monomial_values, unit_problem, worst
-
-lift_module = sys.modules["relaxations.moments.lift"]  # the package shows the function under this name
 
 # ---------------------------------------------------------------- complicating variables
 
@@ -97,7 +94,7 @@ def test_a_lift_too_large_for_memory_is_refused_before_it_is_built(output_error,
     problem = output_error(60).problem
     intervals(problem, [0], order=1, rounds=1, witnesses=False)
     monkeypatch.setattr(conic.os, "sysconf", lambda name: 1 if name == "SC_PAGE_SIZE" else 2_000_000)
-    monkeypatch.setattr(lift_module, "assemble", lambda *_: pytest.fail("it was built"))
+    monkeypatch.setattr(parametric_lift, "assemble", lambda *_: pytest.fail("it was built"))
     message = r"of order 2 in a has 310 moments and \d+ terms.*has 0.002 GB: lower the order, or give fewer"
     for call in (
         lambda: intervals(problem, [0], order=2),
@@ -111,7 +108,7 @@ def test_a_lift_too_large_for_memory_is_refused_before_it_is_built(output_error,
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_the_size_of_a_lift_is_known_before_it_is_built(output_error, hammerstein, monkeypatch, order, method):
     told = []
-    monkeypatch.setattr(lift_module, "check_memory", lambda *given: told.append(given))
+    monkeypatch.setattr(parametric_lift, "check_memory", lambda *given: told.append(given))
     square = unit_problem(4, [{(0, 1): 1.0, (2,): -1.0}], [{(): 1.0, (0, 3): -1.0}, {(): 1.0, (0, 0): -1.0, (3,): 0.5}])
     for problem in (output_error(6).problem, hammerstein(7).problem, square):
         relaxation = relax(problem, method, order).relaxation

@@ -6,7 +6,7 @@ import pytest
 from relaxations import check
 from relaxations.errors import ProblemError
 from relaxations.library import load, names
-from relaxations.moments.lift import complicating_variables, least_order
+from relaxations.moments.parametric_lift import complicating_variables, least_order
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound

@@ -12,7 +12,7 @@ from relaxations.library import load
 from relaxations.points.exact_point import exact_point
 from relaxations.points.witness import definition_order, verify
 from relaxations.problem.problem import from_sympy
-from relaxations.search.minimise import minimise
+from relaxations.search.minimum import minimise
 
 
 @given(st.integers(0, 10**6))

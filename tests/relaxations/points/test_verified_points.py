@@ -17,7 +17,7 @@ from relaxations.points.newton_point import newton_point
 from relaxations.problem.problem import from_sympy
 from relaxations.search.enclosure import Reason as EndsReason
 from relaxations.search.hierarchy import intervals
-from relaxations.search.minimise import MinimumReason
+from relaxations.search.minimum import MinimumReason
 
 x, y = variables("x y")
 UNIT = [x >= 0, x <= 1, y >= 0, y <= 1]
@@ -72,7 +72,7 @@ def test_the_minimum_of_a_named_problem_with_curved_equalities_is_verified(name)
 
 
 def minimise_named(case):
-    from relaxations.search.minimise import minimise
+    from relaxations.search.minimum import minimise
 
     return minimise(case.problem, case.objective)
 

@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.points.linear_step import linear_step
 from relaxations.points.witness import definition_order, find_witness, search, verify
 from relaxations.problem.problem import PolynomialProblem, from_sympy

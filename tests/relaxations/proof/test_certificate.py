@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.moments.conic import Multipliers, conic_program, multipliers
-from relaxations.moments.lasserre import lasserre
-from relaxations.moments.lift import lift
+from relaxations.moments.lasserre_hierarchy import lasserre
+from relaxations.moments.parametric_lift import lift
 from relaxations.points.witness import verify
 from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax
@@ -114,8 +114,8 @@ def test_coefficients_with_a_radius_agree_with_ball_arithmetic_of_flint(output_e
     relaxed = relax(model.problem, method, 1 if method == "lift" else 2)
     relaxation = relaxed.relaxation
     objective = relaxed.scaling.polynomials(model.problem.variable(0))
-    outcome = relaxed.bound(model.problem.variable(0))
-    dual = outcome.certificate.multipliers
+    certified = relaxed.bound(model.problem.variable(0))
+    dual = certified.certificate.multipliers
     old, flint.ctx.prec = flint.ctx.prec, 300
     try:
         r = [flint.arb(0)] * relaxation.n_moments
@@ -134,8 +134,8 @@ def test_coefficients_with_a_radius_agree_with_ball_arithmetic_of_flint(output_e
                 r[k] -= flint.arb(float(mid), float(rad)) * weight
         exact = r[0] - sum((abs(v) for v in r[1:]), flint.arb(0))
         # Every point inside the balls gives a bound; the published one must lie below the least of them.
-        assert flint.arb(outcome.bound) <= exact.lower()
-        assert exact.lower() - flint.arb(outcome.bound) < 1e-9
+        assert flint.arb(certified.bound) <= exact.lower()
+        assert exact.lower() - flint.arb(certified.bound) < 1e-9
     finally:
         flint.ctx.prec = old
 

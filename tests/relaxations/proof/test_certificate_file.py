@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from relaxations import check
 from relaxations.errors import ProblemError
 from relaxations.moments.conic import Multipliers
-from relaxations.moments.lift import lift
+from relaxations.moments.parametric_lift import lift
 from relaxations.problem.problem import from_sympy, polynomials_from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate import certify
@@ -51,18 +51,18 @@ PROBLEMS = {"quadratic": quadratic, "cubic": cubic}
 
 def written(path, problem, objective, method="sparse", order=2):
     relaxed = relax(problem, method, order, objective=objective)
-    outcome = relaxed.bound(objective)
-    write_certificate(path, problem, [Bound.of(relaxed, objective, outcome)])
-    return outcome
+    certified = relaxed.bound(objective)
+    write_certificate(path, problem, [Bound.of(relaxed, objective, certified)])
+    return certified
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_an_honest_certificate_is_accepted(tmp_path, name, method):
     file = tmp_path / "certificate.json"
-    outcome = written(file, *PROBLEMS[name](), method)
+    certified = written(file, *PROBLEMS[name](), method)
     (theorem,) = check.check(check.read(file))
-    assert theorem.bound == Fraction(outcome.bound)
+    assert theorem.bound == Fraction(certified.bound)
     assert not theorem.empty
     # Exact arithmetic pays for no rounding, and finds next to nothing more than ball arithmetic did.
     assert_no_more_is_proven(check.read(file), 1e-9)
@@ -89,9 +89,9 @@ def test_the_lift_of_identification_problems_is_accepted(tmp_path, output_error,
     for model in (output_error(8, seed=1), hammerstein(7, seed=2)):
         for k, sign in ((0, 1.0), (1, -1.0)):
             objective = model.problem.variable(k, sign)
-            outcome = written(tmp_path / "c.json", model.problem, objective, "lift", order)
+            certified = written(tmp_path / "c.json", model.problem, objective, "lift", order)
             (theorem,) = check.theorems(check.read(tmp_path / "c.json"))
-            assert theorem.bound == Fraction(outcome.bound)
+            assert theorem.bound == Fraction(certified.bound)
             assert theorem.bound <= sign * model.truth[k]
 
 

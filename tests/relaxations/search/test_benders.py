@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import problem_of, variables
-from relaxations.moments.lift import complicating_variables
+from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.points.witness import verify
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.master import contradiction, lower_bound, shrink

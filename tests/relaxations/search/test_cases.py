@@ -35,12 +35,12 @@ def test_no_certified_bound_lies_above_a_known_optimum(record_property):
         least = max(1, -(-max(problem.degree, objective.degree) // 2))
         order = max(least, min(case.order or 2, 2))
         for method in ("sparse", "textbook"):
-            outcome = relax(problem, method, order, objective=objective).bound(objective)
+            certified = relax(problem, method, order, objective=objective).bound(objective)
             done += 1
             size = max(1.0, abs(case.optimum))
-            if outcome.bound > case.optimum + 1e-7 * size:
-                false.append((name, method, outcome.bound, case.optimum))
-            if abs(outcome.bound - case.optimum) < 1e-6 * size:
+            if certified.bound > case.optimum + 1e-7 * size:
+                false.append((name, method, certified.bound, case.optimum))
+            if abs(certified.bound - case.optimum) < 1e-6 * size:
                 close.append((name, method))
     record_property("bounds", done)
     record_property("within 1e-6", len(close))

@@ -12,13 +12,13 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.library import load
 from relaxations.moments.facial import face_basis, vectors_within
-from relaxations.moments.lasserre import lasserre, plan
+from relaxations.moments.lasserre_hierarchy import lasserre, plan
 from relaxations.moments.symmetry import classes, sign_symmetries
 from relaxations.points.extraction import minimisers
 from relaxations.proof.bounding import relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.proof_steps import Bound
-from relaxations.search.minimise import MinimumReason, minimise
+from relaxations.search.minimum import MinimumReason, minimise
 from tests.relaxations.at_a_point import unit_problem, worst
 
 N = 4
@@ -115,12 +115,12 @@ def test_a_box_off_centre_has_no_symmetry():
 def test_minimisers_are_extracted_from_split_moments():
     objective = Polynomials.from_terms([{(0,) * 4: 1.0, (0, 0): -0.5, (0, 1): -0.125, (1, 1): 0.25}])
     relaxed = relax(unit_problem(2), "dense", 2, objective=objective)
-    outcome = relaxed.bound(objective)
-    assert outcome.point == pytest.approx([0, 0])  # the mean of a point and its mirror image
-    points = minimisers(relaxed.relaxation, outcome.moments)
+    certified = relaxed.bound(objective)
+    assert certified.point == pytest.approx([0, 0])  # the mean of a point and its mirror image
+    points = minimisers(relaxed.relaxation, certified.moments)
     assert len(points) == 2
     assert points[0] == pytest.approx(-points[1], abs=1e-3)
-    assert objective.evaluate(points[0])[0] == pytest.approx(outcome.bound, abs=1e-5)
+    assert objective.evaluate(points[0])[0] == pytest.approx(certified.bound, abs=1e-5)
 
 
 # ---------------------------------------------------------------- term sparsity
@@ -240,10 +240,10 @@ def test_the_minimum_of_a_symmetric_problem_is_found(method):
 def test_the_certificate_of_a_split_relaxation_is_checked_in_fractions(tmp_path, method):
     problem, objective = symmetric(2)
     relaxed = relax(problem, method, 2, objective=objective)
-    outcome = relaxed.bound(objective)
-    write_certificate(tmp_path / "certificate.json", relaxed.problem, [Bound.of(relaxed, objective, outcome)])
+    certified = relaxed.bound(objective)
+    write_certificate(tmp_path / "certificate.json", relaxed.problem, [Bound.of(relaxed, objective, certified)])
     (theorem,) = check.check(check.read(tmp_path / "certificate.json"))
-    assert theorem.bound == outcome.bound
+    assert theorem.bound == certified.bound
 
 
 def test_null_vectors_of_a_part_are_those_that_live_on_it():

@@ -148,6 +148,14 @@ def test_interrupted_in_the_error_bound_gives_no_intervals(smid, monkeypatch):
     assert result.exit_code == 130
 
 
+def test_an_error_bound_that_the_time_limit_ends_without_a_result_says_so(smid):
+    result = smid(f"error-bound {COMMON} --seconds 1e-6 --json out.json")
+    assert result.exit_code == 130
+    assert "not known" in result.stdout
+    assert "ended early: the least noise bound is not known" in result.stderr
+    assert json.loads(Path("out.json").read_text())["error_bound"]["upper"] is None
+
+
 @pytest.mark.parametrize("arguments", [["-m", "smid", "--version"], ["-m", "smid"]])
 def test_runs_as_a_module(arguments):
     done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True)

@@ -178,7 +178,7 @@ def test_an_empty_set_is_proven() -> None:
     assert caught.value.samples
 
 
-def test_a_last_cell_that_is_proven_empty_when_it_is_finished_ends_the_search() -> None:
+def test_a_last_sub_box_that_is_proven_empty_when_it_is_finished_ends_the_search() -> None:
     case = empty_case(95003)
     with pytest.raises(EmptyFeasibleSetError):
         identify(case.model, case.data, case.noise_bound, order=1, rounds=2, tolerance=0.5)

@@ -1,15 +1,35 @@
 """A small record and a small study, quick enough to run many times."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
+from relaxations.proof import Lift
 from smid import Dataset, OutputError
 
 TRUTH = {"a1": -0.7, "b0": 0.5}
 MODEL = OutputError(na=1, stable=True)
 QUICK = {"tolerance": 0.5, "rounds": 1}
 """Loose intervals: proven like any other, in a fraction of the time."""
+
+
+@dataclass(frozen=True)
+class OwnLift:
+    """A method of the user: the lift under another name, with a field of its own."""
+
+    share: float
+    name: ClassVar[str] = "own lift"
+    order: ClassVar[None] = None
+
+    def orders(self, problem):
+        return Lift().orders(problem)
+
+    def check(self, problem, order):
+        Lift().check(problem, order)
+
+    def build(self, problem, order, objective, steps):
+        return Lift().build(problem, order, objective, steps)
 
 
 def record(seed, count=8):

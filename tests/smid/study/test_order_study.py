@@ -5,11 +5,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from relaxations.errors import ProblemError
+from relaxations.proof import Lift
 from smid import DataError, ModelError, identify, order_study
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.study import Status, StudyError
 from smid.study.versions import computing_versions
-from tests.smid.study.study_records import MODEL, QUICK, TRUTH, proven, record
+from tests.smid.study.study_records import MODEL, QUICK, TRUTH, OwnLift, proven, record
 
 
 @pytest.fixture
@@ -36,6 +38,29 @@ def test_a_cell_is_what_identify_gives(thread):
     study = order_study(MODEL, record(1), 0.1, orders=[2], sample_sizes=[6], executor=thread)
     alone = identify(MODEL, record(1).crop(0, 6), 0.1, order=2)
     assert study.outcomes[0].intervals == alone.intervals
+
+
+def test_a_method_object_is_a_method_of_the_study(thread):
+    study = order_study(MODEL, record(1), 0.1, orders=[1], methods=["lift", OwnLift(0.5)], executor=thread, **QUICK)
+    assert [cell.method for cell in study.cells] == ["lift", "own lift"]
+    short, own = study.outcomes
+    assert own.method == "own lift"
+    assert own.intervals == short.intervals
+    assert study.to_dict()["cells"][1]["method"] == "own lift"
+
+
+def test_a_worker_process_gets_the_method_object():
+    study = order_study(MODEL, record(1), 0.1, orders=[1], methods=[OwnLift(0.5)], **QUICK)
+    assert (study.outcomes[0].status, study.outcomes[0].method) == (Status.CERTIFIED, "own lift")
+
+
+def test_a_study_is_resumed_with_the_same_method_object_only(thread, tmp_path):
+    settings = {**QUICK, "orders": [1], "executor": thread, "folder": tmp_path}
+    first = order_study(MODEL, record(1), 0.1, methods=[OwnLift(0.5)], **settings)
+    again = order_study(MODEL, record(1), 0.1, methods=[OwnLift(0.5), "sparse"], **settings, resume=True)
+    assert again.outcomes[0] == first.outcomes[0]  # its time too: the run was not repeated
+    with pytest.raises(StudyError, match=r"of other settings: methods own lift share was 0\.5, now 0\.6"):
+        order_study(MODEL, record(1), 0.1, methods=[OwnLift(0.6)], **settings, resume=True)
 
 
 def test_an_order_that_is_too_low_is_refused_and_the_rest_goes_on(thread):
@@ -119,7 +144,11 @@ def test_a_resumed_study_may_grow(thread, tmp_path):
     [
         ({"orders": [0]}, ModelError, "positive integer"),
         ({"orders": []}, ModelError, "orders is empty"),
-        ({"methods": ["fast"]}, ModelError, "unknown method 'fast'"),
+        ({"methods": ["fast"]}, ProblemError, "unknown method 'fast'"),
+        ({"methods": [Lift]}, ProblemError, "is no relaxation method"),
+        ({"methods": [OwnLift(1.0), OwnLift(2.0)]}, ModelError, "two methods have the name 'own lift'"),
+        ({"methods": ["lift", Lift()]}, ModelError, "two methods have the name 'lift'"),
+        ({"methods": [OwnLift(object())]}, ModelError, "method 'own lift' cannot be saved with a study: object has no"),
         ({"sample_sizes": [9]}, DataError, "has 8 samples, fewer than 9"),
         ({"sample_sizes": [2]}, DataError, "take a longer record"),
         ({"noise_bound": [0.1, -1.0]}, ModelError, "positive number"),

@@ -11,14 +11,14 @@ from smid.study import StudyError
 from smid.study.cell import Cell, Job, Settings
 from smid.study.outcome import Outcome, Status
 from smid.study.store import FILE, open_store
-from tests.smid.study.study_records import MODEL, QUICK, record
+from tests.smid.study.study_records import MODEL, QUICK, OwnLift, record
 
 SUBJECT = {"data": {"run": "abc"}, "model": {"name": "m"}, "settings": {"rounds": 1}, "versions": {"numpy": "2.0"}}
 LONG = Outcome(Status.FAILED, "x" * 3000, seconds=1.0, peak_memory=2.0)
 
 
 def job(number):
-    return Job.of(Cell("run", 8, (("y", 0.1),), "auto", number), MODEL, record(1), Settings())
+    return Job.of(Cell("run", 8, (("y", 0.1),), "auto", number), "auto", MODEL, record(1), Settings())
 
 
 def add_all(store):
@@ -118,9 +118,11 @@ def test_equal_cells_of_other_data_model_or_settings_have_other_keys():
         replace(one, settings=Settings(rounds=3)),
         replace(one, versions={**one.versions, "numpy": "0"}),
         replace(one, cell=replace(one.cell, noise_bound=(("y", 0.2),))),
-        replace(one, cell=replace(one.cell, method="sparse")),
+        replace(one, method="sparse"),
+        replace(one, method=OwnLift(0.5)),
+        replace(one, method=OwnLift(0.6)),
     ]
-    assert len({one.key, *(other.key for other in others)}) == 8
+    assert len({one.key, *(other.key for other in others)}) == 10
     assert job(1).key == one.key
 
 

@@ -118,6 +118,14 @@ def test_a_proof_is_verified_against_its_model_and_data(proofs) -> None:
     assert verify(file, data, model, bound).intervals == found.intervals
 
 
+def test_a_wrong_order_of_arguments_is_refused_with_the_right_one() -> None:
+    model, data, _ = second_order()
+    file = "proof.json"
+    for wrong in ((model, data, file), (data, model, file), (data, file, model), (file, model, data), (data, file)):
+        with pytest.raises(TypeError, match=r"give verify\(proof, data, model\): the file"):
+            verify(*wrong)
+
+
 def test_a_proof_that_nothing_fits_is_verified(tmp_path) -> None:
     record, file = output_error(12), tmp_path / "proof.json"
     bound = {c: 0.3 * b for c, b in record.noise_bound.items()}

@@ -1,12 +1,13 @@
-"""A cell: a box of the parameters on which some kinks are decided and the others are replaced by their hulls.
+"""A sub-box: a box of the parameters on which some kinks are decided and the others are replaced by their hulls.
 
-A cell is contracted by certified bounds and built anew while this shrinks it, because a smaller box decides more kinks.
-It is split at a threshold where a sample changes sides, so that finitely many splits decide all samples. Where an
-argument holds noise, one sample's kink is taken on each of its two sides (a positive part only: a sign that is zero
+A sub-box is contracted by certified bounds and built anew while this shrinks it, because a smaller box decides more
+kinks. It is split at a threshold where a sample changes sides, so that finitely many splits decide all samples. Where
+an argument holds noise, one sample's kink is taken on each of its two sides (a positive part only: a sign that is zero
 belongs to neither side).
 
 While a parameter has no finite box, the equalities that read it are left out. The rest may contract the thresholds or
-prove the cell empty: a threshold beyond the largest input sample would allow any gain, but the output contradicts it.
+prove the sub-box empty: a threshold beyond the largest input sample would allow any gain, but the output contradicts
+it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness, Relaxed, relax
-from relaxations.proof.proof_steps import Bound, Record
+from relaxations.proof.proof_steps import Bound, Recorder
 from relaxations.search.boxes import derive_box
 from relaxations.search.interval_state import Ends, shrinkage
 from relaxations.search.plan import Plan
@@ -35,7 +36,7 @@ from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.piecewise_proof import Trail
 from smid.models import ModelError
 
-ROUNDS = 4  # contractions of one cell
+ROUNDS = 4  # contractions of one sub-box
 WORTH = 0.1  # a contraction that takes less off every width is the last one
 Points = Mapping[tuple[int, int], Array]
 NARROW = 1e-3  # a threshold below this share of its first width is no longer split
@@ -43,7 +44,7 @@ NARROW = 1e-3  # a threshold below this share of its first width is no longer sp
 
 @dataclass(frozen=True)
 class Region:
-    """The place of a cell: a box of the parameters, shape (n_parameters,), and the sides of the kinks split off.
+    """The place of a sub-box: a box of the parameters, shape (n_parameters,), and the sides of the kinks split off.
 
     ``trail`` keeps the proof.
     """
@@ -55,11 +56,11 @@ class Region:
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A contracted region: no feasible parameter of the region lies outside the cell's box (certified).
+class SubBox:
+    """A contracted region: no feasible parameter of the region lies outside the sub-box's box (certified).
 
     ``feasible`` is the set on that box. ``points`` are the set's points where the relaxation attains each end (+1:
-    lower, -1: upper). A settled cell can be improved no further.
+    lower, -1: upper). A settled sub-box can be improved no further.
     """
 
     region: Region
@@ -75,28 +76,28 @@ class Cell:
         return float(self.region.lower[k] if sign > 0 else -self.region.upper[k])
 
 
-def contract(feasible: FeasibleSet, region: Region, solver: Solver) -> Cell | Emptiness:
+def contract(feasible: FeasibleSet, region: Region, solver: Solver) -> SubBox | Emptiness:
     """Contract a region with a finite box, or prove it empty; ModelError where the lift does not apply."""
-    cell = Cell(region, feasible.on_box(region.lower, region.upper, region.choose), {})
+    sub_box = SubBox(region, feasible.on_box(region.lower, region.upper, region.choose), {})
     for _ in range(ROUNDS):
-        with region.trail.on(cell.feasible) as record:
-            found = _bounds(cell.feasible, cell.feasible.problem, solver, record)
+        with region.trail.on(sub_box.feasible) as record:
+            found = _bounds(sub_box.feasible, sub_box.feasible.problem, solver, record)
         if isinstance(found, Emptiness):
             return found
         ends, points, relaxed = found
-        width = cell.region.upper - cell.region.lower
+        width = sub_box.region.upper - sub_box.region.lower
         smaller = feasible.on_box(ends.lower, ends.upper, region.choose)
-        cell = Cell(
+        sub_box = SubBox(
             replace(region, lower=ends.lower, upper=ends.upper),
             smaller,
-            {end: _carried(point, cell.feasible, smaller) for end, point in points.items()},
-            cell.solves + ends.solves,
+            {end: _carried(point, sub_box.feasible, smaller) for end, point in points.items()},
+            sub_box.solves + ends.solves,
             relaxed.relaxation.largest_block,
             relaxed.relaxation.n_moments,
         )
         if shrinkage(width, ends.upper - ends.lower) < WORTH:
             break
-    return cell
+    return sub_box
 
 
 def boxed(feasible: FeasibleSet, region: Region, solver: Solver) -> Region | Emptiness | tuple[str, ...]:
@@ -145,7 +146,7 @@ def lifted(name: str, problem: PolynomialProblem) -> Plan:
 
 
 def _bounds(
-    stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Record | None
+    stamped: FeasibleSet, problem: PolynomialProblem, solver: Solver, record: Recorder | None
 ) -> tuple[Ends, Points, Relaxed] | Emptiness:
     """Bound the parameters of a problem once; return the ends, the points that attain them, and the relaxation."""
     plan = lifted(stamped.model.name, problem)
@@ -160,16 +161,16 @@ def _bounds(
             continue
         for sign in (1, -1):
             objective = problem.variable(place[name], sign)
-            outcome = relaxed.bound(objective)
+            certified = relaxed.bound(objective)
             ends.solves += 1
-            if outcome.certificate is None:
+            if certified.certificate is None:
                 continue
-            if ends.tighten(k, sign, outcome.bound) > 0 and record:
-                record(Bound.of(relaxed, objective, outcome))
-            if outcome.bound == np.inf or ends.lower[k] > ends.upper[k]:
-                return relaxed.emptiness(outcome.certificate)
-            if outcome.point is not None:
-                points[k, sign] = outcome.point
+            if ends.tighten(k, sign, certified.bound) > 0 and record:
+                record(Bound.of(relaxed, objective, certified))
+            if certified.bound == np.inf or ends.lower[k] > ends.upper[k]:
+                return relaxed.emptiness(certified.certificate)
+            if certified.point is not None:
+                points[k, sign] = certified.point
     return ends, points, relaxed
 
 
@@ -232,10 +233,10 @@ def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) 
     return table
 
 
-def witness(cell: Cell, k: int, sign: int) -> Array | None:
-    """Return verified parameters near one end of a cell, with every kink on its side in the relaxation."""
-    point = cell.points.get((k, sign))
-    return None if point is None else witness_near(cell.feasible, cell.region, point, k, sign)
+def witness(sub_box: SubBox, k: int, sign: int) -> Array | None:
+    """Return verified parameters near one end of a sub-box, with every kink on its side in the relaxation."""
+    point = sub_box.points.get((k, sign))
+    return None if point is None else witness_near(sub_box.feasible, sub_box.region, point, k, sign)
 
 
 def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, sign: int) -> Array | None:
@@ -248,9 +249,9 @@ def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, si
     return None if found is None else found.point[: len(region.lower)]
 
 
-def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
-    """Cut a cell with open kinks in two regions that cover it; empty where no cut helps."""
-    region, openings = cell.region, cell.feasible.openings
+def split(sub_box: SubBox, first_width: Array) -> tuple[Region, ...]:
+    """Cut a sub-box with open kinks in two regions that cover it; empty where no cut helps."""
+    region, openings = sub_box.region, sub_box.feasible.openings
     count = len(region.lower)
     read = np.unique(np.concatenate([o.arguments.occurring() for o in openings]))
     width = region.upper - region.lower
@@ -260,12 +261,12 @@ def split(cell: Cell, first_width: Array) -> tuple[Region, ...]:
     if share[cut] > NARROW:
         low, high = region.lower.copy(), region.upper.copy()
         low[cut] = high[cut] = _breakpoint(openings, cut, region)
-        name, where = cell.feasible.problem.names[cut], float(low[cut])
+        name, where = sub_box.feasible.problem.names[cut], float(low[cut])
         return (
             Region(region.lower, high, region.choose, region.trail.part(name, float(region.lower[cut]), where)),
             Region(low, region.upper, region.choose, region.trail.part(name, where, float(region.upper[cut]))),
         )
-    return _by_side(cell)
+    return _by_side(sub_box)
 
 
 def _breakpoint(openings: tuple[Opening, ...], cut: int, region: Region) -> float:
@@ -288,9 +289,9 @@ def _roots(arguments: Polynomials, variable: int) -> Array:
     return np.asarray(-constant[usable] / slope[usable], dtype=np.float64)
 
 
-def _by_side(cell: Cell) -> tuple[Region, ...]:
+def _by_side(sub_box: SubBox) -> tuple[Region, ...]:
     """Take the positive part with the loosest hull on each of its sides."""
-    candidates = [o for o in cell.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
+    candidates = [o for o in sub_box.feasible.openings if o.hinge.kink.kind is Kind.POSITIVE_PART]
     if not candidates:
         return ()
     # The hull's largest error is U / (1 - U / L), at zero; both are open, so that L < 0 < U.
@@ -303,8 +304,8 @@ def _by_side(cell: Cell) -> tuple[Region, ...]:
     parts = []
     for side in (Side.NEGATIVE, Side.POSITIVE):
         nothing = np.zeros(0, dtype=np.int64)
-        table = cell.region.choose.get(key, _table(cell.feasible, opening, nothing, nothing)).copy()
+        table = sub_box.region.choose.get(key, _table(sub_box.feasible, opening, nothing, nothing)).copy()
         table[at] = side
-        trail = cell.region.trail.part(cell.feasible.problem.names[opening.variables[place]], side=int(side))
-        parts.append(Region(cell.region.lower, cell.region.upper, {**cell.region.choose, key: table}, trail))
+        trail = sub_box.region.trail.part(sub_box.feasible.problem.names[opening.variables[place]], side=int(side))
+        parts.append(Region(sub_box.region.lower, sub_box.region.upper, {**sub_box.region.choose, key: table}, trail))
     return tuple(parts)

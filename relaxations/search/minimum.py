@@ -22,15 +22,15 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
-from relaxations.moments.lift import METHODS as LIFTS
-from relaxations.moments.lift import nonlinear_variables
+from relaxations.moments.parametric_lift import METHODS as LIFTS
+from relaxations.moments.parametric_lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
 from relaxations.points.feasible_points import FeasiblePoints
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.bounding import Outcome, Relaxed, relax
+from relaxations.proof.bounding import CertifiedBound, Relaxed, relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Dense, Method, Order, Sparse, relaxation_method
-from relaxations.proof.proof_steps import Bound, Level, Record, Step
+from relaxations.proof.proof_steps import Bound, Level, Recorder, Step
 from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import products, settle
@@ -127,7 +127,7 @@ class _Search:
     nodes: int  # allowed
     say: Progress
     lower: float
-    record: Record | None
+    record: Recorder | None
     order: int
     branches: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
@@ -166,13 +166,13 @@ class _Search:
         """Bound the objective by the relaxation of an order, and search for points from its moments."""
         objective = self.points.objective
         relaxed = self.relaxed(self.points.problem, order, steps)
-        outcome = relaxed.bound(objective)
-        if self.record and outcome.bound > self.lower:
-            self.record(Bound.of(relaxed, objective, outcome))
-        self.order, self.lower = relaxed.relaxation.order, max(self.lower, outcome.bound)
-        self.not_flat = partial(not_flat, relaxed, objective, outcome, order)
+        certified = relaxed.bound(objective)
+        if self.record and certified.bound > self.lower:
+            self.record(Bound.of(relaxed, objective, certified))
+        self.order, self.lower = relaxed.relaxation.order, max(self.lower, certified.bound)
+        self.not_flat = partial(not_flat, relaxed, objective, certified, order)
         if self.lower < np.inf:
-            for point in (outcome.point, *_extracted(relaxed, outcome)):
+            for point in (certified.point, *_extracted(relaxed, certified)):
                 self.points.search(point)
 
     def relaxed(self, problem: PolynomialProblem, order: Order, steps: int = 1) -> Relaxed:
@@ -285,12 +285,12 @@ def minimise(
     )
 
 
-def _extracted(relaxed: Relaxed, outcome: Outcome) -> list[Array]:
+def _extracted(relaxed: Relaxed, certified: CertifiedBound) -> list[Array]:
     """Return the minimisers that the moments show, in the problem's own variables."""
-    if outcome.moments is None or relaxed.relaxation.method in LIFTS:
+    if certified.moments is None or relaxed.relaxation.method in LIFTS:
         return []
     step = max(1, -(-relaxed.problem.degree // 2))
-    found = minimisers(relaxed.relaxation, outcome.moments, step)
+    found = minimisers(relaxed.relaxation, certified.moments, step)
     return [] if found is None else [relaxed.scaling.recover(point) for point in found]
 
 
@@ -346,9 +346,9 @@ def _branch(search: _Search) -> None:
         search.branches += 1
         return search.relaxed(part, order)
 
-    def goal(outcome: Outcome | None) -> float:
-        """Search and prove a point from each outcome; return the bound that is enough."""
-        point = None if outcome is None else outcome.point
+    def goal(certified: CertifiedBound | None) -> float:
+        """Search and prove a point from each certified bound; return the bound that is enough."""
+        point = None if certified is None else certified.point
         if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
             points.search(point)
             points.prove()

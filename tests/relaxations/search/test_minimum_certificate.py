@@ -6,7 +6,7 @@ import pytest
 
 from relaxations import check, library
 from relaxations.formats.expressions import problem_of, variables
-from relaxations.search.minimise import MinimumReason, minimise
+from relaxations.search.minimum import MinimumReason, minimise
 
 x, y, z = variables("x y z")
 CUBE = [end for v in (x, y, z) for end in (v >= -1, v <= 1)]

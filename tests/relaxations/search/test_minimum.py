@@ -1,6 +1,5 @@
 """Minima of polynomials: the bound below, the point above, and where they must meet."""
 
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -18,9 +17,8 @@ from relaxations.problem.problem import PolynomialProblem, from_sympy
 from relaxations.proof.bounding import relax
 from relaxations.reductions.products import with_products
 from relaxations.reductions.vanishing import cases, products, settle
-from relaxations.search.minimise import MinimumReason, minimise
-
-minimise_module = sys.modules["relaxations.search.minimise"]  # the package shows the function under this name
+from relaxations.search import minimum
+from relaxations.search.minimum import MinimumReason, minimise
 
 X, Y, Z = sympy.symbols("x y z")
 SQUARE = {X: (-4, 4), Y: (-4, 4)}
@@ -77,9 +75,9 @@ def test_the_four_minima_of_himmelblau_are_extracted():
     problem, objective = from_sympy(expression, [], [], [X, Y], {X: (-5, 5), Y: (-5, 5)})
     known = np.array([[3, 2], [-2.805118, 3.131312], [-3.77931, -3.283186], [3.584428, -1.848127]])
     relaxed = relax(problem, "dense", 3, objective=objective)
-    outcome = relaxed.bound(objective)
-    points = [relaxed.scaling.recover(p) for p in minimisers(relaxed.relaxation, outcome.moments, 1)]
-    assert -1e-5 < outcome.bound <= 0.0
+    certified = relaxed.bound(objective)
+    points = [relaxed.scaling.recover(p) for p in minimisers(relaxed.relaxation, certified.moments, 1)]
+    assert -1e-5 < certified.bound <= 0.0
     assert len(points) == 4
     for point in known:
         assert min(np.abs(point - other).max() for other in points) < 1e-2
@@ -89,8 +87,8 @@ def test_minimisers_are_read_from_a_flat_moment_matrix_only():
     # Two minimisers, (-1, 1) and (1, 1): flat at order 2.
     problem, objective = from_sympy((X**2 - 1) ** 2 + (Y - 1) ** 2, [], [], [X, Y], SQUARE)
     relaxed = relax(problem, "dense", 2, objective=objective)
-    outcome = relaxed.bound(objective)
-    scaled = minimisers(relaxed.relaxation, outcome.moments)
+    certified = relaxed.bound(objective)
+    scaled = minimisers(relaxed.relaxation, certified.moments)
     points = sorted(relaxed.scaling.recover(p).tolist() for p in scaled)
     np.testing.assert_allclose(points, [[-1, 1], [1, 1]], atol=1e-3)
     # All of a circle is minimal: no finite number of points.
@@ -133,7 +131,7 @@ def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
         orders.append(order)
         return relax(problem, method, order, *rest)
 
-    monkeypatch.setattr(minimise_module, "relax", recorded)
+    monkeypatch.setattr(minimum, "relax", recorded)
     found = minimise(problem, objective, nodes=0, tolerance=1e-5)
     assert orders == [1, 2, (3, 2, 2)]
     assert found.order == 3
@@ -265,6 +263,6 @@ def test_the_order_of_the_contraction_counts_the_objective_as_a_constraint(monke
         orders.append(order)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(minimise_module, "intervals", recorded)
+    monkeypatch.setattr(minimum, "intervals", recorded)
     minimise(problem, objective, order=4, tolerance=1e-14)
     assert orders == [2]
