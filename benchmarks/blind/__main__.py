@@ -11,17 +11,17 @@ import time
 from pathlib import Path
 
 from benchmarks.blind.diagnose_case import KINDS, diagnose_case
-from benchmarks.blind.score import Outcome, markdown
+from benchmarks.blind.score import CaseResult, markdown
 from benchmarks.resumable import kept, run
 
 
-def _cached(path: Path, samples: int) -> list[Outcome]:
-    """Read outcomes of records of a length."""
-    outcomes = []
+def _cached(path: Path, samples: int) -> list[CaseResult]:
+    """Read results of records of a length."""
+    results = []
     for entry in kept(path):
         if entry.pop("samples") == samples:
-            outcomes.append(Outcome(**entry | {name: tuple(entry[name]) for name in ("truth", "named", "rivals")}))
-    return outcomes
+            results.append(CaseResult(**entry | {name: tuple(entry[name]) for name in ("truth", "named", "rivals")}))
+    return results
 
 
 def main() -> None:
@@ -39,21 +39,21 @@ def main() -> None:
     kinds = list(KINDS) if given.kind == "all" else [given.kind]
     wanted = [(kind, seed) for kind in kinds for seed in range(given.first, given.first + given.seeds)]
     known = {(o.kind, o.seed): o for o in _cached(given.cache, given.samples)}
-    outcomes = [known[key] for key in wanted if key in known]
+    results = [known[key] for key in wanted if key in known]
     missing = [(*key, given.samples) for key in wanted if key not in known]
-    print(f"{len(wanted)} cases, {len(outcomes)} of them in {given.cache}", flush=True)
+    print(f"{len(wanted)} cases, {len(results)} of them in {given.cache}", flush=True)
     started = time.perf_counter()
-    for outcome in run(given.cache, diagnose_case, missing, given.workers, {"samples": given.samples}):
-        outcomes.append(outcome)
-        hidden = ", ".join(outcome.truth) or "-"
-        mark = "ok   " if outcome.is_right else "WRONG"
+    for result in run(given.cache, diagnose_case, missing, given.workers, {"samples": given.samples}):
+        results.append(result)
+        hidden = ", ".join(result.truth) or "-"
+        mark = "ok   " if result.is_right else "WRONG"
         print(
-            f"{len(outcomes):4d}/{len(wanted)} {mark} {outcome.kind} {outcome.seed}: {hidden}"
-            f" -> {outcome.verdict} {', '.join(outcome.named)} {outcome.message}"
-            f" ({outcome.ratio:.2f}, {outcome.seconds:.1f} s)",
+            f"{len(results):4d}/{len(wanted)} {mark} {result.kind} {result.seed}: {hidden}"
+            f" -> {result.verdict} {', '.join(result.named)} {result.message}"
+            f" ({result.ratio:.2f}, {result.seconds:.1f} s)",
             flush=True,
         )
-    page = markdown(outcomes, time.perf_counter() - started)
+    page = markdown(results, time.perf_counter() - started)
     given.output.write_text(page, encoding="utf-8")
     print(f"\n{page}", flush=True)
 

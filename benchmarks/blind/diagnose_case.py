@@ -7,14 +7,14 @@ import time
 import numpy as np
 
 from benchmarks.blind.cases import HELD_OUT, draw
-from benchmarks.blind.score import Outcome
+from benchmarks.blind.score import CaseResult
 
 __all__ = ["KINDS", "diagnose_case"]
 
 KINDS = {"single": 1, "none": 0, "none, bound withheld": 0, "pair": 2}
 
 
-def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
+def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     """Draw a case, diagnose it in this process, and compare.
 
     Parameters
@@ -28,7 +28,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
 
     Returns
     -------
-    Outcome
+    CaseResult
         With verdict "failed" when the diagnosis raised.
     """
     import smid  # here, so that drawing cases does not need the diagnosis
@@ -53,4 +53,4 @@ def diagnose_case(kind: str, seed: int, samples: int) -> Outcome:
         ratio = float(result.gain.rmse_after) / float(np.sqrt(np.mean(rest**2)))
     seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)
-    return Outcome(kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message)
+    return CaseResult(kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message)

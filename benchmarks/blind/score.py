@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Outcome", "markdown"]
+__all__ = ["CaseResult", "markdown"]
 
 TARGETS = "| asked for | 95 % | at most 2 % | 80 % | at most 1.1 | at most 1.5 |"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """What became of one case.
 
     Attributes
@@ -78,30 +78,30 @@ class Outcome:
         return self.named[0] if self.verdict == "named" and self.named else self.verdict
 
 
-def _of(outcomes: Sequence[Outcome], kind: str) -> list[Outcome]:
-    return [outcome for outcome in outcomes if outcome.kind == kind]
+def _of(results: Sequence[CaseResult], kind: str) -> list[CaseResult]:
+    return [result for result in results if result.kind == kind]
 
 
-def _share(outcomes: Sequence[Outcome], right: bool = True) -> str:
-    if not outcomes:
+def _share(results: Sequence[CaseResult], right: bool = True) -> str:
+    if not results:
         return "-"
-    count = sum(outcome.is_right == right for outcome in outcomes)
-    return f"{100 * count / len(outcomes):.1f} % ({count} of {len(outcomes)})"
+    count = sum(result.is_right == right for result in results)
+    return f"{100 * count / len(results):.1f} % ({count} of {len(results)})"
 
 
-def _ratios(outcomes: Sequence[Outcome]) -> tuple[str, str]:
-    ratios = [outcome.ratio for outcome in outcomes if np.isfinite(outcome.ratio)]
+def _ratios(results: Sequence[CaseResult]) -> tuple[str, str]:
+    ratios = [result.ratio for result in results if np.isfinite(result.ratio)]
     if not ratios:
         return "-", "-"
     return f"{np.median(ratios):.3f}", f"{np.quantile(ratios, 0.9):.3f}"
 
 
-def confusion(outcomes: Sequence[Outcome]) -> str:
+def confusion(results: Sequence[CaseResult]) -> str:
     """Give the table of hidden effects against first names of the single cases.
 
     Parameters
     ----------
-    outcomes : sequence of Outcome
+    results : sequence of CaseResult
         Of any kind; cases without effect make the row "nothing".
 
     Returns
@@ -110,8 +110,8 @@ def confusion(outcomes: Sequence[Outcome]) -> str:
         A Markdown table with a row per hidden effect and columns that are counts.
     """
     rows: dict[str, Counter[str]] = {}
-    for outcome in (*_of(outcomes, "single"), *_of(outcomes, "none")):
-        rows.setdefault(outcome.truth[0] if outcome.truth else "nothing", Counter())[outcome.answer] += 1
+    for result in (*_of(results, "single"), *_of(results, "none")):
+        rows.setdefault(result.truth[0] if result.truth else "nothing", Counter())[result.answer] += 1
     lines = ["| hidden | right | named instead |", "|---|---|---|"]
     for hidden, counts in rows.items():
         right = counts[hidden] if hidden != "nothing" else counts["none"] + counts["ambiguous"]
@@ -121,12 +121,12 @@ def confusion(outcomes: Sequence[Outcome]) -> str:
     return "\n".join(lines)
 
 
-def matrix(outcomes: Sequence[Outcome]) -> str:
+def matrix(results: Sequence[CaseResult]) -> str:
     """Give the full confusion matrix with numbered columns.
 
     Parameters
     ----------
-    outcomes : sequence of Outcome
+    results : sequence of CaseResult
         Single and null cases are counted.
 
     Returns
@@ -134,10 +134,10 @@ def matrix(outcomes: Sequence[Outcome]) -> str:
     str
         A Markdown table; its columns are the first names that occur, numbered in its first row.
     """
-    counted = [*_of(outcomes, "single"), *_of(outcomes, "none")]
-    hidden = list(dict.fromkeys(outcome.truth[0] if outcome.truth else "nothing" for outcome in counted))
-    answers = sorted({outcome.answer for outcome in counted}, key=lambda name: (name not in hidden, name))
-    counts = Counter((outcome.truth[0] if outcome.truth else "nothing", outcome.answer) for outcome in counted)
+    counted = [*_of(results, "single"), *_of(results, "none")]
+    hidden = list(dict.fromkeys(result.truth[0] if result.truth else "nothing" for result in counted))
+    answers = sorted({result.answer for result in counted}, key=lambda name: (name not in hidden, name))
+    counts = Counter((result.truth[0] if result.truth else "nothing", result.answer) for result in counted)
     lines = [
         "| hidden \\ named first | " + " | ".join(answers) + " |",
         "|---|" + "---|" * len(answers),
@@ -148,12 +148,12 @@ def matrix(outcomes: Sequence[Outcome]) -> str:
     return "\n".join(lines)
 
 
-def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
+def markdown(results: Sequence[CaseResult], wall: float) -> str:
     """Give the whole page.
 
     Parameters
     ----------
-    outcomes : sequence of Outcome
+    results : sequence of CaseResult
         Of any kind, in any order.
     wall : float
         Wall time of the run in seconds.
@@ -165,15 +165,15 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
 
     Examples
     --------
-    >>> one = Outcome("single", 3, ("gain",), ("gain",), "named", (), 1.02, 5.0, "cstr", "steps", 2.0)
+    >>> one = CaseResult("single", 3, ("gain",), ("gain",), "named", (), 1.02, 5.0, "cstr", "steps", 2.0)
     >>> "100.0 % (1 of 1)" in markdown([one], 2.0)
     True
     """
-    outcomes = sorted(outcomes, key=lambda outcome: (outcome.kind, outcome.seed))
-    single, none, pair = (_of(outcomes, kind) for kind in ("single", "none", "pair"))
-    withheld = _of(outcomes, "none, bound withheld")
+    results = sorted(results, key=lambda result: (result.kind, result.seed))
+    single, none, pair = (_of(results, kind) for kind in ("single", "none", "pair"))
+    withheld = _of(results, "none, bound withheld")
     median, worst = _ratios([*single, *pair])
-    seconds = [outcome.seconds for outcome in outcomes]
+    seconds = [result.seconds for result in results]
     parts = [
         "# Diagnosis of blind cases",
         "Each case hides an effect in simulated data. `smid.diagnose` gets the base model, the record and the noise "
@@ -183,12 +183,12 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
         f"{TARGETS}\n"
         f"| reached | {_share(single)} | {_share(none, right=False)} | {_share(pair)} | {median} | {worst} |",
         f"False alarms without a noise bound: {_share(withheld, right=False)}. "
-        f"Verdict `ambiguous`: {sum(outcome.verdict == 'ambiguous' for outcome in outcomes)} of {len(outcomes)}. "
+        f"Verdict `ambiguous`: {sum(result.verdict == 'ambiguous' for result in results)} of {len(results)}. "
         f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
         "## By hidden effect",
-        confusion(outcomes),
+        confusion(results),
         "## Confusion matrix",
-        matrix(outcomes),
+        matrix(results),
         "## Held-out error by kind",
         "| kind | cases | median | worst tenth |\n|---|---|---|---|\n"
         + "\n".join(
@@ -196,26 +196,26 @@ def markdown(outcomes: Sequence[Outcome], wall: float) -> str:
             for kind, some in (("single", single), ("pair", pair), ("none", [*none, *withheld]))
         ),
         "## Failures",
-        _failures(outcomes),
+        _failures(results),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _failures(outcomes: Sequence[Outcome]) -> str:
-    wrong = [outcome for outcome in outcomes if not outcome.is_right]
+def _failures(results: Sequence[CaseResult]) -> str:
+    wrong = [result for result in results if not result.is_right]
     if not wrong:
         return "None."
     lines = [
         "| kind | seed | hidden | named | verdict | strength | plant | signal |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for outcome in wrong:
-        verdict = f"failed: {outcome.message}" if outcome.verdict == "failed" else outcome.verdict
-        if outcome.verdict == "ambiguous":
-            verdict += f" with {', '.join(outcome.rivals)}" if outcome.rivals else ""
+    for result in wrong:
+        verdict = f"failed: {result.message}" if result.verdict == "failed" else result.verdict
+        if result.verdict == "ambiguous":
+            verdict += f" with {', '.join(result.rivals)}" if result.rivals else ""
         lines.append(
-            f"| {outcome.kind} | {outcome.seed} | {', '.join(outcome.truth) or '-'} "
-            f"| {', '.join(outcome.named) or '-'} | {verdict} | {outcome.strength:.1f} "
-            f"| {outcome.plant} | {outcome.signal} |"
+            f"| {result.kind} | {result.seed} | {', '.join(result.truth) or '-'} "
+            f"| {', '.join(result.named) or '-'} | {verdict} | {result.strength:.1f} "
+            f"| {result.plant} | {result.signal} |"
         )
     return "\n".join(lines)

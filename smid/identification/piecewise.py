@@ -154,7 +154,7 @@ class _Search:
                 low, high = self._ends(k)
                 name = self.feasible.model.parameters[k].name
                 self.settings.progress(
-                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.sub_boxes) + len(self.waiting)} cells"
+                    f"{name} in [{low:.6g}, {high:.6g}], {len(self.sub_boxes) + len(self.waiting)} sub-boxes"
                 )
 
     def _boxed(self) -> list[Region] | None:

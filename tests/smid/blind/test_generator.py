@@ -12,7 +12,7 @@ from benchmarks.blind.cases import LOUDEST, PLANTS, STRONGEST, WEAKEST, Case, dr
 from benchmarks.blind.effects import EFFECTS
 from benchmarks.blind.plants import GAMMAS, REACTION, THETA, TORQUE, Friction, Plant, Twist, draw_plant, simulate
 from benchmarks.blind.refit import misfit
-from benchmarks.blind.score import Outcome, markdown
+from benchmarks.blind.score import CaseResult, markdown
 from benchmarks.blind.signals import SIGNALS, make_signal
 
 SINGLES = range(len(EFFECTS))
@@ -232,16 +232,16 @@ def test_reactor_gain_is_the_theses() -> None:
 
 
 def test_score_counts_what_it_says() -> None:
-    def outcome(kind: str, truth: tuple[str, ...], named: tuple[str, ...], verdict: str, seed: int) -> Outcome:
-        return Outcome(kind, seed, truth, named, verdict, (), 1.05, 5.0, "cstr", "steps", 1.0)
+    def result(kind: str, truth: tuple[str, ...], named: tuple[str, ...], verdict: str, seed: int) -> CaseResult:
+        return CaseResult(kind, seed, truth, named, verdict, (), 1.05, 5.0, "cstr", "steps", 1.0)
 
     page = markdown(
         [
-            outcome("single", ("gain",), ("gain", "outliers"), "named", 0),
-            outcome("single", ("gain",), ("outliers", "gain"), "named", 1),
-            outcome("none", (), (), "none", 0),
-            outcome("none", (), ("gain",), "named", 1),
-            outcome("pair", ("gain", "outliers"), ("outliers", "gain"), "named", 0),
+            result("single", ("gain",), ("gain", "outliers"), "named", 0),
+            result("single", ("gain",), ("outliers", "gain"), "named", 1),
+            result("none", (), (), "none", 0),
+            result("none", (), ("gain",), "named", 1),
+            result("pair", ("gain", "outliers"), ("outliers", "gain"), "named", 0),
         ],
         7.0,
     )
