@@ -17,7 +17,7 @@ Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -33,6 +33,9 @@ from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
 from smid.models.sensor import channel_to_signal, signal_to_channel
 from smid.models.symbols import VALUE, plain_symbols
+
+Errors = tuple[tuple[int, str, Array, Array], ...]
+"""What `Fitting.errors` yields: index of the experiment, output channel, errors (n,), derivatives (n, n_free)."""
 
 _MOST_INITIAL = 12
 _SETTLING = 400
@@ -233,36 +236,45 @@ class Fitting:
         return self._evaluate(vector, True)[1]
 
     def _evaluate(self, vector: Array, jacobian: bool) -> tuple[Array, Array]:
+        residuals, blocks = [], []
+        for e, channel, error, slope in self.errors(vector, jacobian):
+            kept, scale = self.used[e][: len(error)], self.scale[channel]
+            residuals.append(error[kept] / scale)
+            blocks.append(slope[kept] / scale)
+        residual = np.concatenate(residuals)
+        if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
+            residual = np.full_like(residual, np.inf)
+        return residual, np.concatenate(blocks) if jacobian else np.empty((0, 0))
+
+    def errors(self, vector: Array, jacobian: bool) -> Iterator[tuple[int, str, Array, Array]]:
+        """Yield the error of each experiment and output channel up to the last fitted sample, with its derivative.
+
+        An item has the index of the experiment, the channel, simulated minus measured in the channel's unit, shape
+        (n,), and its derivative by the unknowns, shape (n, n_free); without `jacobian` shape (n, 0).
+        """
         check_time()
         values, count = self._values(vector), len(self.run.parameters)
-        residuals, blocks = [], []
         for e, initial in enumerate(self.initial(vector)):
-            stop, used = self._stop[e], self.used[e]
+            stop = self._stop[e]
             if not stop:
                 continue
             # Simulate, with sensitivities if needed.
             known = self._trajectory(e, vector, values, initial)
             signals, slopes = self.run.cut(known), self.run.cut(self.run.slopes(known, values)) if jacobian else {}
             for m in self.outputs:
-                kept = used[:stop]
                 seen = self._seen(m, e, signals[m.signal], values)
-                scale = self.scale[m.channel]
-                with np.errstate(over="ignore", invalid="ignore"):  # divergence is handled below
-                    residuals.append((seen - self.data.experiments[e].values[m.channel][:stop])[kept] / scale)
+                block = np.zeros((stop, self.n_free * jacobian))
                 # Jacobian rows: parameters, then the initial states of this experiment.
                 if jacobian:
                     slope = slopes.get(m.signal, np.zeros((stop, count + len(self.run.states))))
-                    slope = self._through_sensor(m, seen, slope, values)[kept] / scale
-                    block = np.zeros((len(slope), self.n_free))
+                    slope = self._through_sensor(m, seen, slope, values)
                     block[:, :count] = slope[:, :count]
                     if self.frees_initial:
                         width = len(self.begun)
                         block[:, count + e * width : count + (e + 1) * width] = slope[:, count:][:, self.begun]
-                    blocks.append(block)
-        residual = np.concatenate(residuals)
-        if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
-            residual = np.full_like(residual, np.inf)
-        return residual, np.concatenate(blocks) if jacobian else np.empty((0, 0))
+                with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+                    error = seen - self.data.experiments[e].values[m.channel][:stop]
+                yield e, m.channel, error, block
 
     def _trajectory(
         self, experiment: int, vector: Array, values: Mapping[str, float], initial: Initial

@@ -15,7 +15,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
-from smid.fitting.fit import Fit, Fitting, one_step_ahead
+from smid.fitting.fit import Errors, Fit, Fitting, one_step_ahead
 from smid.models import Model
 
 _ADAPTING = 5
@@ -36,6 +36,10 @@ class Trial:
         The parameters that it has more than the base.
     signature
         Share of the base cost that the first step promised.
+    errors
+        Of the fit, with their derivatives; see `smid.fitting.fit.Fitting.errors`.
+    variants
+        How many variants the effect has here.
     describe
         The sentence about it, see `Extension`.
     """
@@ -45,6 +49,8 @@ class Trial:
     fit: Fit
     parameters: tuple[str, ...]
     signature: float
+    errors: Errors
+    variants: int = 1
     describe: Describe | None = None
 
     @property
@@ -59,8 +65,8 @@ class Base:
 
     Parameters
     ----------
-    fit
-        With values.
+    fit, errors
+        With values; see `Trial`.
     data
         The whole record.
     used
@@ -72,6 +78,7 @@ class Base:
     """
 
     fit: Fit
+    errors: Errors
     data: Dataset
     used: tuple[Mask, ...]
     input: str
@@ -159,7 +166,7 @@ def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial |
         if not tried:
             return None
         _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
-        return _trial(effect, extension, base, problem.result(vector, cost), signature)
+        return _trial(effect, extension, base, problem, vector, cost, signature, len(ranked))
 
 
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
@@ -179,16 +186,24 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
                 starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
                 fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
                 vector, cost = min(fitted, key=lambda pair: pair[1])
-                fit = problem.result(vector, cost) if np.isfinite(cost) else None
-                if fit is not None and fit.is_finite:
-                    return _trial(effect, extension, base, fit, trial.signature)
+                if np.isfinite(cost):
+                    return _trial(effect, extension, base, problem, vector, cost, trial.signature, trial.variants)
     return None
 
 
-def _trial(effect: Effect, extension: Extension, base: Base, fit: Fit, signature: float) -> Trial:
-    return Trial(
-        effect.name, extension.label, fit, _added(extension.model, base.fit.model), signature, extension.describe
-    )
+def _trial(
+    effect: Effect,
+    extension: Extension,
+    base: Base,
+    problem: Fitting,
+    vector: Array,
+    cost: float,
+    signature: float,
+    variants: int,
+) -> Trial:
+    fit, errors = problem.result(vector, cost), tuple(problem.errors(vector, True))
+    added = _added(extension.model, base.fit.model)
+    return Trial(effect.name, extension.label, fit, added, signature, errors, variants, extension.describe)
 
 
 def _added(extended: Model, model: Model) -> tuple[str, ...]:
