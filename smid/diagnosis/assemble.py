@@ -2,137 +2,143 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.effects.effect import Detection, Effect, Site
-from smid.diagnosis.search.compare import correlation_length, structure
-from smid.diagnosis.search.merit import Ranked, Record, Stage
-from smid.diagnosis.search.search import Found
+from smid.diagnosis.search.compare import chance, rms, structure
+from smid.diagnosis.search.evidence import Evidence
+from smid.diagnosis.search.posterior import Posterior
+from smid.diagnosis.search.ranking import Visited
+from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Trial
-from smid.fitting.fit import Fitting
+from smid.fitting.fit import Fit
 
 _SPREAD = 3.0  # standard deviations either side
 _MOST_RIVALS = 5
 _MOST_ODDS = 1e12
+_LIKE = 1.02  # errors whose ratio is smaller are alike
+
+Residual = Sequence[Array]
 
 
-def causes(record: Record, found: Found, site: Site) -> list[Cause]:
-    """Return the named effects with evidence; where ambiguous, the last lists the equally good effects as rivals."""
-    named = [stage for stage in found.stages if stage.leader is not None]
-    result = []
-    for stage in named:
-        assert stage.leader is not None
-        trial = stage.leader.trial
-        values = {n: found.base.fit.model.values.get(n, v) for n, v in trial.values.items()}
-        result.append(
-            Cause(
-                trial.effect,
-                trial.label,
-                trial.describe(values, site) if trial.describe else "",
-                _confidence(stage),
-                _parameters(record, trial),
-                _rivals(stage),
-                _evidence(record, stage),
-            )
-        )
-    return result
+def ordered(found: Posterior, visited: Sequence[Visited]) -> list[tuple[Trial, Visited | None]]:
+    """Return the effects of the chosen set with the set that lacks only this one: what is missed most comes first.
 
-
-def _evidence(record: Record, stage: Stage) -> dict[str, float]:
-    leader = stage.leader
-    assert leader is not None
-    before = record.residual(stage.base.fit)
-    after = record.residual(leader.trial.fit)
-    return {
-        "rmse_before": stage.rmse,
-        "rmse_after": leader.rmse,
-        "chance": leader.chance,
-        "score_drop": stage.score - leader.score,
-        "structure_before": structure(record.held_part(before)),
-        "structure_after": structure(record.held_part(after)),
-        "signature": leader.trial.signature,
-    }
-
-
-def _confidence(stage: Stage) -> float:
-    """Return the leader's share of the odds among all effects tried, times the probability that the gain is real."""
-    leader = stage.leader
-    assert leader is not None
-    behind = np.array([r.score - leader.score for r in stage.ranked if r is not leader])
-    return float((1 - leader.chance) / (1 + np.exp(-np.clip(behind, -1400, 1400) / 2).sum()))
-
-
-def _rivals(stage: Stage) -> tuple[Rival, ...]:
-    leader = stage.leader
-    assert leader is not None
-    tied = {r.trial.effect for r in stage.tied}
-    shown = [*stage.tied, *(r for r in stage.ranked if r is not leader and r.trial.effect not in tied)]
-    return tuple(
-        Rival(
-            r.trial.effect,
-            r.rmse,
-            float(min(np.exp(min((r.score - leader.score) / 2, 100.0)), _MOST_ODDS)),
-            _why(r, leader, r.trial.effect in tied),
-        )
-        for r in shown[: max(_MOST_RIVALS, len(tied))]
+    Where ambiguous, the alternative comes last.
+    """
+    by_names = {v.names: v for v in visited}
+    pairs = []
+    for trial in found.chosen.effects.trials:
+        rest = Counter(found.chosen.names)
+        rest.subtract([trial.effect])
+        pairs.append((trial, by_names.get(tuple(sorted(rest.elements())))))
+    open_question = found.alternatives[:1]
+    return sorted(
+        pairs, key=lambda pair: (pair[0].effect in open_question, pair[1].merit if pair[1] is not None else -np.inf)
     )
 
 
-def _why(rival: Ranked, leader: Ranked, tied: bool) -> str:
-    if tied:
-        return f"explains the data equally well: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
-    more = len(rival.trial.parameters) - len(leader.trial.parameters)
-    if rival.rmse <= 1.02 * leader.rmse and more > 0:
-        return f"rejected: {more} more parameter{'s' if more > 1 else ''} for the same held-out RMSE {rival.rmse:.4g}"
-    return f"rejected: held-out RMSE {rival.rmse:.4g}, against {leader.rmse:.4g}"
+def cause_of(
+    trial: Trial,
+    found: Posterior,
+    without: Visited | None,
+    visited: Sequence[Visited],
+    record: Record,
+    fit: Fit,
+    errors: tuple[Residual, Residual],
+) -> Cause:
+    """Return the cause that an effect of the chosen set is.
+
+    Parameters
+    ----------
+    without
+        The set that lacks only this effect.
+    fit
+        The chosen set at its likeliest.
+    errors
+        On the test part, without and with this effect beside the others.
+    """
+    before, after = errors
+    values = {name: fit.model.values[name] for name in trial.parameters}
+    lost = found.chosen.merit - without.merit if without is not None else 0.0
+    evidence = {
+        "rmse_before": rms(before),
+        "rmse_after": rms(after),
+        "chance": chance(before, after),
+        "score_drop": 2 * lost,
+        "structure_before": structure(before),
+        "structure_after": structure(after),
+        "signature": trial.signature,
+    }
+    said = trial.describe(values, record.site(fit)) if trial.describe else ""
+    return Cause(
+        trial.effect,
+        trial.label,
+        said,
+        found.probability[trial.effect],
+        _parameters(trial, fit, found.chosen.evidence),
+        _rivals(trial, found, visited, record),
+        evidence,
+    )
 
 
-def _parameters(record: Record, trial: Trial) -> tuple[CauseParameter, ...]:
-    """Return the effect's parameters with the linearised intervals of the fit that named it."""
-    model = trial.fit.model
-    problem = Fitting(model, record.data, record.used, trial.fit.initial)
-    vector = problem.start(model.values)
-    spread = _deviations(problem, vector, correlation_length(record.fitted_part(record.residual(trial.fit))))
+def _rivals(trial: Trial, found: Posterior, visited: Sequence[Visited], record: Record) -> tuple[Rival, ...]:
+    """Return the effects that were tried in the place of one, best first."""
+    own = Counter(found.chosen.names)
+    rivals = []
+    for one in visited:
+        extra, missing = Counter(one.names) - own, own - Counter(one.names)
+        if extra.total() == 1 and missing == Counter([trial.effect]):
+            (name,) = extra
+            behind = found.chosen.merit - one.merit
+            odds = float(min(np.exp(min(behind, 100.0)), _MOST_ODDS))
+            error = _error(one, record)
+            rivals.append(Rival(name, error, odds, _why(name, behind, error, found, one, record)))
+    return tuple(rivals[:_MOST_RIVALS])
+
+
+def _why(name: str, behind: float, error: float, found: Posterior, one: Visited, record: Record) -> str:
+    chosen = _error(found.chosen, record)
+    figures = f"{error:.4g} against {chosen:.4g}"
+    if name in found.alternatives:
+        return f"explains the data equally well: RMSE of the fit {figures}"
+    if behind <= 0:
+        return f"says the same in other words: RMSE of the fit {figures}"
+    more = one.effects.fit.n_free - found.chosen.effects.fit.n_free
+    if error <= _LIKE * chosen and more > 0:
+        return f"less likely: {more} more number{'s' if more > 1 else ''} to fit for the same RMSE, {figures}"
+    if error <= _LIKE * chosen:
+        return f"less likely: the same RMSE {figures}, but blocks that were left out are predicted worse"
+    return f"rejected: RMSE of the fit {figures}"
+
+
+def _error(one: Visited, record: Record) -> float:
+    return rms(record.part(record.residual(one.effects.fit)))
+
+
+def _parameters(trial: Trial, fit: Fit, known: Evidence | None) -> tuple[CauseParameter, ...]:
+    """Return the effect's parameters with the linearised intervals of the joint fit."""
+    model = fit.model
+    free = [p.name for p in model.parameters if p.lower < p.upper]
     result = []
     for name in trial.parameters:
-        parameter = model.parameter(name)
-        half = _SPREAD * spread[problem.run.parameters.index(name)]
-        value = model.values[name]
-        finite = np.isfinite(half)
-        result.append(
-            CauseParameter(
-                name,
-                parameter.unit,
-                value,
-                float(max(value - half, parameter.lower)) if finite else None,
-                float(min(value + half, parameter.upper)) if finite else None,
-                parameter.null,
-                False,
-            )
-        )
+        p, value = model.parameter(name), model.values[name]
+        half = _SPREAD * float(known.deviation[free.index(name)]) if known is not None else np.inf
+        lower, upper = (max(value - half, p.lower), min(value + half, p.upper)) if np.isfinite(half) else (None, None)
+        result.append(CauseParameter(name, p.unit, value, lower, upper, p.null, False))
     return tuple(result)
 
 
-def _deviations(problem: Fitting, vector: np.ndarray, correlated: float) -> np.ndarray:
-    """Return standard deviations of the fitted numbers, infinite where the data do not determine them."""
-    jacobian, residual = problem.jacobian(vector), problem.residual(vector)
-    norms = np.linalg.norm(jacobian, axis=0)
-    deviations = np.full(problem.n_free, np.inf)
-    seen = (norms > 0) & np.isfinite(norms)
-    if seen.any() and np.isfinite(jacobian[:, seen]).all():
-        scaled = jacobian[:, seen] / norms[seen]
-        inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
-        variance = float(np.sum(residual**2)) / max(len(residual) - problem.n_free, 1) * correlated
-        deviations[seen] = np.sqrt(np.maximum(np.diag(inverse), 0) * variance) / norms[seen]
-    return deviations
-
-
-def detected(effect: Effect, detection: Detection, site: Site, stage_rmse: float) -> Cause:
+def detected(effect: Effect, detection: Detection, site: Site, probability: float, rmse: float) -> Cause:
     """Return the cause for a detected effect on the noise."""
     parameters = tuple(
         CauseParameter(name, "", float(value), None, None, None, False) for name, value in detection.values.items()
     )
-    evidence = {"rmse_before": stage_rmse, "rmse_after": stage_rmse, **detection.evidence}
+    evidence = {"rmse_before": rmse, "rmse_after": rmse, **detection.evidence}
     said = effect.describe(detection.values, site) if effect.describe else ""
-    return Cause(effect.name, "", said, detection.confidence, parameters, (), evidence)
+    return Cause(effect.name, "", said, probability, parameters, (), evidence)

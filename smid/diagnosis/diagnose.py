@@ -1,4 +1,4 @@
-"""Diagnosis: misfit of a model, search for causes, extended model, and gain on held-out data."""
+"""Diagnosis: misfit of a model, search for causes, extended model, and gain on data that nothing has seen."""
 
 from __future__ import annotations
 
@@ -7,37 +7,40 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
-from smid.data import DataError, Dataset
-from smid.diagnosis.assemble import causes, detected
+from smid.data import Dataset
+from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
-from smid.diagnosis.certify import prove_empty
+from smid.diagnosis.certify import Emptiness, prove_empty
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, misfit
-from smid.diagnosis.experiment import separating_experiment
+from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.gain import gain
+from smid.diagnosis.parts import Parts, free_run, split
 from smid.diagnosis.search.compare import rms, structure
-from smid.diagnosis.search.merit import Record
+from smid.diagnosis.search.posterior import Posterior, posterior
+from smid.diagnosis.search.ranking import Visited
+from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
-from smid.fitting.fit import fit
+from smid.fitting.fit import Fit, Fitting, fit
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
-_LEAST_HELD = 30
 _STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
+_DETAIL = 0.05  # chance, above which the test error does not show a cause
 
 
 def diagnose(
@@ -45,7 +48,7 @@ def diagnose(
     data: Dataset,
     noise_bound: float | Mapping[str, float] | None = None,
     effects: Sequence[str | Effect] | None = None,
-    holdout: float | Sequence[str] = 0.3,
+    test: float | Sequence[str] = 0.2,
     *,
     certify: bool = True,
     workers: int | None = None,
@@ -53,7 +56,10 @@ def diagnose(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Return the diagnosis of a model: its misfit, the causes, the extended model and the gain on held-out data.
+    """Return the diagnosis of a model: its misfit, the causes, the extended model and the gain on test data.
+
+    The record has two parts. All fits use the first, and the choice between effects predicts blocks of it that a fit
+    has left out. The test part is used once, at the end, for the gain.
 
     Parameters
     ----------
@@ -63,14 +69,15 @@ def diagnose(
         In the channel's unit.
     effects
         Which to try, names or your own; by default all of `smid.diagnosis.EFFECTS`.
-    holdout
-        Share of each experiment, at its end, or names of the experiments, that no fit may see.
+    test
+        Share of each experiment, at its end, or names of the experiments, that no fit and no choice may see. Of a
+        whole experiment, the first ``data.n_init`` samples, or 50, tell the initial states and do not count.
     certify
         Whether to prove, with a noise bound, that the base model cannot explain the data.
     workers
         Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
     seconds
-        Time allowed, wall clock. A fifth of it is kept for what is done with the causes named by then.
+        Time allowed, wall clock. A fifth of it is kept for what is done with the causes found by then.
     executor
         Used instead of own processes: a cluster's, say.
     progress
@@ -82,7 +89,7 @@ def diagnose(
         For an unknown effect, a bad noise bound, too little time to fit the base model, or a model that is no match for
         the data.
     DataError
-        For missing channels, a held-out part too short to judge, or a model that cannot be simulated on the data.
+        For missing channels, a part too short to judge, or a model that cannot be simulated on the data.
 
     Examples
     --------
@@ -107,111 +114,201 @@ def diagnose(
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_data(model, data)
     bound = _bound(model, noise_bound)
-    record = replace(_record(model, data, holdout), noise_bound=bound)
+    parts = split(model, data, test)
+    record = _record(model, parts.seen, bound)
     say = progress or _silent
-    faults = data_faults(data)
+    faults = data_faults(parts.seen)
     for fault in faults:
         say(fault.sentence)
 
     with time_limit(_SEARCHING * seconds), _pool(executor, workers, chosen) as pool:
         try:
             say("fitting the base model")
-            base = _base(model, record)
-            glitches = _glitches(record, base, chosen)
-            seen = _without(record, glitches)
-            base, shown, found = _look(model, seen, base, chosen, pool, progress)
+            looked = _look(model, record, None, chosen, pool, progress)
         except TimeIsUp:
             raise ModelError(
                 f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
             ) from None
-        left = _glitches(record, found.base, chosen)
-        if left is None:
-            # A limit that is reached briefly looks like a glitch until it is in the model.
-            glitches, seen = None, record
-        elif not found.interrupted and not _same(left, glitches):
-            say("the extended model shows glitches: searching again without them")
-            again = None
-            with suppress(TimeIsUp):
-                again = _look(model, _without(record, left), base, chosen, pool, progress)
-            if again is None or again[2].interrupted:
-                found = replace(found, interrupted=True)
-            else:
-                glitches, seen = left, _without(record, left)
-                base, shown, found = again
-    detections = [glitches] if glitches else []
-    detections += _noise_effects(seen, found, chosen)
+        found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
-    return _assemble(model, seen, base, found, detections, shown, faults, chosen, certify, began, left_over)
+    proof = None
+    if certify and bound is not None:
+        with time_limit(left_over):
+            proof = prove_empty(model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit))
+    return _assemble(data, parts, looked, found, chosen, faults=faults, proof=proof, began=began)
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """What was found on the part of a record that may be seen."""
+
+    record: Record
+    base: Base
+    shown: Misfit
+    found: Found
+    glitches: tuple[Effect, Detection] | None
+
+    def same(self, first: Visited, second: Visited) -> bool:
+        """Return whether no experiment could tell two sets apart: they differ by less than the error left."""
+        record = self.record
+        rivals = {"first": first.effects.fit, "second": second.effects.fit}
+        experiment = separating_experiment(rivals, record.data, record.input, record.output)
+        left = rms(record.part(record.residual(first.effects.fit)))
+        return experiment is not None and experiment.difference <= left
+
+
+def _look(
+    model: Model,
+    record: Record,
+    before: _Looked | None,
+    chosen: Sequence[Effect],
+    pool: Executor | None,
+    progress: Progress | None,
+) -> _Looked:
+    """Fit the base model, and search for causes without the glitches that it, or the model found before, shows."""
+    say = progress or _silent
+    base = before.base if before else _base(model, record)
+    known = before.found.visited[0].effects.fit if before else base.fit
+    glitches = _glitches(record, known, chosen)
+    seen = _without(record, glitches)
+    base = _base(model, seen) if glitches else base
+    simulated = tuple(s[record.output] for s in base.fit.simulated)
+    data, bound = record.data, record.noise_bound
+    shown = misfit(data, record.output, simulated, noise_bound=bound, skip=data.n_init, input=record.input)
+    say(shown.sentence)
+    begun = before.found.visited[0].effects.trials if before else ()
+    found = search(seen, base, chosen, pool, progress, begun)
+    looked = _Looked(seen, base, shown, found, glitches)
+    if before or found.interrupted:
+        return looked
+    left = _glitches(record, found.visited[0].effects.fit, chosen)
+    if glitches and left is None:
+        # A limit that is reached briefly looks like a glitch until it is in the model.
+        return replace(looked, record=record, glitches=None)
+    if left is None or _same(left, glitches):
+        return looked
+    say("the extended model shows glitches: searching again without them")
+    with suppress(TimeIsUp):
+        return _look(model, record, looked, chosen, pool, progress)
+    return replace(looked, found=replace(found, interrupted=True))
 
 
 def _assemble(
-    model: Model,
-    record: Record,
-    base: Base,
-    found: Found,
-    detections: Sequence[tuple[Effect, Detection]],
-    shown: Misfit,
-    faults: tuple[Fault, ...],
+    data: Dataset,
+    parts: Parts,
+    looked: _Looked,
+    found: Posterior,
     chosen: Sequence[Effect],
-    certify: bool,
+    *,
+    faults: tuple[Fault, ...],
+    proof: Emptiness | None,
     began: float,
-    seconds: float,
 ) -> Diagnosis:
-    data, output, bound = record.data, record.output, record.noise_bound
-    final = found.base.fit
-    before, after = record.residual(base.fit), record.residual(final)
-    site = base.site()
-    named = causes(record, found, site)
-    rmse = rms(record.held_part(after))
-    noise = {e.name: detected(e, d, record.site(final), rmse) for e, d in detections}
+    record, base, visited = looked.record, looked.base, looked.found.visited
+    output, bound, measured = record.output, record.noise_bound, [run.values[record.output] for run in data.experiments]
+
+    def tested(runs: Sequence[Mapping[str, Array]]) -> list[Array]:
+        """Return the errors of a free run on the test part."""
+        pairs = zip(measured, runs, parts.test, strict=True)
+        return [(y - run[output])[mask] for y, run, mask in pairs if mask.any()]
+
+    # The only use of the test part: one free run of the base, of the extended model, and without each cause.
+    final = _likeliest(found.chosen, record)
+    base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
+    before, after = tested(base_run), tested(final_run)
+    named: list[Cause] = []
+    details: list[Cause] = []
+    for trial, without in ordered(found, visited):
+        missing = tested(free_run(without.effects.fit, data, parts)) if without is not None else before
+        cause = cause_of(trial, found, without, visited, record, final, (missing, after))
+        (named if cause.evidence["chance"] <= _DETAIL else details).append(cause)
+    detections = _noise_effects(looked, found, final, chosen)
+    noise = [
+        detected(e, d, record.site(final), found.probability.get(e.name, d.confidence), rms(after))
+        for e, d in detections
+    ]
     # Glitches that show only with the extended model are smaller than the named causes.
-    marking = [e.name for e in chosen if e.marks_glitches and e.name in noise]
-    first = [noise.pop(name) for name in marking if _glitches(record, base, chosen)]
-    listed = (*first, *named, *noise.values())
-    tied = next((stage for stage in found.stages if stage.tied), None)
-    verdict = Verdict.AMBIGUOUS if tied else Verdict.NAMED if listed else Verdict.NONE
+    first = 1 if looked.glitches and _glitches(record, base.fit, chosen) else 0
+    causes = (*noise[:first], *named, *noise[first:])
+    verdict = Verdict.AMBIGUOUS if found.alternatives else Verdict.NAMED if causes else Verdict.NONE
     extended = final.model
     for _, detection in detections:
         extended = detection.model if detection.glitches is None else extended
-    proof = None
-    if certify and bound is not None:
-        with time_limit(seconds):
-            proof = prove_empty(model, data, bound, output, before)
-    held = [run.values[output] for run in data.experiments]
+    if verdict is Verdict.NONE:
+        final_run, after, extended = base_run, before, base.fit.model
+    held = [y[mask] for y, mask in zip(measured, parts.test, strict=True) if mask.any()]
+    site = base.site()
     inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extensions(base.fit.model, site))]
-    rivals = {r.trial.effect: r.trial.fit for r in (tied.leader, *tied.tied) if r} if tied else {}
     return Diagnosis(
         base=base.fit.model,
-        model=extended if listed else base.fit.model,
+        model=extended,
         data=data,
         output=output,
         unit=data.channel(output).unit,
         verdict=verdict,
-        causes=listed,
-        misfit=shown,
+        causes=causes,
+        details=tuple(details),
+        doubts={name: found.probability[name] for name in found.doubts},
+        misfit=looked.shown,
         faults=faults,
-        gain=gain(record.held_part(held), record.held_part(before), record.held_part(after), bound),
+        gain=gain(held, before, after, bound),
         proof=proof,
-        experiment=separating_experiment(rivals, data, record.input, output) if tied else None,
+        experiment=_experiment(found, looked),
         skipped={e.name: e.needs or "does not apply" for e in inapplicable},
-        dropped=found.dropped,
-        unexplained=_unexplained(record, after, bound, noise),
-        simulated=tuple(s[output] for s in base.fit.simulated),
-        extended=tuple(s[output] for s in final.simulated),
-        held=record.held,
-        interrupted=found.interrupted,
+        dropped=tuple(sorted(looked.found.led - set(found.chosen.names))),
+        unexplained=not noise and _is_more_than_noise(after, bound),
+        simulated=tuple(run[output] for run in base_run),
+        extended=tuple(run[output] for run in final_run),
+        test=parts.test,
+        interrupted=looked.found.interrupted,
         seconds=time.monotonic() - began,
     )
 
 
-def _unexplained(record: Record, after: Sequence[Array], bound: float | None, noise: Mapping[str, Cause]) -> bool:
-    """Return whether the remaining error exceeds the noise bound, or is correlated, without a named cause."""
-    left = record.held_part(after)
-    if noise:
-        return False
+def _likeliest(one: Visited, record: Record) -> Fit:
+    """Return the fit of a set by its merit: the likeliest under the noise model."""
+    found = one.effects.fit
+    if one.evidence is None:
+        return found
+    problem = Fitting(found.model, record.data, record.used, found.initial)
+    problem.start(found.model.values)
+    return problem.result(one.evidence.vector, found.cost)
+
+
+def _experiment(found: Posterior, looked: _Looked) -> SeparatingExperiment | None:
+    """Return the experiment that separates the alternatives, where the record is ambiguous."""
+    named = set(found.chosen.names) - set(found.alternatives)
+    rivals: dict[str, Fit] = {}
+    for name in found.alternatives:
+        one = next((v for v in looked.found.visited if set(v.names) == named | {name}), None)
+        if one is not None:
+            rivals[name] = one.effects.fit
+    if len(rivals) < 2:
+        return None
+    return separating_experiment(rivals, looked.record.data, looked.record.input, looked.record.output)
+
+
+def _is_more_than_noise(left: Sequence[Array], bound: float | None) -> bool:
+    """Return whether the test error of the extended model exceeds the noise bound, or is correlated."""
     if bound is not None:
-        return bool(np.abs(np.concatenate(left)).max() > 1.2 * bound)
+        return bool(np.abs(np.concatenate(list(left))).max() > 1.2 * bound)
     return structure(left) > _STRUCTURE
+
+
+def _noise_effects(
+    looked: _Looked, found: Posterior, final: Fit, chosen: Sequence[Effect]
+) -> list[tuple[Effect, Detection]]:
+    """Return the effects on the noise: glitches, then those of the chosen set, then those that compete with none."""
+    result = [looked.glitches] if looked.glitches else []
+    result += [found.chosen.effects.detected] if found.chosen.effects.detected else []
+    if looked.found.interrupted or found.alternatives:
+        return result
+    for effect in chosen:
+        if effect.detect is not None and not effect.marks_glitches:
+            detection = effect.detect(final.model, looked.record.site(final))
+            if detection is not None and detection.score_drop == 0:
+                result.append((effect, detection))
+    return result
 
 
 def _silent(_line: str) -> None:
@@ -250,101 +347,43 @@ def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> flo
     return check_noise_bound(model, noise_bound, None)[outputs[0]]
 
 
-def _record(model: Model, data: Dataset, holdout: float | Sequence[str]) -> Record:
-    """Split the samples into a fitted and a held-out part."""
-    names = [run.name for run in data.experiments]
-    holdout = [holdout] if isinstance(holdout, str) else holdout
-    used, held = [], []
-    for run in data.experiments:
-        counts = np.arange(run.n_samples) >= data.n_init
-        if isinstance(holdout, int | float):
-            if not 0.05 <= holdout <= 0.9:
-                raise DataError(f"holdout = {holdout}: give a share between 0.05 and 0.9, or names of experiments")
-            late = np.arange(run.n_samples) >= round((1 - holdout) * run.n_samples)
-        else:
-            unknown = [name for name in holdout if name not in names]
-            if unknown:
-                raise DataError(f"experiment {unknown[0]!r} to hold out is unknown: the data have {', '.join(names)}")
-            late = np.full(run.n_samples, run.name in holdout)
-        used.append(counts & ~late)
-        held.append(counts & late)
-    free = sum(p.lower < p.upper for p in model.parameters)
-    least = max(_LEAST_HELD, 3 * free)
-    for part, samples, word in ((held, least, "held-out"), (used, 2 * least, "fitted")):
-        if sum(int(p.sum()) for p in part) < samples:
-            raise DataError(
-                f"the {word} part has {sum(int(p.sum()) for p in part)} samples, too few to judge by: it needs "
-                f"{samples}. Take a longer record or another share in holdout"
-            )
+def _record(model: Model, data: Dataset, bound: float | None) -> Record:
+    """Return the record as the search uses it."""
+    used = tuple(np.arange(run.n_samples) >= data.n_init for run in data.experiments)
     # By the order of the data: a model orders the inputs of one line by their names.
     first = next((c for c in data.inputs if c in model.input_channels), model.input_channels[0])
-    return Record(data, tuple(used), tuple(held), first, model.output_channels[0])
+    return Record(data, used, first, model.output_channels[0], bound)
 
 
 def _base(model: Model, record: Record) -> Base:
     """Fit the base model."""
-    return Base(fit(model, record.data, record.used), record.data, record.used, record.input, record.output)
+    found = fit(model, record.data, record.used)
+    problem = Fitting(found.model, record.data, record.used, found.initial)
+    errors = tuple(problem.errors(problem.start(found.model.values), True))
+    return Base(found, errors, record.data, record.used, record.input, record.output)
 
 
-def _look(
-    model: Model,
-    record: Record,
-    base: Base,
-    chosen: Sequence[Effect],
-    pool: Executor | None,
-    progress: Progress | None,
-) -> tuple[Base, Misfit, Found]:
-    """Return the base model, its misfit on the samples that count, and the causes found."""
-    say = progress or _silent
-    if any((u != b).any() for u, b in zip(record.used, base.used, strict=True)):
-        base = _base(model, record)
-    data, output = record.data, record.output
-    simulated = tuple(s[output] for s in base.fit.simulated)
-    shown = misfit(data, output, simulated, noise_bound=record.noise_bound, skip=data.n_init, input=record.input)
-    say(shown.sentence)
-    say(f"trying {len(chosen)} effects")
-    return base, shown, search(record, base, chosen, pool, progress)
-
-
-def _glitches(record: Record, base: Base, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Return the glitches in the residual of the whole record; None where there are none, or no effect detects them."""
+def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
+    """Return the glitches in a residual; None where there are none, or no effect detects them."""
     effect = next((e for e in chosen if e.marks_glitches), None)
     if effect is None or effect.detect is None:
         return None
-    detection = effect.detect(base.fit.model, record.site(base.fit))
+    detection = effect.detect(fitted.model, record.site(fitted))
     return None if detection is None or detection.glitches is None else (effect, detection)
 
 
 def _without(record: Record, glitches: tuple[Effect, Detection] | None) -> Record:
-    """Return the record without glitches in the fitted and held-out samples."""
+    """Return the record without glitches among the samples that count."""
     masks = glitches[1].glitches if glitches else None
     if masks is None:
         return record
-    return replace(
-        record,
-        used=tuple(u & ~g for u, g in zip(record.used, masks, strict=True)),
-        held=tuple(h & ~g for h, g in zip(record.held, masks, strict=True)),
-    )
+    return replace(record, used=tuple(u & ~g for u, g in zip(record.used, masks, strict=True)))
 
 
 def _same(found: tuple[Effect, Detection], before: tuple[Effect, Detection] | None) -> bool:
     """Return whether no glitch was added."""
     new, old = found[1].glitches, before[1].glitches if before else None
     return new is None or (old is not None and not any((n & ~o).any() for n, o in zip(new, old, strict=True)))
-
-
-def _noise_effects(record: Record, found: Found, chosen: Sequence[Effect]) -> list[tuple[Effect, Detection]]:
-    """Return the effects on the noise that the residual of the extended model shows."""
-    if found.interrupted or any(stage.tied for stage in found.stages):
-        return []
-    site = record.site(found.base.fit)
-    result = []
-    for effect in chosen:
-        if effect.detect is not None and not effect.marks_glitches:
-            detection = effect.detect(found.base.fit.model, site)
-            if detection is not None:
-                result.append((effect, detection))
-    return result
 
 
 def _pool(

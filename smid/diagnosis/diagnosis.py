@@ -9,6 +9,8 @@ from math import nan
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause
@@ -60,13 +62,18 @@ class Diagnosis(Tabular):
     output, unit
         The channel judged, and its unit.
     causes
-        Named effects in the order found; where ambiguous, the first of the equals comes last and names the others.
+        Named effects, what is missed most first; where ambiguous, the likeliest alternative comes last and names the
+        others.
+    details
+        Effects that the record shows, but that change the test error by less than its own spread.
+    doubts
+        Effects that were weighed and are not named, with their probabilities.
     misfit
         What is wrong with the base model, and where.
     faults
         What is wrong with the data.
     gain
-        On held-out data.
+        On the test part, which no fit and no choice has seen.
     proof
         The certificate that the base model cannot explain the data, where one was found.
     experiment
@@ -74,13 +81,13 @@ class Diagnosis(Tabular):
     skipped
         Effects that could not be tried, and what they need.
     dropped
-        Effects that were named first and withdrawn later, because the others explain the data without them.
+        Effects that led at some time, and were replaced by others later.
     unexplained
-        Whether the held-out error of the extended model still exceeds the noise bound, or is correlated.
+        Whether the test error of the extended model still exceeds the noise bound, or is correlated.
     simulated, extended
         Shape (n,). Free runs of base and extended model, per experiment.
-    held
-        Per experiment, the held-out samples.
+    test
+        Shape (n,). Per experiment, the samples of the test part.
     interrupted
         Whether Ctrl-C or the time limit ended the search early.
     """
@@ -92,6 +99,8 @@ class Diagnosis(Tabular):
     unit: str
     verdict: Verdict
     causes: tuple[Cause, ...]
+    details: tuple[Cause, ...]
+    doubts: Mapping[str, float]
     misfit: Misfit
     faults: tuple[Fault, ...]
     gain: Gain
@@ -102,7 +111,7 @@ class Diagnosis(Tabular):
     unexplained: bool
     simulated: tuple[Array, ...]
     extended: tuple[Array, ...]
-    held: tuple[Mask, ...]
+    test: tuple[Mask, ...]
     interrupted: bool
     seconds: float
 
@@ -130,6 +139,11 @@ class Diagnosis(Tabular):
         if self.experiment is not None:
             yield self.experiment.sentence
         yield self.gain_sentence
+        if self.details:
+            names = ", ".join(cause.effect for cause in self.details)
+            yield f"Details, which the test error does not show: {names}."
+        if self.doubts:
+            yield f"In doubt: {', '.join(f'{name} ({p:.0%})' for name, p in self.doubts.items())}."
         if self.unexplained:
             yield "The remaining error is more than noise: no effect of the library explains it."
 
@@ -175,9 +189,9 @@ class Diagnosis(Tabular):
         g = self.gain
         unit = f" {self.unit}".rstrip()
         if self.model is self.base:
-            return f"Held-out RMSE of the base model: {g.rmse_before:.4g}{unit} over {g.samples} samples."
+            return f"Test RMSE of the base model: {g.rmse_before:.4g}{unit} over {g.samples} samples."
         return (
-            f"On {g.samples} held-out samples the RMSE falls from {g.rmse_before:.4g} to {g.rmse_after:.4g}{unit}, the "
+            f"On {g.samples} test samples the RMSE changes from {g.rmse_before:.4g} to {g.rmse_after:.4g}{unit}, the "
             f"largest error from {g.noise_bound_before:.4g} to {g.noise_bound_after:.4g}{unit}."
         )
 
@@ -188,8 +202,14 @@ class Diagnosis(Tabular):
             "schema": "smid.diagnosis/1",
             "verdict": self.verdict.value,
             "causes": [cause.to_dict() for cause in self.causes],
+            "details": [cause.to_dict() for cause in self.details],
+            "doubts": dict(self.doubts),
             "gain": self.gain.to_dict(),
             "held_samples": self.gain.samples,
+            "test_samples": {
+                run.name: [int(k) for k in np.flatnonzero(mask)[[0, -1]]] if mask.any() else None
+                for run, mask in zip(self.data.experiments, self.test, strict=True)
+            },
             "misfit": self.misfit.to_dict(),
             "faults": [fault.to_dict() for fault in self.faults],
             "proof": None if self.proof is None else self.proof.to_dict(),

@@ -20,7 +20,7 @@ _CLOSE = 120  # samples of the close view
 
 def before_and_after(diagnosis: Diagnosis) -> Figure:
     """Draw the measured output with the free runs of base and extended model, and their errors below."""
-    measured, held = _joined(_measured(diagnosis)), np.concatenate(diagnosis.held)
+    measured, held = _joined(_measured(diagnosis)), np.concatenate(diagnosis.test)
     base, extended = _joined(diagnosis.simulated), _joined(diagnosis.extended)
     better = diagnosis.model is not diagnosis.base
     time, ends = _time(diagnosis)
@@ -38,7 +38,7 @@ def before_and_after(diagnosis: Diagnosis) -> Figure:
             if better:
                 panel.plot(time, extended, color=BLUE, linewidth=1.0, label="extended model")
             panel.set_ylabel(f"{diagnosis.output}{unit}")
-        _shade(top, time, held, "held out")
+        _shade(top, time, held, "test part")
         _shade(below, time, held, "_")
         bound = diagnosis.misfit.noise_bound
         if bound is not None:
@@ -85,7 +85,7 @@ def rivals_figure(cause: Cause, unit: str) -> Figure:
         axes.set_yticks(places, [spoken(name) for name, *_ in bars])
         axes.tick_params(axis="y", length=0)
         axes.set_xlim(0, 1.1 * values.max())
-        axes.set_xlabel(f"held-out RMSE [{unit}]" if unit else "held-out RMSE")
+        axes.set_xlabel(f"test RMSE [{unit}]" if unit else "test RMSE")
     return figure
 
 

@@ -3,7 +3,6 @@ r"""The merit of a set of effects: the log evidence of the record, every sample 
     merit(S) = sum over samples of log p(sample | fit without its block)
                - 1/2 log det(I + D H D)            (Occam's factor)
                - log(number of sets of that size)  - log(number of variants)
-               - n log(least noise bound needed / noise bound), where more than the bound is needed
 
 The first line is the predictive density of the blocks of `Record.folds`; samples that are never left out count by the
 fit of all.  A fit without a block is a step of Gauss and Newton from the fit of all samples.  H is the information of
@@ -18,20 +17,19 @@ American Statistical Association 90 (1995) 928-934 (the information of one sampl
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.search.noise_model import NoiseModel, log_density, weights
+from smid.diagnosis.search.noise_model import NoiseModel, log_density, noise_model, weights
 from smid.diagnosis.search.record import FOLDS, Record
 from smid.fitting.fit import Errors, Fit, Fitting
-from smid.fitting.minimax import minimax
 
 _POLISHING = 4
 _WORTH = 0.1  # nats
 _SHORTEST = 1 / 16
-_BEYOND = 1.05  # the noise bound; what a model integrates or interpolates in its own way adds a little to the noise
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -60,16 +58,19 @@ class _Whitened:
     innovations: Array
     slopes: Array
     folds: Array
+    scale: float  # log of the derivative of all innovations by the errors
 
 
 def _whitened(record: Record, noise: NoiseModel, errors: Errors) -> _Whitened:
     counted = record.counted(noise.past)
-    parts = [
-        (noise.innovations(channel, error)[kept], noise.innovations(channel, slope)[kept], record.folds[e][kept])
-        for e, channel, error, slope in errors
-        for kept in (counted[e],)
-    ]
-    return _Whitened(*(np.concatenate(items) for items in zip(*parts, strict=True)))
+    innovations, slopes, folds, scale = [], [], [], 0.0
+    for e, channel, error, slope in errors:
+        kept = counted[e]
+        innovations.append(noise.innovations(channel, error)[kept])
+        slopes.append(noise.innovations(channel, slope)[kept])
+        folds.append(record.folds[e][kept])
+        scale += float(kept.sum() * np.log(noise.taps[channel][0]))
+    return _Whitened(np.concatenate(innovations), np.concatenate(slopes), np.concatenate(folds), scale)
 
 
 def bound_of_evidence(record: Record, noise: NoiseModel, errors: Errors, boxes: Mapping[int, float]) -> float:
@@ -84,7 +85,7 @@ def bound_of_evidence(record: Record, noise: NoiseModel, errors: Errors, boxes: 
     if not (np.isfinite(seen.innovations).all() and np.isfinite(seen.slopes).all()):
         return -np.inf
     before, information = _information(seen, boxes)
-    return float(np.sum(log_density(seen.innovations))) - _occam(_updated(information, before))
+    return seen.scale + float(np.sum(log_density(seen.innovations))) - _occam(_updated(information, before))
 
 
 def _updated(information: Array, before: Array) -> Array:
@@ -140,7 +141,7 @@ def evidence(record: Record, noise: NoiseModel, fit: Fit, boxes: Mapping[str, fl
             likelihood[left_out] = log_density(innovations[left_out])
     updated = _updated(information, before)
     deviation = before * np.sqrt(np.maximum(np.diag(np.linalg.inv(updated)), 0.0))
-    return Evidence(float(np.sum(likelihood)) - _occam(updated), _occam(updated), vector, deviation)
+    return Evidence(seen.scale + float(np.sum(likelihood)) - _occam(updated), _occam(updated), vector, deviation)
 
 
 def _step(
@@ -165,16 +166,15 @@ def _step(
     return vector, seen.innovations
 
 
-def excess(record: Record, fit: Fit) -> float:
-    """Return by what factor the noise would have to exceed its bound for parameters near a fit; 1 for none.
+def evidence_with_noise_effect(
+    record: Record, fit: Fit, errors: Errors, boxes: Mapping[str, float], score_drop: float
+) -> Evidence:
+    """Return the evidence of a model whose noise has an effect: that effect, not the search, tells its spectrum.
 
-    1 as well where no bound is known.
+    Parameters
+    ----------
+    score_drop
+        Twice the log-likelihood that the effect gains over white noise.
     """
-    if record.noise_bound is None or len(fit.model.output_channels) > 1:
-        return 1.0
-    within = _BEYOND * record.noise_bound
-    if max(float(np.abs(part).max()) for part in record.part(record.residual(fit))) <= within:
-        return 1.0
-    problem = Fitting(fit.model, record.data, record.used, fit.initial)
-    _, largest = minimax(problem, problem.start(fit.model.values))
-    return max(largest * problem.scale[record.output] / within, 1.0)
+    plain = evidence(record, noise_model(errors, record.used, white=True), fit, boxes)
+    return replace(plain, value=plain.value + score_drop / 2)

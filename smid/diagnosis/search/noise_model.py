@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.evidence.autoregression import autoregression_of
+from smid.diagnosis.evidence.autoregression import Autoregression, autoregression_of
+from smid.fitting.fit import Errors
 
 TAIL = 10.0
 _ITERATIONS = 20
@@ -46,31 +47,35 @@ class NoiseModel:
         return result
 
 
-def noise_model(errors: Mapping[str, Sequence[Array]], used: Sequence[Mask]) -> NoiseModel:
+def noise_model(errors: Errors, used: Sequence[Mask], *, white: bool = False) -> NoiseModel:
     """Return the noise model that errors of free runs tell.
 
     Parameters
     ----------
     errors
-        Shape (n,). Per channel and experiment, in the channel's unit.
+        Of a fit, see `smid.fitting.fit.Fitting.errors`.
     used
         Shape (n,). Per experiment, the samples that count; the others are bridged.
+    white
+        Whether the noise is white.
     """
-    return NoiseModel({channel: _taps(parts, used) for channel, parts in errors.items()})
+    parts: dict[str, list[tuple[Array, Mask]]] = {}
+    for e, channel, error, _ in errors:
+        parts.setdefault(channel, []).append((error, used[e][: len(error)]))
+    return NoiseModel({channel: _taps(pairs, white) for channel, pairs in parts.items()})
 
 
-def _taps(errors: Sequence[Array], used: Sequence[Mask]) -> Array:
-    pairs = [(error, mask) for error, mask in zip(errors, used, strict=True) if mask.any()]
+def _taps(pairs: Sequence[tuple[Array, Mask]], white: bool) -> Array:
     bridged = [np.interp(np.arange(e.size), np.flatnonzero(m), e[m]) for e, m in pairs]
-    noise = autoregression_of(bridged)
+    noise = Autoregression(np.ones(1), 0.0, 0.0) if white else autoregression_of(bridged)
     past = noise.coefficients.size - 1
-    white = np.concatenate([noise.whiten(b)[m[past:]] for b, (_, m) in zip(bridged, pairs, strict=True)])
+    innovations = np.concatenate([noise.whiten(b)[m[past:]] for b, (_, m) in zip(bridged, pairs, strict=True)])
     least = _LEAST * max(float(np.abs(b).max()) for b in bridged) or 1.0
     # Likeliest deviation of the Student distribution, by reweighting.
-    variance = float(np.mean(white**2))
+    deviation = max(float(np.sqrt(np.mean(innovations**2))), least)
     for _ in range(_ITERATIONS):
-        variance = max(float(np.mean(weights(white / np.sqrt(max(variance, least**2))) * white**2)), least**2)
-    return noise.coefficients / np.sqrt(variance)
+        deviation = max(float(np.sqrt(np.mean(weights(innovations / deviation) * innovations**2))), least)
+    return noise.coefficients / deviation
 
 
 def weights(innovations: Array) -> Array:

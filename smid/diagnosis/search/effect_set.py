@@ -1,0 +1,98 @@
+"""Sets of effects on one base model: how they are put together, enlarged and reduced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+from relaxations.deadline import map_in_time
+from smid.diagnosis.effects.effect import Detection, Effect
+from smid.diagnosis.search.record import Record
+from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
+from smid.fitting.fit import Errors, Fit
+
+
+@dataclass(frozen=True, eq=False)
+class EffectSet:
+    """Effects put on the base model one after another, with the joint fit of all.
+
+    Parameters
+    ----------
+    trials
+        In the order in which they were put on.
+    fit, errors
+        See `Trial`.
+    detected
+        An effect on the noise that the residual shows, if the set has one.
+    """
+
+    trials: tuple[Trial, ...]
+    fit: Fit
+    errors: Errors
+    detected: tuple[Effect, Detection] | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Sorted names of the effects: what tells one set from another."""
+        noise = (self.detected[0].name,) if self.detected else ()
+        return tuple(sorted((*(trial.effect for trial in self.trials), *noise)))
+
+    @cached_property
+    def boxes(self) -> Mapping[str, float]:
+        """Width of the box of each parameter that an effect brought."""
+        model = self.fit.model
+        brought = [model.parameter(name) for trial in self.trials for name in trial.parameters]
+        return {p.name: p.upper - p.lower for p in brought}
+
+
+def enlarged(one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None) -> list[EffectSet]:
+    """Put every effect on a set, each in its best variant that is not there yet."""
+    start = replace(base, fit=one.fit, errors=one.errors)
+    there = {(t.effect, t.label) for t in one.trials}
+    trials = [t for t in map_in_time(executor, partial(try_effect, base=start), effects) if t is not None]
+    return [EffectSet((*one.trials, t), t.fit, t.errors) for t in trials if (t.effect, t.label) not in there]
+
+
+def put_again(
+    trials: Sequence[Trial], base: Base, effects: Mapping[str, Effect], values: Mapping[str, float]
+) -> EffectSet | None:
+    """Put effects on a base model again, from the values that they had elsewhere; None where one does not apply."""
+    done: list[Trial] = []
+    for trial in trials:
+        again = refit(effects[trial.effect], trial, base, values)
+        if again is None:
+            return None
+        base = replace(base, fit=again.fit, errors=again.errors)
+        done.append(again)
+    return EffectSet(tuple(done), base.fit, base.errors)
+
+
+def reduced(
+    one: EffectSet, base: Base, effects: Mapping[str, Effect], known: Mapping[tuple[str, ...], EffectSet]
+) -> list[EffectSet]:
+    """Return the sets that have one effect less, fitted anew where they are not known."""
+    if one.detected:
+        return [replace(one, detected=None)]
+    result = []
+    for k in range(len(one.trials)):
+        rest = [t for i, t in enumerate(one.trials) if i != k]
+        names = tuple(sorted(t.effect for t in rest))
+        found = known.get(names) or put_again(rest, base, effects, one.fit.model.values)
+        if found is not None:
+            result.append(found)
+    return result
+
+
+def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]) -> list[EffectSet]:
+    """Return a set with each effect on the noise that its residual shows and that competes with other effects."""
+    if one.detected:
+        return []
+    result = []
+    for effect in effects:
+        if effect.detect is not None and not effect.marks_glitches:
+            found = effect.detect(one.fit.model, record.site(one.fit))
+            if found is not None and found.score_drop > 0:
+                result.append(replace(one, detected=(effect, found)))
+    return result
