@@ -69,6 +69,7 @@ def cause_of(
     evidence = {
         "rmse_before": rms(before),
         "rmse_after": rms(after),
+        "rmse_fit": _error(found.chosen, record),
         "chance": chance(before, after),
         "score_drop": 2 * lost,
         "structure_before": structure(before),

@@ -61,9 +61,9 @@ class Rival:
     Parameters
     ----------
     rmse
-        Held out, in the output's unit.
+        Over the samples that were fitted, in the output's unit.
     odds
-        Likelihood ratio of the named effect to this one, by Schwarz's criterion; at most 1e12.
+        Of the named effect against this one, by their merits; at most 1e12.
     why
         Why it was rejected, in words.
 
@@ -90,12 +90,13 @@ class Cause(Result):
     sentence
         What it is and how large, in words and units.
     confidence
-        Between 0 and 1: against its rivals and against chance.
+        Probability: the share of the evidence that sets with this effect hold, among all sets visited.
     rivals
         Best first.
     evidence
-        ``rmse_before`` and ``rmse_after`` (held-out, without and with this cause beside the others), ``chance``,
-        ``score_drop``, ``structure_before`` and ``structure_after``; for effects on the noise those of `Detection`.
+        ``rmse_before`` and ``rmse_after`` (test part, without and with this cause beside the others), ``rmse_fit``
+        (of the extended model over the samples that were fitted), ``chance``, ``score_drop`` (twice the merit that is
+        lost without it), ``structure_before`` and ``structure_after``; for effects on the noise those of `Detection`.
 
     Examples
     --------
@@ -129,7 +130,7 @@ class Cause(Result):
             yield Table("", header, tuple(p.cells for p in self.parameters), "lrrrlrl")
         if self.rivals:
             rows = tuple((r.effect, f"{r.rmse:.4g}", f"{r.odds:.2g}", r.why) for r in self.rivals)
-            yield Table("Its rivals.", ("effect", "held-out RMSE", "odds against it", "why not"), rows, "lrrl")
+            yield Table("Its rivals.", ("effect", "RMSE of the fit", "odds against it", "why not"), rows, "lrrl")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain, JSON-ready content; what is not finite becomes None."""

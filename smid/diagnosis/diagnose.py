@@ -129,7 +129,7 @@ def diagnose(
             raise ModelError(
                 f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
             ) from None
-        found = posterior(looked.found.visited, looked.same)
+    found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
     if certify and bound is not None:

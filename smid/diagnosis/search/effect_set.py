@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from relaxations.deadline import map_in_time
+from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
@@ -47,12 +47,20 @@ class EffectSet:
         return {p.name: p.upper - p.lower for p in brought}
 
 
-def enlarged(one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None) -> list[EffectSet]:
+def enlarged(
+    one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None, progress: Progress
+) -> list[EffectSet]:
     """Put every effect on a set, each in its best variant that is not there yet."""
     start = replace(base, fit=one.fit, errors=one.errors)
     there = {(t.effect, t.label) for t in one.trials}
-    trials = [t for t in map_in_time(executor, partial(try_effect, base=start), effects) if t is not None]
-    return [EffectSet((*one.trials, t), t.fit, t.errors) for t in trials if (t.effect, t.label) not in there]
+    result = []
+    for effect, trial in zip(effects, map_in_time(executor, partial(try_effect, base=start), effects), strict=True):
+        if trial is None or (trial.effect, trial.label) in there:
+            progress(f"{effect.name}: does not apply")
+            continue
+        result.append(EffectSet((*one.trials, trial), trial.fit, trial.errors))
+        progress(f"{effect.name}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")
+    return result
 
 
 def put_again(

@@ -30,9 +30,12 @@ class NoiseModel:
     ----------
     taps
         Per channel, A divided by the deviation: applied to a residual, they give innovations of deviation one.
+    price
+        Nats that its coefficients cost, by Schwarz's criterion.
     """
 
     taps: Mapping[str, Array]
+    price: float = 0.0
 
     @property
     def past(self) -> int:
@@ -62,7 +65,9 @@ def noise_model(errors: Errors, used: Sequence[Mask], *, white: bool = False) ->
     parts: dict[str, list[tuple[Array, Mask]]] = {}
     for e, channel, error, _ in errors:
         parts.setdefault(channel, []).append((error, used[e][: len(error)]))
-    return NoiseModel({channel: _taps(pairs, white) for channel, pairs in parts.items()})
+    taps = {channel: _taps(pairs, white) for channel, pairs in parts.items()}
+    price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in pairs)) for c, pairs in parts.items())
+    return NoiseModel(taps, float(price))
 
 
 def _taps(pairs: Sequence[tuple[Array, Mask]], white: bool) -> Array:

@@ -20,6 +20,9 @@ from smid.diagnosis.search.ranking import Visited
 NAMED = 0.95
 DOUBTED = 0.05
 
+Element = tuple[str, int]
+"""Name of an effect, and how often it is there before."""
+
 Same = Callable[[Visited, Visited], bool]
 """Whether no experiment could tell two sets apart."""
 
@@ -58,14 +61,27 @@ def posterior(visited: Sequence[Visited], same: Same) -> Posterior:
     """
     visited = _without_synonyms(visited, same)
     weights = shares(visited)
-    names = dict.fromkeys(name for v in visited for name in v.names)
-    probability = {n: float(sum(w for v, w in zip(visited, weights, strict=True) if n in v.names)) for n in names}
-    named = {n for n, p in probability.items() if p >= NAMED}
-    others = sorted((n for n, p in probability.items() if DOUBTED <= p < NAMED), key=lambda n: -probability[n])
-    alternatives = _alternatives(visited, weights, named, others)
+    held = [_elements(v.names) for v in visited]
+    everything = dict.fromkeys(one for elements in held for one in elements)
+    probability = {
+        one: float(sum(w for elements, w in zip(held, weights, strict=True) if one in elements)) for one in everything
+    }
+    named = {one for one, p in probability.items() if p >= NAMED}
+    others = sorted((one for one, p in probability.items() if DOUBTED <= p < NAMED), key=lambda one: -probability[one])
+    alternatives = _alternatives(held, weights, named, others)
     wanted = named | set(alternatives[:1])
-    chosen = next((v for v in visited if set(v.names) == wanted), visited[0])
-    return Posterior(chosen, probability, alternatives, tuple(n for n in others if n not in alternatives))
+    chosen = next((v for v, elements in zip(visited, held, strict=True) if elements == wanted), visited[0])
+    return Posterior(
+        chosen,
+        {name: p for (name, place), p in probability.items() if place == 0},
+        tuple(dict.fromkeys(name for name, _ in alternatives)),
+        tuple(dict.fromkeys(name for name, _ in others if (name, 0) not in {*named, *alternatives})),
+    )
+
+
+def _elements(names: Sequence[str]) -> set[Element]:
+    """Return the effects of a set, each with the number of times that it was there before."""
+    return {(name, names[:k].count(name)) for k, name in enumerate(names)}
 
 
 def shares(visited: Sequence[Visited]) -> Array:
@@ -76,13 +92,13 @@ def shares(visited: Sequence[Visited]) -> Array:
 
 
 def _alternatives(
-    visited: Sequence[Visited], weights: Array, named: set[str], others: Sequence[str]
-) -> tuple[str, ...]:
+    held: Sequence[set[Element]], weights: Array, named: set[Element], others: Sequence[Element]
+) -> tuple[Element, ...]:
     """Return the fewest effects, likeliest first, of which at least one is there."""
     for count in range(2, len(others) + 1):
         group = set(others[:count])
-        held = sum(w for v, w in zip(visited, weights, strict=True) if group & set(v.names) and named <= set(v.names))
-        if held >= NAMED:
+        together = (w for elements, w in zip(held, weights, strict=True) if group & elements and named <= elements)
+        if sum(together) >= NAMED:
             return tuple(others[:count])
     return ()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import comb, inf, log
 
 from smid.diagnosis.search.effect_set import EffectSet
@@ -37,8 +37,21 @@ class Visited:
         return self.effects.names
 
 
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """What is known of each set under one noise model."""
+
+    noise: NoiseModel
+    bounds: dict[EffectSet, float] = field(default_factory=dict)
+    known: dict[EffectSet, Visited] = field(default_factory=dict)
+
+
 class Ranking:
-    """Ranks sets, and remembers what it knows of each.
+    """Ranks sets under one noise model, and remembers what it knows of each.
+
+    The noise model is that of the best set under it.  Where several noise models have this property, and one of them
+    takes what a set fails to explain for noise, the one counts whose best set has the largest merit.  So the iteration
+    begins twice: at the best set known and at the set of the least error.
 
     Parameters
     ----------
@@ -50,39 +63,39 @@ class Ranking:
         self.record, self.count = record, count
         self.noise = NoiseModel({})
         self._best: EffectSet | None = None
-        self._bounds: dict[EffectSet, float] = {}
-        self._known: dict[EffectSet, Visited] = {}
+        self._tables: dict[EffectSet, _Table] = {}
 
     def rank(self, sets: Iterable[EffectSet]) -> tuple[Visited, ...]:
         """Return the sets with their merits, best first."""
         sets = tuple(sets)
-        if self._best not in sets:
-            self._adopt(min(sets, key=lambda s: s.fit.cost))
-        seen: set[EffectSet] = set()
+        starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
+        settled = [self._settled(sets, start) for start in starts if start is not None]
+        ranked, table = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
+        self._best, self.noise = ranked[0].effects, table.noise
+        self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
+        return ranked
+
+    def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
+        """Rank under the noise model of the best set, beginning with that of a given one."""
+        seen = [start]
         while True:
-            ranked = self._ranked(sets)
-            best = ranked[0].effects
+            table = self._tables.setdefault(seen[-1], _Table(noise_model(seen[-1].errors, self.record.used)))
+            ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.
-            if best is self._best or best in seen:
-                return ranked
-            seen.add(best)
-            self._adopt(best)
+            if ranked[0].effects in seen:
+                return ranked, table
+            seen.append(ranked[0].effects)
 
-    def _adopt(self, best: EffectSet) -> None:
-        """Take the noise model of a set, and forget the merits under another one."""
-        self._best, self._bounds, self._known = best, {}, {}
-        self.noise = noise_model(best.errors, self.record.used)
-
-    def _ranked(self, sets: Sequence[EffectSet]) -> tuple[Visited, ...]:
+    def _ranked(self, sets: Sequence[EffectSet], table: _Table) -> tuple[Visited, ...]:
         for one in sets:
-            if one not in self._bounds:
-                self._bounds[one] = self._prior(one) + self._bound(one)
+            if one not in table.bounds:
+                table.bounds[one] = self._prior(one) + self._bound(one, table.noise)
         result, best = [], -inf
-        for one in sorted(sets, key=lambda s: -self._bounds[s]):
-            if one not in self._known and self._bounds[one] >= best - REACH:
-                found = self._evidence(one)
-                self._known[one] = Visited(one, self._prior(one) + found.value, found)
-            result.append(self._known.get(one) or Visited(one, self._bounds[one]))
+        for one in sorted(sets, key=lambda s: -table.bounds[s]):
+            if one not in table.known and table.bounds[one] >= best - REACH:
+                found = self._evidence(one, table.noise)
+                table.known[one] = Visited(one, self._prior(one) + found.value, found)
+            result.append(table.known.get(one) or Visited(one, table.bounds[one]))
             best = max(best, result[-1].merit)
         return tuple(sorted(result, key=lambda v: -v.merit))
 
@@ -91,14 +104,14 @@ class Ranking:
         size = len(one.names)
         return -log(comb(max(self.count, size), size)) - sum(log(max(t.variants, 1)) for t in one.trials)
 
-    def _bound(self, one: EffectSet) -> float:
+    def _bound(self, one: EffectSet, noise: NoiseModel) -> float:
         if one.detected:
             return inf
         free = [p.name for p in one.fit.model.parameters if p.lower < p.upper]
         boxes = {free.index(name): width for name, width in one.boxes.items()}
-        return bound_of_evidence(self.record, self.noise, one.errors, boxes)
+        return bound_of_evidence(self.record, noise, one.errors, boxes)
 
-    def _evidence(self, one: EffectSet) -> Evidence:
+    def _evidence(self, one: EffectSet, noise: NoiseModel) -> Evidence:
         if one.detected:
             return evidence_with_noise_effect(self.record, one.fit, one.errors, one.boxes, one.detected[1].score_drop)
-        return evidence(self.record, self.noise, one.fit, one.boxes)
+        return evidence(self.record, noise, one.fit, one.boxes)

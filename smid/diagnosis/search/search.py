@@ -93,14 +93,14 @@ def search(
             if todo is not None:
                 grown.add(todo.names)
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
-                _keep(sets, *enlarged(todo, base, fitted, executor))
+                _keep(sets, *enlarged(todo, base, fitted, executor, say))
                 continue
             known = set(sets)
             _keep(sets, *(noisy for one in (best, *smaller) for noisy in with_noise_effects(one, record, effects)))
             if set(sets) == known:
                 return Found(ranked, ranking.noise, frozenset(led), False)
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranking.rank(sets.values()), ranking.noise, frozenset(led), True)
+        return Found(ranked, ranking.noise, frozenset(led), True)
 
 
 def _keep(sets: dict[tuple[str, ...], EffectSet], *found: EffectSet) -> None:

@@ -18,7 +18,7 @@ GAIN = {
 CAUSE = {"effect", "label", "sentence", "confidence", "parameters", "rivals", "evidence"}
 WHOLE = {
     *("schema", "verdict", "causes", "gain", "held_samples", "misfit", "faults", "proof", "experiment", "skipped"),
-    *("dropped", "unexplained", "interrupted", "base", "model", "data"),
+    *("dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
 }
 
 
@@ -51,7 +51,7 @@ def test_it_is_plain_data_with_the_documented_keys(verdict):
         for rival in cause["rivals"]:
             assert set(rival) == {"effect", "rmse", "odds", "why"}
     assert [c["effect"] for c in plain["causes"]] == [c.effect for c in diagnosis.causes]
-    assert plain["held_samples"] == sum(int(h.sum()) for h in diagnosis.held)
+    assert plain["held_samples"] == sum(int(h.sum()) for h in diagnosis.test)
 
 
 @VERDICTS
