@@ -3,12 +3,13 @@
 All sets ever fitted are kept with their merit (`smid.diagnosis.search.evidence`).  A set is *grown* by putting every
 effect on it, each time with a joint fit of everything from several starts.  Worth growing are
 
-1. the best set without one of its effects: what is put there instead is a swap, what is left out a drop;
+1. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 2. the best set;
 3. sets within `REACH` of it that are better than each of their parts.
 
-The search ends where none of these is left.  Five numbers steer it: `MOST` effects in a set, `REACH`, `FOLDS` blocks
-left out in turn, `TAIL` degrees of freedom of the noise, and the effort of a fit (`smid.diagnosis.search.trial`).
+Each set that lacks one effect of the best set is fitted as well, so that an effect that is not needed drops out. The
+search ends where nothing is left to grow.  Six numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
+blocks left out in turn, `TAIL` degrees of freedom of the noise, and `SCREEN`, what an effect has to promise.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from smid.diagnosis.search.ranking import REACH, Ranking, Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial
 
+WIDTH = 3
 MOST = 5
 
 
@@ -88,7 +90,7 @@ def search(
             # 1. to 3. above; effects on the noise need no fit, and are compared where nothing else is left.
             smaller = reduced(best, base, by_name, sets)
             _keep(sets, *smaller)
-            worth = [*smaller, best, *(v.effects for v in _ahead_of_their_parts(ranked))]
+            worth = [*_widest(ranked), best, *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
             if todo is not None:
                 grown.add(todo.names)
@@ -108,6 +110,13 @@ def _keep(sets: dict[tuple[str, ...], EffectSet], *found: EffectSet) -> None:
     for one in found:
         if one.names not in sets or one.fit.cost < sets[one.names].fit.cost:
             sets[one.names] = one
+
+
+def _widest(ranked: Sequence[Visited]) -> list[EffectSet]:
+    """Return the best sets of each size below that of the best, small sets first."""
+    plain = [v.effects for v in ranked if not v.effects.detected]
+    sizes = range(len(ranked[0].names))
+    return [one for size in sizes for one in [s for s in plain if len(s.trials) == size][:WIDTH]]
 
 
 def _ahead_of_their_parts(ranked: Sequence[Visited]) -> list[Visited]:

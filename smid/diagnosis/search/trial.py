@@ -18,8 +18,13 @@ from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
 from smid.fitting.fit import Errors, Fit, Fitting, one_step_ahead
 from smid.models import Model
 
-_ADAPTING = 5
-_LONG = 200  # evaluations of a fit to the end: poles near one and initial states make narrow valleys
+# The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
+SCREEN = 5.0  # nats that the first step has to promise
+_EXTENSIONS = 5  # those with the best signatures
+_ADAPTED, _ADAPTING = 12, 5  # starts to which the rest of the model is adapted first
+_STARTS, _SHORT = 2, 10  # of these, the one with the best signature, then those that fit best
+_AFRESH = 2  # extensions that are also fitted from the one-step-ahead fit of the whole
+_FINISHED, _LONG = 2, 200  # extensions fitted to the end: poles near one and initial states make narrow valleys
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,72 +106,48 @@ class Base:
         return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How hard an effect is tried.
-
-    Parameters
-    ----------
-    extensions
-        How many extensions are fitted, those with the best signatures.
-    adapted
-        To how many of its starts the rest of the model is adapted, those with the best signatures.
-    starts
-        From how many of these everything is fitted: the one with the best signature, then those that fit best.
-    short
-        Evaluations of each such fit.
-    finished
-        How many of the extensions are then fitted to the end.
-    afresh
-        How many of the extensions are also fitted from the one-step-ahead fit of the whole.
-    """
-
-    extensions: int
-    adapted: int
-    starts: int
-    short: int
-    finished: int
-    afresh: int
-
-
-QUICK = Effort(3, 3, 2, 8, 0, 1)
-THOROUGH = Effort(5, 12, 3, 12, 2, 5)
-
-
-def try_effect(effect: Effect, base: Base, effort: Effort = THOROUGH) -> Trial | None:
-    """Fit the promising extensions that an effect offers and return the best."""
+def try_effect(effect: Effect, base: Base) -> Trial | None:
+    """Fit the promising extensions that an effect offers and return the best; None where none promises anything."""
     with np.errstate(all="ignore"):
-        ranked = []
+        ranked, variants = [], 0
         for extension in effect.extensions(base.fit.model, base.site()):
+            variants += 1
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
-            if scored:
+            if scored and _promised(scored[0][0], extension, base) > SCREEN:
                 ranked.append((extension, problem, scored))
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
-        for place, (extension, problem, scored) in enumerate(ranked[: effort.extensions]):
+        for place, (extension, problem, scored) in enumerate(ranked[:_EXTENSIONS]):
             # Adapt only the rest of the model to each start first, so that starts can be compared. For small starts
             # only the signature is informative.
             new = _added(extension.model, base.fit.model)
-            first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[: effort.adapted]]
+            first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[:_ADAPTED]]
             others.sort(key=lambda pair: pair[1])
-            begun = [vector for vector, _ in (first, *others[: effort.starts - 1])]
-            if place < effort.afresh:
+            begun = [vector for vector, _ in (first, *others[: _STARTS - 1])]
+            if place < _AFRESH:
                 # Without the effect the fit of the base may be far off: begin from a fit of the whole, too.
                 ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
                 begun += [problem.start(ahead)] if ahead else []
-            fitted = [problem.solve(vector, effort.short, 1e-4) for vector in begun]
+            fitted = [problem.solve(vector, _SHORT, 1e-4) for vector in begun]
             vector, cost = min(fitted, key=lambda pair: pair[1])
             tried.append((_criterion(cost, problem.n_free, base), cost, vector, extension, problem, scored[0][0]))
         tried.sort(key=lambda item: item[0])
-        for k, (_, _, vector, extension, problem, signature) in enumerate(tried[: effort.finished]):
+        for k, (_, _, vector, extension, problem, signature) in enumerate(tried[:_FINISHED]):
             vector, cost = problem.solve(vector, _LONG)
             tried[k] = (_criterion(cost, problem.n_free, base), cost, vector, extension, problem, signature)
         tried = [item for item in tried if np.isfinite(item[1]) and _is_itself(item[3], item[4], item[2])]
         if not tried:
             return None
         _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
-        return _trial(effect, extension, base, problem, vector, cost, signature, len(ranked))
+        return _trial(effect, extension, base, problem, vector, cost, signature, variants)
+
+
+def _promised(share: float, extension: Extension, base: Base) -> float:
+    """Return the nats that the first step promises, less what as many parameters gain by chance."""
+    n = sum(int(u.sum()) for u in base.used)
+    added = len(_added(extension.model, base.fit.model))
+    return float(-0.5 * (n * np.log(max(1.0 - share, np.finfo(float).tiny)) + added))
 
 
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
