@@ -34,6 +34,7 @@ from smid.diagnosis.effects import (
     sensor_drift,
     stribeck_friction,
     time_constant,
+    valve_stiction,
     viscous_friction,
 )
 from smid.diagnosis.effects.check import check_effect
@@ -45,6 +46,7 @@ EFFECTS: tuple[Effect, ...] = (
     input_dead_zone.EFFECT,
     input_saturation.EFFECT,
     input_backlash.EFFECT,
+    valve_stiction.EFFECT,
     input_curve.EFFECT,
     input_delay.EFFECT,
     rate_limit.EFFECT,

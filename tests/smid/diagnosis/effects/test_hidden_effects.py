@@ -1,0 +1,70 @@
+"""An effect is hidden in a plant that is walked in small steps, and a try on the plain model recovers its law."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from smid import Dataset, OutputError
+from smid.diagnosis.effects import EFFECTS
+from smid.diagnosis.search.trial import THOROUGH, Base, Trial, try_effect
+from smid.fitting.fit import fit
+from smid.models import Model
+
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+FINE, STEP = 50, 0.1  # small steps per sample, and seconds per sample
+
+
+def held(seed: int, n: int = 600, hold: int = 8, low: float = -1.0) -> np.ndarray:
+    return np.repeat(np.random.default_rng(seed).uniform(low, 1, -(-n // hold)), hold)[:n]
+
+
+def swept(n: int = 600) -> np.ndarray:
+    return 0.6 * np.sin(0.11 * np.arange(n)) + 0.4 * np.sin(0.031 * np.arange(n) + 1)
+
+
+def walked(
+    u: np.ndarray, rate: Callable[[np.ndarray, float], np.ndarray], states: int = 1, start: float = 0.0
+) -> np.ndarray:
+    """Walk ``dx/dt = rate(x, u)`` with u held, by the midpoint rule; all states at the samples, shape (n, states)."""
+    h, x, seen = STEP / FINE, np.full(states, start), []
+    for now in u:
+        seen.append(x)
+        for _ in range(FINE):
+            x = x + h * rate(x + h / 2 * rate(x, now), now)
+    return np.array(seen)
+
+
+def tried(
+    name: str, model: Model, u: np.ndarray, y: np.ndarray, noise: float, **others: np.ndarray
+) -> tuple[Trial, float, float]:
+    """Try an effect; return the trial, and the RMS errors of the base and of the extended model over the noise's."""
+    eta = noise * np.std(y) * np.random.default_rng(9).uniform(-1, 1, len(y))
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y + eta}, sampling_time=STEP, **others)
+    used = (np.ones(len(u), bool),)
+    base = Base(fit(model, data, used), data, used, "u", "y")
+    trial = try_effect(BY_NAME[name], base, THOROUGH)
+    assert trial is not None
+    before, after = (
+        float(np.sqrt(np.mean(f.residual(data, "y")[0] ** 2) / np.mean(eta**2))) for f in (base.fit, trial.fit)
+    )
+    return trial, before, after
+
+
+@pytest.mark.parametrize("u", [held(0), swept()], ids=["held", "swept"])
+def test_a_valve_that_sticks(u: np.ndarray) -> None:
+    """A stem without mass, pulled by a spring: it breaks away at 0.3 and slides until the pull is 0.1."""
+    stem, stems, moves = u[0], [], False
+    for now in u:
+        for _ in range(FINE):
+            pull = now - stem
+            moves = abs(pull) > (0.1001 if moves else 0.3)
+            if moves:
+                stem += 0.5 * (pull - np.sign(pull) * 0.1)
+        stems.append(stem)
+    y = walked(np.array(stems), lambda x, v: 2 * v - x / 0.7)[:, 0]
+    trial, before, after = tried("valve_stiction", OutputError(stable=True), u, y, 0.03)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["slip_jump"] == pytest.approx(0.2, abs=0.04)
+    assert trial.values["sliding_friction"] == pytest.approx(0.1, abs=0.01)
