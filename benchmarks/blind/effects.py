@@ -294,8 +294,9 @@ def _pushed(twist: Twist, push: Callable[[float, float, float], float]) -> Twist
 def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     reach, soft = float(np.quantile(np.abs(y), 0.98)), plant.tau**-2
     if rng.random() < 0.65:
-        bend = rng.uniform(0.4, 2.0) if rng.random() < 0.75 else -rng.uniform(0.1, 0.25)
-        return _pushed(twist, lambda x, rate, drive: -bend * soft * x * (x / reach) ** 2)  # noqa: ARG005
+        bend = rng.uniform(0.4, 2.0) if rng.random() < 0.75 else -rng.uniform(0.08, 0.2)
+        # Far out the spring is straight again, so that a soft one never pushes outwards.
+        return _pushed(twist, lambda x, rate, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
     gap, hard = rng.uniform(0.25, 0.6) * reach, rng.uniform(1.0, 3.0) * soft
     return _pushed(twist, lambda x, rate, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
 

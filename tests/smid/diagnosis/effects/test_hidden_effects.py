@@ -68,3 +68,31 @@ def test_a_valve_that_sticks(u: np.ndarray) -> None:
     assert after < 1.2
     assert trial.values["slip_jump"] == pytest.approx(0.2, abs=0.04)
     assert trial.values["sliding_friction"] == pytest.approx(0.1, abs=0.01)
+
+
+@pytest.mark.parametrize("cube", [6.0, -1.0], ids=["hardens", "softens"])
+def test_a_cubic_spring(cube: float) -> None:
+    """x'' = 4 u - 4 x - 0.8 x' - cube x^3: the factor of x^3 is the law's, per sample squared."""
+
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 4 * v - 4 * x[0] - 0.8 * x[1] - cube * x[0] ** 3])
+
+    u = held(1, low=-0.6) * 0.6
+    trial, before, after = tried("stiffness", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "cubic on w"
+    assert trial.values["spring_cube"] / STEP**2 == pytest.approx(cube, rel=0.1)
+
+
+def test_a_spring_behind_a_gap() -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 6 * v - 2 * x[0] - 1.5 * x[1] - 20 * (x[0] - np.clip(x[0], -0.4, 0.4))])
+
+    u = held(2)
+    trial, before, after = tried("stiffness", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.03)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "gap on w"
+    assert trial.values["spring_gap"] == pytest.approx(0.4, rel=0.1)
+    assert trial.values["spring_beyond"] / STEP**2 == pytest.approx(20, rel=0.25)
