@@ -30,6 +30,7 @@ SELECTIVE = {
     "missing_input",
     "viscous_friction",
     "stiffness",
+    "gravity",
     "power_law",
     "time_constant",
 }
@@ -57,7 +58,8 @@ def test_each_selective_effect_applies_where_it_should() -> None:
     for effect in ("scheduled_parameter", "missing_input"):
         assert [applies(effect, case) for case in cases()] == [name == "a lag with a temperature" for name in kinds]
     of_order_two = ["a swinging second order", "the arm"]
-    assert [applies("stiffness", case) for case in cases()] == [name in of_order_two for name in kinds]
+    for effect in ("stiffness", "gravity"):
+        assert [applies(effect, case) for case in cases()] == [name in of_order_two for name in kinds]
     assert [applies("viscous_friction", case) for case in cases()] == [name == "the arm" for name in kinds]
     assert [applies("power_law", case) for case in cases()] == [name != "the arm" for name in kinds]
 

@@ -1,6 +1,7 @@
 """An effect is hidden in a plant that is walked in small steps, and a try on the plain model recovers its law."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from smid import Dataset, OutputError
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.search.trial import THOROUGH, Base, Trial, try_effect
 from smid.fitting.fit import fit
-from smid.models import Model
+from smid.models import Line, Measurement, Model, Parameter, signal, t
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 FINE, STEP = 50, 0.1  # small steps per sample, and seconds per sample
@@ -36,7 +37,7 @@ def walked(
 
 
 def tried(
-    name: str, model: Model, u: np.ndarray, y: np.ndarray, noise: float, **others: np.ndarray
+    name: str, model: Model, u: np.ndarray, y: np.ndarray, noise: float, **others: Any
 ) -> tuple[Trial, float, float]:
     """Try an effect; return the trial, and the RMS errors of the base and of the extended model over the noise's."""
     eta = noise * np.std(y) * np.random.default_rng(9).uniform(-1, 1, len(y))
@@ -96,3 +97,51 @@ def test_a_spring_behind_a_gap() -> None:
     assert trial.label == "gap on w"
     assert trial.values["spring_gap"] == pytest.approx(0.4, rel=0.1)
     assert trial.values["spring_beyond"] / STEP**2 == pytest.approx(20, rel=0.25)
+
+
+def arm() -> Model:
+    """Newton's law of an arm with viscous friction, its angle measured."""
+    gain, damping = Parameter("k", 0.0, 5000.0), Parameter("d", 0.0, 50.0)
+    u, v, x = signal("u"), signal("v"), signal("x")
+    lines = (Line(v[t], gain.symbol * u[t] - damping.symbol * v[t], rate=True), Line(x[t], v[t], rate=True))
+    return Model("arm", (gain, damping), lines, (Measurement("y", "x", "eta"),), sampling_time=STEP)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("rad", 1.0), ("deg", 180 / np.pi), ("V", 3.0)])
+def test_an_arm_that_gravity_pulls_down(unit: str, size: float) -> None:
+    """x'' = 8 u - x' - 5 sin(x), and the sensor shows radians, degrees or volts."""
+
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 8 * v - x[1] - 5 * np.sin(x[0])])
+
+    u = 0.6 * held(3, hold=12)
+    y = size * walked(u, rate, 2)[:, 0]
+    trial, before, after = tried("gravity", arm(), u, y, 0.03, units={"u": "V", "y": unit})
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "pendulum on x"
+    assert trial.values["gravity_sine"] == pytest.approx(5 * size, rel=0.05)
+    assert trial.values.get("gravity_turn", 1 / size) == pytest.approx(1 / size, rel=0.05)
+
+
+def test_an_arm_whose_sensor_has_another_zero() -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 8 * v - x[1] - 5 * np.sin(x[0] - 0.7)])
+
+    u = 0.6 * held(3, hold=12)
+    trial, before, after = tried("gravity", arm(), u, walked(u, rate, 2)[:, 0], 0.03, units={"u": "V", "y": "rad"})
+    sine, cosine = trial.values["gravity_sine"], trial.values["gravity_cosine"]
+    assert before > 3
+    assert after < 1.2
+    assert np.hypot(sine, cosine) == pytest.approx(5, rel=0.05)
+    assert np.arctan2(-cosine, sine) == pytest.approx(0.7, abs=0.03)
+
+
+def test_a_load_that_hangs() -> None:
+    u = 0.3 * held(4, hold=12)
+    y = walked(u, lambda x, v: np.array([x[1], 8 * v - x[1] - 0.5]), 2)[:, 0]
+    trial, before, after = tried("gravity", arm(), u, y, 0.005)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "constant on x"
+    assert trial.values["gravity_force"] == pytest.approx(-0.5, rel=0.05)
