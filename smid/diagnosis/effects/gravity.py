@@ -41,7 +41,9 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             for part in ("sine", "cosine", "force")
         )
         radians = _RADIANS.get(site.unit(site.output))
-        turn = fresh(model, "gravity_turn", (_TURN[0] / place.reach, _TURN[1] / place.reach)) if radians is None else None
+        turn = (
+            fresh(model, "gravity_turn", (_TURN[0] / place.reach, _TURN[1] / place.reach)) if radians is None else None
+        )
         angle = (number(radians) if turn is None else turn.symbol) * place.level
         turns = [radians] if radians else (_TURNS / place.reach).tolist()
         shape, pull = [turn] if turn else [], -sine.symbol * sympy.sin(angle)

@@ -145,3 +145,46 @@ def test_a_load_that_hangs() -> None:
     assert after < 1.2
     assert trial.label == "constant on x"
     assert trial.values["gravity_force"] == pytest.approx(-0.5, rel=0.05)
+
+
+def tank() -> Model:
+    """A tank that empties in proportion to its level."""
+    pump, outflow = Parameter("pump", 0.0, 50.0), Parameter("k", 0.0, 50.0)
+    w = signal("w")
+    line = Line(w[t], pump.symbol * signal("u")[t] - outflow.symbol * w[t], rate=True)
+    return Model("tank", (pump, outflow), (line,), (Measurement("y", "w", "eta"),), sampling_time=STEP)
+
+
+def tanks() -> Model:
+    """Two of them, one above the other."""
+    pump, first, second = (Parameter(name, 0.0, 50.0) for name in ("pump", "k1", "k2"))
+    u, x, w = signal("u"), signal("x"), signal("w")
+    lines = (
+        Line(x[t], pump.symbol * u[t] - first.symbol * x[t], rate=True),
+        Line(w[t], first.symbol * x[t] - second.symbol * w[t], rate=True),
+    )
+    return Model("tanks", (pump, first, second), lines, (Measurement("y", "w", "eta"),), sampling_time=STEP)
+
+
+@pytest.mark.parametrize("model", [tank(), OutputError(stable=True)], ids=["in rates", "in steps"])
+@pytest.mark.parametrize("below", [0.0, 0.2])
+def test_a_tank_that_empties_with_the_root(model: Model, below: float) -> None:
+    u = held(5, hold=15, low=0.2)
+    y = walked(u, lambda x, v: 3 * v - 1.5 * np.sqrt(np.maximum(x + below, 0.0)))[:, 0]
+    trial, before, after = tried("square_root_outflow", model, u, y, 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["root_share"] > 0.9
+    assert trial.values.get("root_outlet", 0.0) == pytest.approx(-below, abs=0.05)
+
+
+def test_a_cascade_that_empties_with_the_root() -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        upper, lower = np.sqrt(np.maximum(x, 0.0))
+        return np.array([3 * v - 2 * upper, 2 * upper - 1.6 * lower])
+
+    u = held(6, hold=15, low=0.2)
+    trial, before, after = tried("square_root_outflow", tanks(), u, walked(u, rate, 2, 0.5)[:, 1], 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["root_share"] > 0.9
