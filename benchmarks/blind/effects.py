@@ -270,7 +270,7 @@ def power_law(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist
 
 
 def square_root_outflow(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
-    # Torricelli: the tank empties as the linear one does where it is fullest; the outlet may lie below the sensor's zero.
+    # Torricelli: the full tank empties as the linear one does. The outlet may lie below the sensor's zero.
     full = float(np.max(np.abs(y)))
     below = rng.uniform(0.02, 0.1) * full if rng.random() < 0.3 else 0.0
     outflow = full / (full + below) ** 0.5 / plant.tau

@@ -5,6 +5,7 @@ edit: give it to `diagnose`. `check_effect` checks it.
 """
 
 from smid.diagnosis.effects import (
+    bilinear,
     coulomb_friction,
     direction_dependence,
     extra_lag,
@@ -65,6 +66,7 @@ EFFECTS: tuple[Effect, ...] = (
     parameter_change.EFFECT,
     parameter_drift.EFFECT,
     scheduled_parameter.EFFECT,
+    bilinear.EFFECT,
     missing_input.EFFECT,
     coulomb_friction.EFFECT,
     stribeck_friction.EFFECT,

@@ -2,9 +2,9 @@
 
 The angle is the position that the output shows. In radians or degrees it is taken as it is. In another unit its scale,
 radians per unit, is a parameter, and its starts fit the equation of motion, integrated twice. The arm need not hang
-where the sensor shows zero: then the torque is ``-g sin(x - x0)``, written as ``-a sin(x) - b cos(x)``. A constant force
-is offered in rates only, where a position is known to be one. All forces are zero without the effect. In a difference
-equation the force acts half way along the step (see `smid.diagnosis.effects.stiffness`).
+where the sensor shows zero: then the torque is ``-g sin(x - x0)``, written as ``-a sin(x) - b cos(x)``. A constant
+force is offered in rates only, where a position is known to be one. All forces are zero without the effect. In a
+difference equation the force acts half way along the step (see `smid.diagnosis.effects.stiffness`).
 Reference: Spong, Hutchinson and Vidyasagar, Robot Modeling and Control, 2nd ed. (2020), section 6.3.
 """
 

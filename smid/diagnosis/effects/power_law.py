@@ -19,7 +19,7 @@ from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh
 from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
 from smid.diagnosis.effects.parts.plant import base_parameters, scaled, state_lines
-from smid.models import Model
+from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
 
 __all__ = ["EFFECT"]

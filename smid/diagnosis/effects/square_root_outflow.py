@@ -1,7 +1,7 @@
 """Square-root outflow: each vessel empties with the root of its level, all vessels of a cascade at once.
 
-An orifice lets through the root of the level (Torricelli), a long pipe the level itself. The outflow q of a level v, both
-as shares of the full vessel, obeys ``v = b' q + (1 - b') q^2`` with ``b' = 2 b / (1 + b)``:
+An orifice lets through the root of the level (Torricelli), a long pipe the level itself. The outflow q of a level v,
+both as shares of the full vessel, obeys ``v = b' q + (1 - b') q^2`` with ``b' = 2 b / (1 + b)``:
 
     q = (R - b) / (1 - b),  R = sqrt(b^2 + (1 - b^2) v)
 
@@ -9,12 +9,12 @@ b = 1 is the linear outflow; b = 0 the root of v; in between it is the root of a
 below, up to a constant: the outlet lies below the zero of the sensor. So one law without an exponent goes from the
 linear outflow to the root.
 
-In rates the outflow takes the place of the linear one. A difference equation of order one takes the step ``(1 - p^s) / (s
-(1 - p))`` times its increment, s the slope of q, p its pole: the exponential Euler step, of second order in the sampling
-time. A single difference equation of higher order is left out: its states are not levels. (Order two was tried, as two
-vessels with the poles of the linear one. The fit of a linear model to two root tanks often has complex poles, from
-which no such start exists, and from real poles the fit did not reach the noise.) Give a cascade as rates, a line for
-each vessel.
+In rates the outflow takes the place of the linear one. A difference equation of order one takes the step ``(1 - p^s) /
+(s (1 - p))`` times its increment, s the slope of q, p its pole: the exponential Euler step, of second order in the
+sampling time. A single difference equation of higher order is left out: its states are not levels. (Order two was
+tried, as two vessels with the poles of the linear one. The fit of a linear model to two root tanks often has complex
+poles, from which no such start exists, and from real poles the fit did not reach the noise.) Give a cascade as rates, a
+line for each vessel.
 
 References: Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system identification, IFAC
 (2017) (cascaded tanks); Hochbruck and Ostermann, Acta Numerica 19 (2010) 209-286 (exponential Euler).
@@ -87,7 +87,7 @@ class _Law:
 
     b: sympy.Expr
     full: sympy.Expr
-    zero: sympy.Expr = sympy.Integer(0)
+    zero: sympy.Expr = sympy.S.Zero
 
     def outflow(self, level: sympy.Expr) -> sympy.Expr:
         return (level - self.zero) * (1 + self.b) / (self.b + self._root(level))

@@ -64,8 +64,8 @@ def _cubic(time: str, values: Mapping[str, float], site: Site) -> str:
 def _behind_a_gap(time: str, values: Mapping[str, float], site: Site) -> str:
     beyond, gap = values.values()
     return (
-        f"A further spring acts where {site.output} is beyond +-{quantity(gap, site.unit(site.output))}: its force on a "
-        f"unit of mass is {beyond:.3g} times what exceeds this gap, in {_acceleration(site, time)}."
+        f"A further spring acts where {site.output} is beyond +-{quantity(gap, site.unit(site.output))}: its force on "
+        f"a unit of mass is {beyond:.3g} times what exceeds this gap, in {_acceleration(site, time)}."
     )
 
 

@@ -1,9 +1,9 @@
 """Starts from a grid: for shapes that no slope leads to, as where a thing that sticks comes free.
 
 The points of the grid are simulated with the base model's values, all at once. They are ranked by what is left of the
-output after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain or
-a pole that the base model has wrong without the effect does not decide. About the best points the grid is made finer.
-The base model is then fitted at each point that is returned.
+output after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain
+or a pole that the base model has wrong without the effect does not decide. About the best points the grid is made
+finer. The base model is then fitted at each point that is returned.
 """
 
 from __future__ import annotations

@@ -188,3 +188,33 @@ def test_a_cascade_that_empties_with_the_root() -> None:
     assert before > 3
     assert after < 1.2
     assert trial.values["root_share"] > 0.9
+
+
+@pytest.mark.parametrize(
+    ("model", "per"), [(tank(), 1.0), (OutputError(stable=True), STEP)], ids=["in rates", "in steps"]
+)
+def test_an_input_multiplies_the_state(model: Model, per: float) -> None:
+    u = held(7)
+    y = walked(u, lambda x, v: 2 * v - 1.5 * x + 0.8 * v * x)[:, 0]
+    trial, before, after = tried("bilinear", model, u, y, 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["w_bilinear"] / per == pytest.approx(0.8, rel=0.05)
+
+
+@pytest.mark.parametrize("of", ["w", "u"])
+def test_a_channel_multiplies_the_state_or_the_input(of: str) -> None:
+    """The second input, a flow, is carried as the imaginary part of what drives the walk."""
+    u, flow = held(8), 1 + 0.5 * held(9, hold=20)
+
+    def rate(x: np.ndarray, v: complex) -> np.ndarray:
+        product = v.imag * x if of == "w" else v.imag * v.real
+        return 2 * v.real - 1.5 * x - 0.4 * product
+
+    y = walked(u + 1j * flow, rate)[:, 0]
+    trial, before, after = tried("bilinear", OutputError(stable=True), u, y, 0.01, flow=flow)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == f"flow times {of}"
+    law = -0.4 * STEP if of == "w" else -0.4 / 2
+    assert trial.values[f"{'w' if of == 'w' else 'input'}_bilinear"] == pytest.approx(law, rel=0.05)
