@@ -172,14 +172,16 @@ def inner_curve(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twi
     if form < 0.4:
         bottom = low + rng.uniform(0.1, 0.3) * (high - low) if rng.random() < 0.5 else -np.inf
         top = high - rng.uniform(0.15, 0.35) * (high - low)
-        curve: Map = lambda v: np.clip(v, bottom, top)  # noqa: E731
-    elif form < 0.7:
-        middle, half = (low + high) / 2, rng.uniform(0.15, 0.3) * (high - low)
-        curve = lambda v: v - np.clip(v, middle - half, middle + half)  # noqa: E731
-    else:  # a diode: a current flows one way, and leaks the other
-        knee, leak = low + rng.uniform(0.35, 0.65) * (high - low), rng.uniform(0.0, 0.35)
-        curve = lambda v: np.where(v > knee, v - knee, leak * (v - knee))  # noqa: E731
-    return _after_drive(twist, lambda v: curve(memory.lag(v, ratio)))
+        return _after_drive(twist, lambda v: np.clip(memory.lag(v, ratio), bottom, top))
+    if form < 0.7:
+        dead = rng.uniform(0.2, 0.45) * max(high, -low)
+        return _after_drive(twist, lambda v: (w := memory.lag(v, ratio)) - np.clip(w, -dead, dead))
+    # A diode that leaks: beyond its knee, a piece of another slope.
+    knee, leak = low + rng.uniform(0.35, 0.65) * (high - low), rng.uniform(0.0, 0.35)
+    knots, slopes = np.array([2 * low - high, knee, 2 * high - low]), rng.permutation([leak, 1.0])
+    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(knots))])
+    heights -= np.interp(0.0, knots, heights)
+    return _after_drive(twist, lambda v: np.interp(memory.lag(v, ratio), knots, heights))
 
 
 # Changes of gain and time constant

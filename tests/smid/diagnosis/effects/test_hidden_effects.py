@@ -218,3 +218,30 @@ def test_a_channel_multiplies_the_state_or_the_input(of: str) -> None:
     assert trial.label == f"flow times {of}"
     law = -0.4 * STEP if of == "w" else -0.4 / 2
     assert trial.values[f"{'w' if of == 'w' else 'input'}_bilinear"] == pytest.approx(law, rel=0.05)
+
+
+CURVES = {
+    "saturation": lambda x: np.clip(x, -0.25, 0.35),
+    "dead zone": lambda x: x - np.clip(x, -0.2, 0.3),
+    "diode": lambda x: np.where(x > 0.1, x - 0.1, 0.1 * (x - 0.1)) + 0.01,
+}
+LAWS = {
+    "saturation": {"inner_limit_lower": -0.25, "inner_limit_upper": 0.35},
+    "dead zone": {"inner_zone_lower": -0.2, "inner_zone_upper": 0.3},
+    "diode": {"inner_blocked": 0.9, "inner_knee": 0.1},
+}
+
+
+@pytest.mark.parametrize("kind", CURVES)
+def test_a_curve_between_two_lags(kind: str) -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([(v - x[0]) / 0.6, 2 * CURVES[kind](x[0]) - x[1] / 0.9])
+
+    u = held(10)
+    y = walked(u, rate, 2)[:, 1]
+    trial, before, after = tried("inner_curve", OutputError(stable=True), u, y, 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == f"{kind} at the input"
+    assert {name: trial.values[name] for name in LAWS[kind]} == pytest.approx(LAWS[kind], abs=0.03)
+    assert trial.values["inner_input_pole"] == pytest.approx(np.exp(-STEP / 0.6), abs=0.03)
