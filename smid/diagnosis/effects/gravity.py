@@ -26,8 +26,7 @@ from smid.models.symbols import number
 __all__ = ["EFFECT"]
 
 _RADIANS = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
-_TURN = (0.2, 40.0)  # radians at the end of the range, where the unit does not tell
-_TURNS = np.geomspace(*_TURN, 80)
+_TURNS = np.geomspace(0.2, 40.0, 80)  # radians at the end of the range, where the unit does not tell
 _STRONGEST = 50.0  # times the largest acceleration in the record
 _STARTS = 3
 
@@ -41,21 +40,22 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             for part in ("sine", "cosine", "force")
         )
         radians = _RADIANS.get(site.unit(site.output))
-        turn = (
-            fresh(model, "gravity_turn", (_TURN[0] / place.reach, _TURN[1] / place.reach)) if radians is None else None
-        )
-        angle = (number(radians) if turn is None else turn.symbol) * place.level
-        turns = [radians] if radians else (_TURNS / place.reach).tolist()
-        shape, pull = [turn] if turn else [], -sine.symbol * sympy.sin(angle)
+        if radians is None:
+            turns = (_TURNS / place.reach).tolist()
+            shape = [fresh(model, "gravity_turn", (turns[0], turns[-1]))]
+            angle = shape[0].symbol * place.level
+        else:
+            turns, shape, angle = [radians], [], number(radians) * place.level
+        pull = -sine.symbol * sympy.sin(angle)
         for label, term, weights in (
             ("pendulum", pull, [sine]),
             ("pendulum with another zero", pull - cosine.symbol * sympy.cos(angle), [sine, cosine]),
         ):
-            names = [p.name for p in (*weights, *shape)]
-            starts = np.clip(_fitted(model, site, place, turns, len(weights)), -most, most).tolist()
+            new = [*weights, *shape]
+            starts = _fitted(model, site, place, turns, len(weights))
             yield Extension(
-                model.add_term(line, term, [*weights, *shape]),
-                tuple(dict(zip(names, start, strict=False)) for start in starts),
+                model.add_term(line, term, new),
+                tuple({p.name: min(p.upper, max(p.lower, x)) for p, x in zip(new, s, strict=False)} for s in starts),
                 f"{label} on {place.name}",
                 describe=partial(_pendulum, place.time, radians or 1.0),
             )

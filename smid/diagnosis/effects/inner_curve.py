@@ -27,6 +27,7 @@ _POLES = (0.6, 0.9)
 _SHARES = (0.15, 0.3)  # of the span
 
 _Map = Callable[[sympy.Expr], sympy.Expr]
+_Lag = tuple[Parameter, Parameter]
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -43,14 +44,14 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             )
 
 
-def _behind_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: list[Parameter]) -> Model:
+def _behind_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: _Lag) -> Model:
     raw, name, bent = signal_of(model, channel), free_name(model, f"{channel}_lag"), free_name(model, f"{channel}_bent")
     curved = model.insert_before(channel, lambda _: curve(signal(name)[t]), [*parameters, *lag], new_name=bent)
     # Added after the insertion, the lag reads the input itself.
     return curved.with_line(name, lagged(*lag, name, raw))
 
 
-def _before_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: list[Parameter]) -> Model:
+def _before_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: _Lag) -> Model:
     name, bent = free_name(model, f"{channel}_lag"), free_name(model, f"{channel}_bent")
     curved = model.insert_sensor(channel, curve, parameters, new_name=bent)
     return curved.insert_sensor(channel, lambda _: lagged(*lag, name, bent), lag, new_name=name)

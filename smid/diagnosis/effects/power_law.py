@@ -42,12 +42,12 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     for vessels in cascades(states):
         label = cascade_name(vessels, states)
         power = fresh(model, f"{vessels[0].own if len(vessels) == 1 else 'every'}_power", _BOX, "", 1.0)
-        bent = with_outflow(model.with_parameter(power), vessels, states, lambda w, x=power.symbol: _bent(w, scale, x))
+        bent = with_outflow(model.with_parameter(power), vessels, states, partial(_bent, scale, power))
         yield Extension(bent, tuple({power.name: x} for x in _STARTS), label, describe=partial(_describe, label))
 
 
-def _bent(level: sympy.Expr, scale: sympy.Expr, power: sympy.Symbol) -> sympy.Expr:
-    return level * (sympy.Abs(level / scale) + number(_GUARD)) ** (power - 1)
+def _bent(scale: sympy.Expr, power: Parameter, level: sympy.Expr) -> sympy.Expr:
+    return level * (sympy.Abs(level / scale) + number(_GUARD)) ** (power.symbol - 1)
 
 
 def _exponents(model: Model) -> Iterator[Extension]:

@@ -8,7 +8,7 @@ finer. The base model is then fitted at each point that is returned.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -64,7 +64,7 @@ def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[st
     return {**problem.result(vector, cost).model.values, **point} if np.isfinite(cost) else point
 
 
-def _left(model: Model, site: Site, names: Sequence[str], points: Array) -> Array:
+def _left(model: Model, site: Site, names: Iterable[str], points: Array) -> Array:
     """Return the sum of squares that each point leaves, shape (n_points,)."""
     left, begin = np.zeros(len(points)), model.max_lag
     for run in site.data.experiments:

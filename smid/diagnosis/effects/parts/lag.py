@@ -17,9 +17,9 @@ from smid.models import Model, Parameter, signal, t
 __all__ = ["lag_parameters", "lagged", "time_constant"]
 
 
-def lag_parameters(model: Model, stem: str) -> list[Parameter]:
+def lag_parameters(model: Model, stem: str) -> tuple[Parameter, Parameter]:
     """Return the pole p and the share f, which switch a lag off at zero."""
-    return [fresh(model, f"{stem}_{part}", (0, most), "", 0.0) for part, most in (("pole", 0.999), ("share", 1.0))]
+    return fresh(model, f"{stem}_pole", (0, 0.999), "", 0.0), fresh(model, f"{stem}_share", (0, 1), "", 0.0)
 
 
 def lagged(pole: Parameter, share: Parameter, name: str, x: str) -> sympy.Expr:
