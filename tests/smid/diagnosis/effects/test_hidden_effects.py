@@ -202,6 +202,19 @@ def test_an_input_multiplies_the_state(model: Model, per: float) -> None:
     assert trial.values["w_bilinear"] / per == pytest.approx(0.8, rel=0.05)
 
 
+def test_an_input_multiplies_a_position() -> None:
+    """x'' = 4 (u + c u x) - 4 x - 0.8 x', c the law's in steps as in rates."""
+
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 4 * v * (1 + 0.5 * x[0]) - 4 * x[0] - 0.8 * x[1]])
+
+    u = 0.6 * held(7)
+    trial, before, after = tried("bilinear", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["w_bilinear"] == pytest.approx(0.5, rel=0.05)
+
+
 @pytest.mark.parametrize("of", ["w", "u"])
 def test_a_channel_multiplies_the_state_or_the_input(of: str) -> None:
     """The second input, a flow, is carried as the imaginary part of what drives the walk."""
