@@ -9,6 +9,7 @@ finer. The base model is then fitted at each point that is returned.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -16,8 +17,8 @@ from scipy.signal import lfilter
 
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.effect import Site
-from smid.fitting.fit import Fitting
-from smid.models import Model
+from smid.fitting.fit import Fitting, one_step_ahead
+from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 
 __all__ = ["best_of"]
@@ -25,13 +26,14 @@ __all__ = ["best_of"]
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 24, 4
 _EVALUATIONS = 30
+_APART = 0.2  # in the logarithm of a parameter: nearer points are one start
 _RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
 
 
 def best_of(
     model: Model, site: Site, axes: Mapping[str, Sequence[float]], count: int
 ) -> tuple[Mapping[str, float], ...]:
-    """Return the points at which the model is nearest to the output, nearest first, each with values of its base.
+    """Return different points at which the model is nearest to the output, each with values of its base; best first.
 
     A model without values is not fitted, and the points are spread over the grid.
 
@@ -52,15 +54,24 @@ def best_of(
             best = points[np.argsort(left, kind="stable")[:_BEAM]]
             near = np.unique(np.minimum(most, best[:, None] * finer**moves).reshape(-1, len(axes)), axis=0)
             points, left = np.concatenate([points, near]), np.concatenate([left, _left(model, site, axes, near)])
-        order = np.argsort(left, kind="stable")[:count]
-        return tuple(_adapted(model, site, dict(zip(axes, points[k].tolist(), strict=True))) for k in order)
+        chosen: list[Array] = []
+        for point in points[np.argsort(left, kind="stable")]:
+            if len(chosen) < count and all(np.abs(np.log(point / other)).max() > _APART for other in chosen):
+                chosen.append(point)
+        return tuple(_adapted(model, site, dict(zip(axes, point.tolist(), strict=True))) for point in chosen)
     return tuple(dict(zip(axes, p, strict=True)) for p in points[:: -(-len(points) // count)].tolist())
 
 
 def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[str, float]:
-    """Return a point with the values of the base model that fit it."""
-    problem = Fitting(model, site.data, [np.ones(run.n_samples, bool) for run in site.data.experiments])
-    vector, cost = problem.solve(problem.start({**model.values, **point}), _EVALUATIONS, 1e-4, tuple(point))
+    """Return a point with the values of the base model that fit it, from its own and from a fit one step ahead."""
+    used = [np.ones(run.n_samples, bool) for run in site.data.experiments]
+    held = {p.name: Parameter(p.name, point[p.name], point[p.name]) for p in model.parameters if p.name in point}
+    known = replace(model, parameters=tuple(held.get(p.name, p) for p in model.parameters))
+    ahead = one_step_ahead(known, site.data, used, starts=1)
+    problem = Fitting(model, site.data, used)
+    begun = [{**model.values, **point}, *([{**ahead, **point}] if ahead else [])]
+    solved = [problem.solve(problem.start(values), _EVALUATIONS, 1e-4, tuple(point)) for values in begun]
+    vector, cost = min(solved, key=lambda pair: pair[1])
     return {**problem.result(vector, cost).model.values, **point} if np.isfinite(cost) else point
 
 
