@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp
+from math import exp, sin
 
 import numpy as np
 
@@ -159,6 +159,31 @@ def resonance(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist
     return _after_drive(twist, lambda v: memory.ring(v, 2 * np.pi / (period * SUBSTEPS), damping))
 
 
+def valve_stiction(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    breakaway = rng.uniform(0.12, 0.3) * (plant.high - plant.low)
+    sliding = rng.uniform(0.15, 0.7) * breakaway
+    return _after_input(twist, lambda v: memory.sticking_valve(v, breakaway, sliding))
+
+
+def inner_curve(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    ratio = 1 / (SUBSTEPS * plant.tempo * rng.uniform(0.4, 1.2))
+    inner = memory.lag(np.repeat(u, SUBSTEPS), ratio)
+    form, (low, high) = rng.random(), np.quantile(inner, [0.02, 0.98])
+    if form < 0.4:
+        bottom = low + rng.uniform(0.1, 0.3) * (high - low) if rng.random() < 0.5 else -np.inf
+        top = high - rng.uniform(0.15, 0.35) * (high - low)
+        return _after_drive(twist, lambda v: np.clip(memory.lag(v, ratio), bottom, top))
+    if form < 0.7:
+        dead = rng.uniform(0.2, 0.45) * max(high, -low)
+        return _after_drive(twist, lambda v: (w := memory.lag(v, ratio)) - np.clip(w, -dead, dead))
+    # A diode that leaks: beyond its knee, a piece of another slope.
+    knee, leak = low + rng.uniform(0.35, 0.65) * (high - low), rng.uniform(0.0, 0.35)
+    knots, slopes = np.array([2 * low - high, knee, 2 * high - low]), rng.permutation([leak, 1.0])
+    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(knots))])
+    heights -= np.interp(0.0, knots, heights)
+    return _after_drive(twist, lambda v: np.interp(memory.lag(v, ratio), knots, heights))
+
+
 # Changes of gain and time constant
 
 
@@ -244,6 +269,44 @@ def _slowed(twist: Twist, factor: Callable[[float, float, float], float]) -> Twi
 
 def power_law(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     return replace(twist, power=_between(rng, 1.4, 3.0) if rng.random() < 0.7 else rng.uniform(0.5, 0.7))
+
+
+def square_root_outflow(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    # Torricelli: the full tank empties as the linear one does. The outlet may lie below the sensor's zero.
+    full = float(np.max(np.abs(y)))
+    below = rng.uniform(0.02, 0.1) * full if rng.random() < 0.3 else 0.0
+    outflow = full / (full + below) ** 0.5 / plant.tau
+    return _pushed(twist, lambda x, rate, drive: x / plant.tau - outflow * max(0.0, x + below) ** 0.5)  # noqa: ARG005
+
+
+def bilinear(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    share = rng.choice([-1, 1]) * rng.uniform(0.25, 0.6)
+    decay = plant.tau**-2 if plant.name == "linear2" else 1 / plant.tau
+    factor = float(share * decay / max(abs(plant.low), plant.high))
+    return _pushed(twist, lambda x, rate, drive: factor * drive * x)  # noqa: ARG005
+
+
+def _pushed(twist: Twist, push: Callable[[float, float, float], float]) -> Twist:
+    before = twist.push
+    if before is None:
+        return replace(twist, push=push)
+    return replace(twist, push=lambda x, rate, drive: before(x, rate, drive) + push(x, rate, drive))
+
+
+def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    reach, soft = float(np.quantile(np.abs(y), 0.98)), plant.tau**-2
+    if rng.random() < 0.65:
+        bend = rng.uniform(0.4, 2.0) if rng.random() < 0.75 else -rng.uniform(0.08, 0.2)
+        # Far out the spring is straight again, so that a soft one never pushes outwards.
+        return _pushed(twist, lambda x, rate, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
+    gap, hard = rng.uniform(0.25, 0.6) * reach, rng.uniform(1.0, 3.0) * soft
+    return _pushed(twist, lambda x, rate, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
+
+
+def gravity(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    weight = rng.uniform(0.1, 0.5) * _torque(plant)
+    zero = rng.uniform(-0.8, 0.8) if rng.random() < 0.4 else 0.0  # angle at which the sensor shows the arm hanging
+    return _pushed(twist, lambda x, rate, drive: -weight * sin(x - zero))  # noqa: ARG005
 
 
 # Other causes beside the input
@@ -394,5 +457,11 @@ EFFECTS: dict[str, Effect] = {
         Effect("outliers", outliers, (*EVERY, "arm_free")),
         Effect("quantisation", quantisation, (*EVERY, "arm_free")),
         Effect("periodic_disturbance", periodic_disturbance, (*EVERY, "arm_free")),
+        Effect("valve_stiction", valve_stiction, STABLE, BINARY),
+        Effect("stiffness", stiffness, ("linear2",), BINARY),
+        Effect("gravity", gravity, ("arm_angle",), BINARY),
+        Effect("square_root_outflow", square_root_outflow, ("cstr", "linear1"), BINARY, needs="positive"),
+        Effect("bilinear", bilinear, _CURVED, BINARY),
+        Effect("inner_curve", inner_curve, _CURVED, SMOOTH),
     )
 }

@@ -1,4 +1,4 @@
-"""Input maps with memory, on the fine grid: play by contact, relays of Preisach, limited slope, second order lag.
+"""Input maps with memory, on the fine grid: play by contact, relays of Preisach, limited slope, lags, a sticking valve.
 
 They are written as the mechanisms they stand for, not as the operators a model would use.
 """
@@ -10,7 +10,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from relaxations.algebra.arrays import Array
 
-__all__ = ["lag", "play", "relays", "ring", "slope_limited"]
+__all__ = ["lag", "play", "relays", "ring", "slope_limited", "sticking_valve"]
 
 
 def play(fine: Array, gap: float, slack: float) -> Array:
@@ -176,3 +176,38 @@ def ring(fine: Array, omega_h: float, damping: float) -> Array:
     begins = lfilter(numerator, [1.0, -np.trace(phi), np.linalg.det(phi)], fine)
     ends = np.concatenate([begins[1:], begins[-1:]])
     return np.asarray((begins + ends) / 2)
+
+
+def sticking_valve(fine: Array, breakaway: float, sliding: float) -> Array:
+    """Move a stem without mass by a spring from the command, against dry friction.
+
+    Parameters
+    ----------
+    fine : numpy.ndarray, shape (m,)
+        Command.
+    breakaway, sliding : float
+        Friction from rest and when moving, in units of the command; ``breakaway >= sliding``.
+
+    Returns
+    -------
+    numpy.ndarray, shape (m,)
+        Position of the stem. Damping lets it cover 80 % of its way in a substep.
+
+    Examples
+    --------
+    >>> sticking_valve(np.array([0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0]), 1.5, 0.5).round(2)
+    array([0.  , 0.  , 1.2 , 1.44, 1.49, 1.5 , 1.5 ])
+    """
+    out = np.empty_like(fine)
+    stem, way = float(fine[0]), 0
+    for j, command in enumerate(fine.tolist()):
+        force = command - stem
+        if way == 0 and abs(force) > breakaway:
+            way = 1 if force > 0 else -1
+        if way:
+            speed = way * force - sliding
+            stem += way * 0.8 * max(0.0, speed)
+            if speed < 1e-3 * breakaway:
+                way = 0
+        out[j] = stem
+    return out

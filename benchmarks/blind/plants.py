@@ -128,6 +128,9 @@ class Twist:
         The state decays as ``w^power``.
     friction : Friction or None
         Arm only.
+    push : callable or None
+        What is added to the rate of the last state, by first state, its rate and the drive: an acceleration where
+        there are two states.
     output : tuple of callables
         Maps of the sampled output, shape (n,).
     channels : Mapping of str to numpy.ndarray
@@ -148,6 +151,7 @@ class Twist:
     slow_of: Callable[[float, float, float], float] | None = None
     power: float = 1.0
     friction: Friction | None = None
+    push: Callable[[float, float, float], float] | None = None
     output: tuple[Map, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     input_error: Array | None = None
@@ -157,7 +161,8 @@ class Twist:
     @property
     def is_linear(self) -> bool:
         """Whether the dynamics stay linear and constant, the gain apart."""
-        return self.slow is None and not (self.gain_of or self.slow_of or self.friction) and self.power == 1.0
+        changed = self.gain_of or self.slow_of or self.friction or self.push
+        return self.slow is None and not changed and self.power == 1.0
 
 
 def draw_plant(rng: np.random.Generator, name: str, needs: str = "") -> Plant:
@@ -282,11 +287,11 @@ def _exact(plant: Plant, fine: Array, start: float) -> Array:
 def _walk(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
     if twist.friction is not None:
         initial = 0.0 if plant.name == "arm_angle" else start
-        speed = _stick_slip(plant, twist.friction, twist.slow, fine, initial)
+        speed = _stick_slip(plant, twist, twist.friction, fine, initial, start)
         if plant.name == "arm_angle":
             return np.asarray(start + _running_integral(speed, plant.sampling_time / SUBSTEPS))
         return speed
-    if plant.name == "linear2":
+    if plant.name == "linear2" or (plant.name == "arm_angle" and twist.push is not None):
         return _walk_second(plant, twist, fine, start)
     if plant.name == "arm_angle":
         speed = _walk_first(plant, twist, fine, 0.0)
@@ -306,12 +311,14 @@ def _rates(plant: Plant) -> tuple[float, float]:
 def _walk_first(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
     h = plant.sampling_time / SUBSTEPS
     push, decay = _rates(plant)
-    power, gain_of, slow_of = twist.power, twist.gain_of, twist.slow_of
+    power, gain_of, slow_of, pushed = twist.power, twist.gain_of, twist.slow_of, twist.push
     slow = None if twist.slow is None else twist.slow.tolist()
 
     def rate(x: float, drive: float, factor: float) -> float:
         left = x if power == 1.0 else (abs(x) ** power if x >= 0 else -(abs(x) ** power))
         r = push * drive * (1.0 if gain_of is None else gain_of(x)) - decay * left
+        if pushed is not None:
+            r += pushed(x, r, drive)
         return r / (factor if slow_of is None else factor * slow_of(x, drive, r))
 
     out, x = [], start
@@ -324,8 +331,15 @@ def _walk_first(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
 
 def _walk_second(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
     h, square, twice = plant.sampling_time / SUBSTEPS, plant.tau**-2, 2 * plant.damping / plant.tau
-    gain_of, slow_of = twist.gain_of, twist.slow_of
+    free = plant.name == "arm_angle"  # no spring
+    push, decay = _rates(plant)
+    gain_of, slow_of, pushed = twist.gain_of, twist.slow_of, twist.push
     slow = None if twist.slow is None else twist.slow.tolist()
+
+    def acceleration(x: float, v: float, drive: float, target: float) -> float:
+        a = push * drive - decay * v if free else square * (target - x) - twice * v
+        return a if pushed is None else a + pushed(x, v, drive)
+
     out, x, v = [], start, 0.0
     for j, drive in enumerate(fine.tolist()):
         out.append(x)
@@ -335,13 +349,14 @@ def _walk_second(plant: Plant, twist: Twist, fine: Array, start: float) -> Array
         target = plant.gain * drive * (1.0 if gain_of is None else gain_of(x))
         # The factor stretches time; v is the velocity in stretched time.
         step = h / factor
-        middle_x, middle_v = x + 0.5 * step * v, v + 0.5 * step * (square * (target - x) - twice * v)
-        x, v = x + step * middle_v, v + step * (square * (target - middle_x) - twice * middle_v)
+        middle_x, middle_v = x + 0.5 * step * v, v + 0.5 * step * acceleration(x, v, drive, target)
+        x, v = x + step * middle_v, v + step * acceleration(middle_x, middle_v, drive, target)
     return np.array(out)
 
 
-def _stick_slip(plant: Plant, friction: Friction, slow: Array | None, fine: Array, start: float) -> Array:
+def _stick_slip(plant: Plant, twist: Twist, friction: Friction, fine: Array, start: float, angle: float) -> Array:
     """Walk the speed; it sticks where it would change its sign while the drive is below the breakaway force."""
+    slow, pushed = twist.slow, twist.push
     h = plant.sampling_time / SUBSTEPS
     push, decay = _rates(plant)
     decay += friction.viscous
@@ -359,7 +374,7 @@ def _stick_slip(plant: Plant, friction: Friction, slow: Array | None, fine: Arra
     out, speed, direction = [], start, int(np.sign(start))
     for j, drive in enumerate(fine.tolist()):
         out.append(speed)
-        applied = push * drive
+        applied = push * drive + (0.0 if pushed is None else pushed(angle, speed, drive))
         step = h if factors is None else h / factors[j]
         if sticks and direction == 0:
             if abs(applied) <= friction.breakaway:
@@ -369,6 +384,7 @@ def _stick_slip(plant: Plant, friction: Friction, slow: Array | None, fine: Arra
         if sticks and half * direction < 0:
             half = 0.0
         speed = speed + step * (applied - against(half) - direction * level(half))
+        angle += step * half
         if sticks and speed * direction <= 0:
             speed, direction = 0.0, 0
     return np.array(out)

@@ -149,7 +149,8 @@ def _check_extension(extension: Extension, case: Case, place: str) -> None:
         _check_start(start, new, place)
     expected = case.free_run[case.site.output]
     # A shape has no null value: switched off, the effect must not depend on it.
-    for off in dict.fromkeys(tuple(sorted({**start, **nulls}.items())) for start in extension.starts):
+    shapes = ({p.name: start[p.name] for p in new} for start in extension.starts)
+    for off in dict.fromkeys(tuple(sorted({**shape, **nulls}.items())) for shape in shapes):
         found = _run(model, case, {**base.values, **dict(off)})
         error = _distance(model, case, found, expected)
         _require(
@@ -169,9 +170,9 @@ def _check_extension(extension: Extension, case: Case, place: str) -> None:
 
 def _check_start(start: Mapping[str, float], new: tuple[Parameter, ...], place: str) -> None:
     boxes = {p.name: p for p in new}
-    _require(start.keys() == boxes.keys(), f"{place}: a start names {sorted(start)}, the new are {sorted(boxes)}")
-    for name, value in start.items():
-        box = boxes[name]
+    _require(start.keys() >= boxes.keys(), f"{place}: a start names {sorted(start)}, the new are {sorted(boxes)}")
+    for name, box in boxes.items():
+        value = start[name]
         _require(box.lower <= value <= box.upper, f"{place}: the start {name} = {value:g} is not in its box")
     away = any(p.null is not None and start[name] != p.null for name, p in boxes.items())
     _require(away, f"{place}: the start {dict(start)} is at null")
@@ -208,7 +209,7 @@ def _check_composition(effect: Effect, extensions: Sequence[Extension], case: Ca
             old = {p.name for p in base.parameters}
             new = [p.name for p in item.model.parameters if p.name not in old]
             _require(bool(new), f"{place}: {what} it brings in no parameter with a name of its own")
-            _require(set(item.starts[0]) == set(new), f"{place}: {what} its starts name other parameters than it adds")
+            _require(set(item.starts[0]) >= set(new), f"{place}: {what} its starts name other parameters than it adds")
     first = next(iter(effect.extensions(grown, case.site)))
     run = _run(first.model, case, {**values, **first.starts[0]})
     _require(

@@ -89,7 +89,8 @@ class Extension:
         The extended model.  The parameters it has more than the base are the effect's: those with a null value
         switch it off there, the others (a frequency, a time) only shape it.
     starts
-        Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.
+        Values of all new parameters, away from null, from which a fit may begin; the first is the likeliest.  They may
+        hold values of the model's other parameters, too.
     label
         Which way, in a word or two, where the effect has several.
     inside

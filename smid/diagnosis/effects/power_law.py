@@ -9,16 +9,16 @@ identification, IFAC (2017) (cascaded tanks, which empty with the root of their 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import chain
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh
-from smid.diagnosis.effects.parts.plant import StateLine, base_parameters, scaled, state_lines
+from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
+from smid.diagnosis.effects.parts.plant import base_parameters, scaled, state_lines
 from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
 
@@ -39,31 +39,15 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         return
     scale = number(site.scale(site.output))
     states = state_lines(model)
-    for vessels in _cascades([state for state in states if state.leak != 0]):
-        alone, every = len(vessels) == 1, len(vessels) == len(states)
-        label = vessels[0].own if alone else "every state" if every else f"{vessels[0].own} and what it flows into"
-        power = fresh(model, f"{vessels[0].own if alone else 'every'}_power", _BOX, "", 1.0)
-        extended = model.with_parameter(power)
-        for state in vessels:
-            change = _bent(state, scale, power) - state.level
-            extended = extended.add_term(state.line.signal, -state.leak * change)
-            for other in states:
-                extended = extended.add_term(other.line.signal, other.inflow(state) * change)
-        starts = tuple({power.name: x} for x in _STARTS)
-        yield Extension(extended, starts, label, describe=partial(_describe, label))
+    for vessels in cascades(states):
+        label = cascade_name(vessels, states)
+        power = fresh(model, f"{vessels[0].own if len(vessels) == 1 else 'every'}_power", _BOX, "", 1.0)
+        bent = with_outflow(model.with_parameter(power), vessels, states, partial(_bent, scale, power))
+        yield Extension(bent, tuple({power.name: x} for x in _STARTS), label, describe=partial(_describe, label))
 
 
-def _cascades(states: Sequence[StateLine]) -> list[list[StateLine]]:
-    """Group the states that flow into one another."""
-    groups: list[list[StateLine]] = []
-    for state in states:
-        linked = [g for g in groups if any(state.inflow(other) != 0 or other.inflow(state) != 0 for other in g)]
-        groups = [g for g in groups if g not in linked] + [[*chain.from_iterable(linked), state]]
-    return groups
-
-
-def _bent(state: StateLine, scale: sympy.Expr, power: Parameter) -> sympy.Expr:
-    return state.level * (sympy.Abs(state.level / scale) + number(_GUARD)) ** (power.symbol - 1)
+def _bent(scale: sympy.Expr, power: Parameter, level: sympy.Expr) -> sympy.Expr:
+    return level * (sympy.Abs(level / scale) + number(_GUARD)) ** (power.symbol - 1)
 
 
 def _exponents(model: Model) -> Iterator[Extension]:
@@ -101,5 +85,6 @@ EFFECT = Effect(
     "power_law",
     "the state decays as a power of itself",
     extend,
+    contains=("square_root_outflow",),
     needs="a state that decays in proportion to itself, or a known exponent",
 )

@@ -23,7 +23,7 @@ from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_l
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
-__all__ = ["Motion", "dry_motions", "motions", "time_of", "with_dry_friction"]
+__all__ = ["Motion", "Position", "dry_motions", "motions", "positions", "time_of", "with_dry_friction"]
 
 
 _REST, _SOME = 0.05, 0.02
@@ -95,6 +95,43 @@ def motions(model: Model, site: Site) -> Iterator[Motion]:
             if state.order == 2:
                 x = signal(name)
                 yield Motion(state, "position", x[t - 1] - x[t - 2], moved, turned)
+
+
+@dataclass(frozen=True)
+class Position:
+    """A position that the output shows, and the line that a force on it acts on.
+
+    Parameters
+    ----------
+    name
+        The state that is the position.
+    motion
+        The motion whose state line takes the force.
+    level
+        The position that the line reads.
+    reach
+        Largest magnitude of the position, in the output's unit.
+    time
+        Unit of time of a force on the line: "s", or "sample" in a difference equation.
+    """
+
+    name: str
+    motion: Motion
+    level: sympy.Expr
+    reach: float
+    time: str
+
+
+def positions(model: Model, site: Site) -> Iterator[Position]:
+    """Yield the positions among the states: of order two, or with a speed for a rate."""
+    output, reach = output_signal(model, site), site.scale(site.output)
+    for motion in motions(model, site):
+        if motion.kind == "position":
+            yield Position(motion.state.own, motion, motion.state.level, reach, "sample")
+        for state in state_lines(model):
+            is_copy = state.line.rate and state.line.expression == signal(motion.state.own)[t]
+            if is_copy and state.own == output:
+                yield Position(state.own, motion, state.level, reach, "s")
 
 
 def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:

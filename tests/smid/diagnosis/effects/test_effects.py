@@ -29,7 +29,10 @@ SELECTIVE = {
     "scheduled_parameter",
     "missing_input",
     "viscous_friction",
+    "stiffness",
+    "gravity",
     "power_law",
+    "square_root_outflow",
     "time_constant",
 }
 
@@ -55,7 +58,11 @@ def test_each_selective_effect_applies_where_it_should() -> None:
     kinds = [case.name for case in cases()]
     for effect in ("scheduled_parameter", "missing_input"):
         assert [applies(effect, case) for case in cases()] == [name == "a lag with a temperature" for name in kinds]
+    positions = ["a swinging second order", "the arm"]
+    for effect in ("stiffness", "gravity"):
+        assert [applies(effect, case) for case in cases()] == [name in positions for name in kinds]
     assert [applies("viscous_friction", case) for case in cases()] == [name == "the arm" for name in kinds]
+    assert [applies("square_root_outflow", case) for case in cases()] == [name not in positions for name in kinds]
     assert [applies("power_law", case) for case in cases()] == [name != "the arm" for name in kinds]
 
 

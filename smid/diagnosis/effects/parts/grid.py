@@ -1,0 +1,96 @@
+"""Starts from a grid: for shapes that no slope leads to, as where a thing that sticks comes free.
+
+The points of the grid are simulated with the base model's values, all at once. They are ranked by what is left of the
+output after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain
+or a pole that the base model has wrong without the effect does not decide. About the best points the grid is made
+finer. The base model is then fitted at each point that is returned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from scipy.signal import lfilter
+
+from relaxations.algebra.arrays import Array
+from smid.diagnosis.effects.effect import Site
+from smid.fitting.fit import Fitting, one_step_ahead
+from smid.models import Model, Parameter
+from smid.models.simulate import simulate
+
+__all__ = ["best_of"]
+
+_POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
+_BEAM, _ROUNDS = 24, 4
+_EVALUATIONS = 30
+_APART = 0.2  # in the logarithm of a parameter: nearer points are one start
+_RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
+
+
+def best_of(
+    model: Model, site: Site, axes: Mapping[str, Sequence[float]], count: int
+) -> tuple[Mapping[str, float], ...]:
+    """Return different points at which the model is nearest to the output, each with values of its base; best first.
+
+    A model without values is not fitted, and the points are spread over the grid.
+
+    Parameters
+    ----------
+    axes
+        Per parameter its levels, largest first, each the same share of the one before.
+    """
+    points = np.array(list(product(*axes.values())))
+    free = {p.name for p in model.parameters if p.lower < p.upper}
+    if free <= set(model.values) | set(axes):
+        finer = np.array([levels[0] / levels[1] for levels in axes.values()])
+        most = np.array([model.parameter(name).upper for name in axes])
+        moves = np.array([way for way in product((-1, 0, 1), repeat=len(axes)) if any(way)])
+        left = _left(model, site, axes, points)
+        for _ in range(_ROUNDS):
+            finer = np.sqrt(finer)
+            best = points[np.argsort(left, kind="stable")[:_BEAM]]
+            near = np.unique(np.minimum(most, best[:, None] * finer**moves).reshape(-1, len(axes)), axis=0)
+            points, left = np.concatenate([points, near]), np.concatenate([left, _left(model, site, axes, near)])
+        chosen: list[Array] = []
+        for point in points[np.argsort(left, kind="stable")]:
+            if len(chosen) < count and all(np.abs(np.log(point / other)).max() > _APART for other in chosen):
+                chosen.append(point)
+        return tuple(_adapted(model, site, dict(zip(axes, point.tolist(), strict=True))) for point in chosen)
+    return tuple(dict(zip(axes, p, strict=True)) for p in points[:: -(-len(points) // count)].tolist())
+
+
+def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[str, float]:
+    """Return a point with the values of the base model that fit it, from its own and from a fit one step ahead."""
+    used = [np.ones(run.n_samples, bool) for run in site.data.experiments]
+    held = {p.name: Parameter(p.name, point[p.name], point[p.name]) for p in model.parameters if p.name in point}
+    known = replace(model, parameters=tuple(held.get(p.name, p) for p in model.parameters))
+    ahead = one_step_ahead(known, site.data, used, starts=1)
+    problem = Fitting(model, site.data, used)
+    begun = [{**model.values, **point}, *([{**ahead, **point}] if ahead else [])]
+    solved = [problem.solve(problem.start(values), _EVALUATIONS, 1e-4, tuple(point)) for values in begun]
+    vector, cost = min(solved, key=lambda pair: pair[1])
+    return {**problem.result(vector, cost).model.values, **point} if np.isfinite(cost) else point
+
+
+def _left(model: Model, site: Site, names: Iterable[str], points: Array) -> Array:
+    """Return the sum of squares that each point leaves, shape (n_points,)."""
+    left, begin = np.zeros(len(points)), model.max_lag
+    for run in site.data.experiments:
+        y = run.values[site.output][begin + 1 :]
+        y = y - y.mean()
+        values = dict(zip(names, points.T, strict=True))
+        w = simulate(model, run.values, values, check=False)[site.output][:, begin:]
+        lagged = [lfilter([1 - pole], [1, -pole], w)[:, 1:] for pole in _POLES]
+        basis = np.stack((w[:, 1:], w[:, :-1], *lagged), axis=1)
+        basis -= basis.mean(axis=2, keepdims=True)
+        gram, drop = basis @ basis.transpose(0, 2, 1), basis @ y
+        power = np.trace(gram, axis1=1, axis2=2) + np.finfo(float).tiny  # zero where nothing moves
+        gram += _RIDGE * power[:, None, None] * np.eye(len(gram[0]))
+        good = np.isfinite(gram).all(axis=(1, 2))
+        weights = np.linalg.solve(gram[good], drop[good][..., None])[..., 0]
+        left[good] += y @ y - np.sum(drop[good] * weights, axis=1)
+        left[~good] = np.inf
+    return left
