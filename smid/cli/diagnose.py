@@ -40,11 +40,11 @@ class Search:
     )
     noise_bound: float | None = option(type=POSITIVE, metavar="D", help="Noise bound of the output in its unit.")
     effects: str | None = option(metavar="A,B,...", help="Effects to test. [default: all]")
-    holdout: float = option(
+    test: float = option(
         type=click.FloatRange(0.05, 0.9),
-        default=0.3,
+        default=0.2,
         show_default=True,
-        help="Share of the record, at its end, that is held out: no fit uses it.",
+        help="Share of the record, at its end, that no fit and no choice uses: the gain is measured there.",
     )
     workers: int | None = option(
         type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: one for each processor]"
@@ -66,7 +66,7 @@ class Search:
         return {
             "noise bound": "none" if self.noise_bound is None else f"{self.noise_bound:g} {unit}".rstrip(),
             "effects": "all" if self.chosen is None else ", ".join(self.chosen),
-            "held out": f"{self.holdout:g} of the record, at its end",
+            "test part": f"{self.test:g} of the record, at its end",
             "command": "smid diagnose",
         }
 
@@ -111,7 +111,7 @@ def _diagnosis(base: Model, data: Dataset, search: Search, seconds: float) -> Di
             data,
             search.noise_bound,
             search.chosen,
-            search.holdout,
+            search.test,
             certify=not search.no_certify,
             workers=search.workers,
             seconds=seconds,

@@ -1,4 +1,4 @@
-"""Diagnosis of a model: misfit, cause, extended model, and gain on held-out data."""
+"""Diagnosis of a model: misfit, cause, extended model, and gain on a test part that nothing has seen."""
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
 from smid.diagnosis.diagnose import diagnose

@@ -69,7 +69,8 @@ def cause_of(
     evidence = {
         "rmse_before": rms(before),
         "rmse_after": rms(after),
-        "rmse_fit": _error(found.chosen, record),
+        "fit_rmse_before": _error(without, record) if without is not None else np.nan,
+        "fit_rmse_after": _error(found.chosen, record),
         "chance": chance(before, after),
         "score_drop": 2 * lost,
         "structure_before": structure(before),

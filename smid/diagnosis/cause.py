@@ -69,7 +69,7 @@ class Rival:
 
     Examples
     --------
-    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: held-out RMSE 0.31, against 0.12").effect
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: RMSE of the fit 0.31 against 0.12").effect
     'extra_lag'
     """
 
@@ -94,9 +94,10 @@ class Cause(Result):
     rivals
         Best first.
     evidence
-        ``rmse_before`` and ``rmse_after`` (test part, without and with this cause beside the others), ``rmse_fit``
-        (of the extended model over the samples that were fitted), ``chance``, ``score_drop`` (twice the merit that is
-        lost without it), ``structure_before`` and ``structure_after``; for effects on the noise those of `Detection`.
+        ``rmse_before`` and ``rmse_after`` (test part, without and with this cause beside the others),
+        ``fit_rmse_before`` and ``fit_rmse_after`` (over the samples that were fitted), ``chance``, ``score_drop``
+        (twice the merit that is lost without it), ``structure_before`` and ``structure_after``; for effects on the
+        noise those of `Detection`.
 
     Examples
     --------

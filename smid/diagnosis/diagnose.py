@@ -21,7 +21,7 @@ from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.evidence.faults import Fault, data_faults
-from smid.diagnosis.evidence.misfit import Misfit, misfit
+from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.gain import gain
 from smid.diagnosis.parts import Parts, free_run, split
@@ -124,7 +124,11 @@ def diagnose(
     with time_limit(_SEARCHING * seconds), _pool(executor, workers, chosen) as pool:
         try:
             say("fitting the base model")
-            looked = _look(model, record, None, chosen, pool, progress)
+            base = _base(model, record)
+            # The test part lends its input, not its output.
+            for run, free in zip(data.experiments, free_run(base.fit, data, parts), strict=True):
+                check_finite(run.name, free[record.output][data.n_init :])
+            looked = _look(model, record, base, None, chosen, pool, progress)
         except TimeIsUp:
             raise ModelError(
                 f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
@@ -160,6 +164,7 @@ class _Looked:
 def _look(
     model: Model,
     record: Record,
+    base: Base,
     before: _Looked | None,
     chosen: Sequence[Effect],
     pool: Executor | None,
@@ -167,7 +172,6 @@ def _look(
 ) -> _Looked:
     """Fit the base model, and search for causes without the glitches that it, or the model found before, shows."""
     say = progress or _silent
-    base = before.base if before else _base(model, record)
     known = before.found.visited[0].effects.fit if before else base.fit
     glitches = _glitches(record, known, chosen)
     seen = _without(record, glitches)
@@ -189,7 +193,7 @@ def _look(
         return looked
     say("the extended model shows glitches: searching again without them")
     with suppress(TimeIsUp):
-        return _look(model, record, looked, chosen, pool, progress)
+        return _look(model, record, base, looked, chosen, pool, progress)
     return replace(looked, found=replace(found, interrupted=True))
 
 

@@ -64,16 +64,16 @@ def before_and_after(diagnosis: Diagnosis) -> Figure:
 
 
 def rivals_figure(cause: Cause, unit: str) -> Figure:
-    """Draw the held-out error without the cause, with it, and with each rival instead.
+    """Draw the error of the fit without the cause, with it, and with each rival instead.
 
     Parameters
     ----------
     unit
         Of the output.
     """
-    bars = [(cause.effect, cause.evidence["rmse_after"], BLUE)]
+    bars = [(cause.effect, cause.evidence["fit_rmse_after"], BLUE)]
     bars += [(rival.effect, rival.rmse, SKY) for rival in cause.rivals]
-    bars.append(("without any of them", cause.evidence["rmse_before"], GRID))
+    bars.append(("without any of them", cause.evidence["fit_rmse_before"], GRID))
     with style():
         figure = Figure(figsize=(NARROW, 0.62 + 0.26 * len(bars)), layout="constrained")
         axes = figure.subplots()
@@ -85,7 +85,7 @@ def rivals_figure(cause: Cause, unit: str) -> Figure:
         axes.set_yticks(places, [spoken(name) for name, *_ in bars])
         axes.tick_params(axis="y", length=0)
         axes.set_xlim(0, 1.1 * values.max())
-        axes.set_xlabel(f"test RMSE [{unit}]" if unit else "test RMSE")
+        axes.set_xlabel(f"RMSE of the fit [{unit}]" if unit else "RMSE of the fit")
     return figure
 
 
@@ -147,10 +147,11 @@ def _shade(axes: Axes, time: Array, held: Mask, label: str) -> None:
 
 
 def _worst_stretch(error: Array, held: Mask) -> slice:
-    """Return the part of the held-out samples with the largest error."""
-    power = np.convolve(np.where(held, np.nan_to_num(error), 0.0) ** 2, np.ones(_CLOSE), "valid")
+    """Return the part of the test part with the largest error."""
+    count = min(_CLOSE, int(held.sum()))
+    power = np.convolve(np.where(held, np.nan_to_num(error), 0.0) ** 2, np.ones(count), "valid")
     first = int(np.argmax(power))
-    return slice(first, first + _CLOSE)
+    return slice(first, first + count)
 
 
 def _zoom(axes: Axes, time: Array, curves: Sequence[Array], close: slice) -> None:
@@ -158,4 +159,4 @@ def _zoom(axes: Axes, time: Array, curves: Sequence[Array], close: slice) -> Non
     inside = np.concatenate([curve[close] for curve in curves])
     margin = 0.06 * float(np.ptp(inside)) or 1.0
     axes.set_ylim(float(inside.min()) - margin, float(inside.max()) + margin)
-    axes.set_title("close view: where the base model misses most on held-out data", loc="left", fontsize=8)
+    axes.set_title("close view: where the base model misses most on the test part", loc="left", fontsize=8)

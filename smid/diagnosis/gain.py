@@ -1,4 +1,4 @@
-"""The gain of an extended model on held-out data."""
+"""The gain of an extended model on the test part."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from smid.display.table import Table
 
 @dataclass(frozen=True, repr=False)
 class Gain(Result):
-    """Free runs of the base and of the extended model against held-out samples.
+    """Free runs of the base and of the extended model against the test part.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ class Gain(Result):
     fit_percent_before, fit_percent_after
         ``100 (1 - ||y - y_sim|| / ||y - mean(y)||)``; None for a constant output.
     noise_bound_before, noise_bound_after
-        The least bound within which the fitted model explains the held-out samples: its largest error, in the output's
+        The least bound within which the fitted model explains the test part: its largest error, in the output's
         unit.
     violations_before, violations_after
         Samples whose error exceeds the given noise bound.
     samples
-        Held-out samples.
+        Samples of the test part.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class Gain(Result):
             "violations": (self.violations_before, self.violations_after),
         }
         rows = tuple((name, *("-" if x is None else f"{x:.4g}" for x in pair)) for name, pair in figures.items())
-        caption = f"Free runs on {self.samples} held-out samples."
+        caption = f"Free runs on {self.samples} test samples."
         yield Table(caption, ("", "base model", "extended model"), rows, "lrr")
 
     def to_dict(self) -> dict[str, float | int | None]:
@@ -65,12 +65,12 @@ class Gain(Result):
 
 
 def gain(measured: Sequence[Array], before: Sequence[Array], after: Sequence[Array], noise_bound: float | None) -> Gain:
-    """Compare two models on held-out samples.
+    """Compare two models on the test part.
 
     Parameters
     ----------
     measured
-        Shape (n,). Held-out output, per experiment.
+        Shape (n,). Test part of the output, per experiment.
     noise_bound
         In the output's unit, to count violations.
 

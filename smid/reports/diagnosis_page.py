@@ -34,6 +34,7 @@ def diagnosis_page(
         _misfit(diagnosis),
         Section("The evidence", tuple(_evidence(diagnosis))),
         *_rivals(diagnosis),
+        *_further(diagnosis),
         Section("Faults in the data", (_faults(diagnosis),)),
         _model(diagnosis),
         _gain(diagnosis),
@@ -71,12 +72,15 @@ def _conclusion(diagnosis: Diagnosis) -> str:
     """Return the verdict for the top of the page, in sentences that need no context."""
     if diagnosis.verdict is Verdict.AMBIGUOUS:
         last = f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}."
-        return " ".join([f"Cause: {spoken(c.effect)}. {c.sentence}" for c in diagnosis.causes[:-1]] + [last])
+        return " ".join([f"Cause: {_said(c)}" for c in diagnosis.causes[:-1]] + [last])
     if diagnosis.verdict is Verdict.NONE:
         rest = "" if diagnosis.unexplained else " The error of the base model looks like noise."
         return f"{diagnosis.verdict.sentence}{rest}"
-    words = ("Cause", "Then", "Then", "Then")
-    return " ".join(f"{words[min(k, 3)]}: {spoken(c.effect)}. {c.sentence}" for k, c in enumerate(diagnosis.causes))
+    return " ".join(f"{'Then' if k else 'Cause'}: {_said(c)}" for k, c in enumerate(diagnosis.causes))
+
+
+def _said(cause: Cause) -> str:
+    return f"{spoken(cause.effect)} (probability {_confidence(cause.confidence)}). {cause.sentence}"
 
 
 def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
@@ -112,7 +116,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             diagnosis.misfit.sentence,
             Picture(
                 before_and_after(diagnosis),
-                "Free runs: the models use only the input. Shaded: held-out data.",
+                "Free runs: the models use only the input. Shaded: the test part, which no fit and no choice has seen.",
                 f"{diagnosis.output} measured and simulated, and the errors",
             ),
             Picture(
@@ -139,7 +143,7 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
         within = _number(bound, diagnosis.unit)
         yield f"There is no proof that the base model cannot explain the data within {within}."
     if not diagnosis.causes:
-        yield ("No effect reduces the held-out error significantly, given the number of effects that were tested.")
+        yield "No effect is probable enough to be named, given the number of effects that were tested."
         return
     for cause in diagnosis.causes:
         yield Heading(capitalised(spoken(cause.effect)) + (f" ({cause.label})" if cause.label else ""))
@@ -149,17 +153,17 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
             header = ("parameter", "value", "interval", "value for no effect", "this value is", "type of interval")
             yield Table("", header, tuple(_parameter(p) for p in cause.parameters), "lrrrrl")
     yield Remark(
-        "Confidence: against all other effects that were tested, and against chance. Effects that are not in the "
-        "library were not tested."
+        "Probability: the share of the evidence that the sets with this effect hold, among all sets of effects that "
+        "were fitted. Effects that are not in the library were not tested."
     )
 
 
 def _facts(cause: Cause, unit: str) -> Facts:
     evidence = cause.evidence
-    facts = {"confidence": _confidence(cause.confidence)}
+    facts = {"probability": _confidence(cause.confidence)}
     if "chance" in evidence:
         before, after = evidence["rmse_before"], evidence["rmse_after"]
-        facts["held-out RMSE"] = f"{before:.4g} before, {_number(after, unit)} after ({_fall(before, after)})"
+        facts["RMSE on the test part"] = f"{before:.4g} before, {_number(after, unit)} after ({_fall(before, after)})"
         facts["probability of this gain by chance"] = _chance(evidence["chance"])
         shares = [f"{100 * evidence[f'structure_{when}']:.0f} % {when}" for when in ("before", "after")]
         facts["error variance explained by its own past"] = ", ".join(shares)
@@ -195,12 +199,12 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
         blocks += [
             Picture(
                 rivals_figure(cause, diagnosis.unit),
-                f"Held-out error of the model with each effect{beside}.",
-                f"Held-out error with {spoken(cause.effect)} and with other effects",
+                f"Error of the fit with each effect{beside}.",
+                f"Error of the fit with {spoken(cause.effect)} and with other effects",
             ),
             Table(
                 "",
-                (f"effect in place of {spoken(cause.effect)}", "held-out RMSE", "odds against it", "why"),
+                (f"effect in place of {spoken(cause.effect)}", "RMSE of the fit", "odds against it", "why"),
                 tuple(_rival(rival, diagnosis.unit) for rival in cause.rivals),
                 "lrrl",
             ),
@@ -213,6 +217,14 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
 def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
     odds = "more than a million to 1" if rival.odds >= _LARGEST_ODDS else f"{rival.odds:.3g} to 1"
     return spoken(rival.effect), _number(rival.rmse, unit), odds, rival.why
+
+
+def _further(diagnosis: Diagnosis) -> Iterator[Section]:
+    """Yield what the record shows beside the causes: details, and effects in doubt."""
+    details = [(spoken(c.effect), f"{c.sentence} The test error does not show it.") for c in diagnosis.details]
+    doubts = [(spoken(name), f"probability {_confidence(p)}") for name, p in diagnosis.doubts.items()]
+    if details or doubts:
+        yield Section("Details, and effects in doubt", (Facts((*details, *doubts)),))
 
 
 def _faults(diagnosis: Diagnosis) -> Block:
@@ -260,7 +272,7 @@ def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
 
 def _gain(diagnosis: Diagnosis) -> Section:
     g, better, unit = diagnosis.gain, _is_better(diagnosis), diagnosis.unit
-    held = f"Free runs over {g.samples} held-out samples, which no fit uses"
+    held = f"Free runs over the {g.samples} samples of the test part, which no fit and no choice has seen"
     rows = [
         ("RMSE", _number(g.rmse_before, unit), _number(g.rmse_after, unit)),
         ("fit", _number(g.fit_percent_before, "%", ".2f"), _number(g.fit_percent_after, "%", ".2f")),
@@ -279,7 +291,7 @@ def _gain(diagnosis: Diagnosis) -> Section:
             f"{held}: the RMSE is {_fall(g.rmse_before, g.rmse_after)}." if better else f"{held}.",
             Table(
                 "",
-                _columns(diagnosis, "held-out data"),
+                _columns(diagnosis, "test part"),
                 tuple(row if better else row[:2] for row in rows),
                 "lrr" if better else "lr",
             ),

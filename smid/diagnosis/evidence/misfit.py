@@ -241,6 +241,14 @@ def misfit(
     )
 
 
+def check_finite(experiment: str, free: Array) -> None:
+    """Refuse a free run that leaves the finite range."""
+    if not np.all(np.isfinite(free)):
+        raise DataError(
+            f"the free run of experiment {experiment!r} is not finite; the model is unstable: fit it with stable=True"
+        )
+
+
 def _free_runs(data: Dataset, channel: str, simulated: Sequence[ArrayLike], start: int) -> list[Array]:
     runs = [np.asarray(one, dtype=np.float64) for one in simulated]
     if len(runs) != len(data.experiments):
@@ -251,10 +259,7 @@ def _free_runs(data: Dataset, channel: str, simulated: Sequence[ArrayLike], star
                 f"the free run of experiment {run.name!r} has shape {free.shape}; give one value of {channel!r} for "
                 f"each of its {run.n_samples} samples"
             )
-        if not np.all(np.isfinite(free[start:])):
-            raise DataError(
-                f"the free run of experiment {run.name!r} is not finite; the model is unstable: fit it with stable=True"
-            )
+        check_finite(run.name, free[start:])
         if run.n_samples <= start:
             raise DataError(
                 f"experiment {run.name!r} has {run.n_samples} samples, none after the first {start} that start the "

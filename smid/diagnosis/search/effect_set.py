@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from math import inf
 
 from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
 from smid.fitting.fit import Errors, Fit
+
+SCREEN = 5.0
+"""Nats that the first step of an effect has to promise; over blind cases, what was hidden promised 67 at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +56,13 @@ def enlarged(
 ) -> list[EffectSet]:
     """Put every effect on a set, each in its best variant that is not there yet."""
     start = replace(base, fit=one.fit, errors=one.errors)
+    # On the base model every effect is fitted, to be told why it is rejected.
+    least = SCREEN if one.trials else -inf
     there = {(t.effect, t.label) for t in one.trials}
     result = []
-    for effect, trial in zip(effects, map_in_time(executor, partial(try_effect, base=start), effects), strict=True):
+    for effect, trial in zip(
+        effects, map_in_time(executor, partial(try_effect, base=start, least=least), effects), strict=True
+    ):
         if trial is None or (trial.effect, trial.label) in there:
             progress(f"{effect.name}: does not apply")
             continue

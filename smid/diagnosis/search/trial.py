@@ -19,7 +19,6 @@ from smid.fitting.fit import Errors, Fit, Fitting, one_step_ahead
 from smid.models import Model
 
 # The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
-SCREEN = 5.0  # nats that the first step has to promise
 _EXTENSIONS = 5  # those with the best signatures
 _ADAPTED, _ADAPTING = 12, 5  # starts to which the rest of the model is adapted first
 _STARTS, _SHORT = 2, 10  # of these, the one with the best signature, then those that fit best
@@ -106,15 +105,21 @@ class Base:
         return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
 
 
-def try_effect(effect: Effect, base: Base) -> Trial | None:
-    """Fit the promising extensions that an effect offers and return the best; None where none promises anything."""
+def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | None:
+    """Fit the promising extensions that an effect offers and return the best; None where there is none.
+
+    Parameters
+    ----------
+    least
+        Nats that the first step of an extension has to promise.
+    """
     with np.errstate(all="ignore"):
         ranked, variants = [], 0
         for extension in effect.extensions(base.fit.model, base.site()):
             variants += 1
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
-            if scored and _promised(scored[0][0], extension, base) > SCREEN:
+            if scored and _promised(scored[0][0], extension, base) > least:
                 ranked.append((extension, problem, scored))
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []

@@ -94,7 +94,7 @@ def test_the_effects_are_listed(smid):
         (f"{COMMON} --effects input_deadzone", ["input_deadzone", "input_dead_zone"]),
         (f"{COMMON} --effects ,", ["at least one"]),
         (f"{COMMON} --noise-bound 0", ["--noise-bound"]),
-        (f"{COMMON} --holdout 0.99", ["--holdout"]),
+        (f"{COMMON} --test 0.99", ["--test"]),
         (f"{COMMON} --stop 50", ["too few", "longer record"]),
         (f"{COMMON} --channel junk", ["no column 'junk'"]),
         (f"{COMMON} --workers 0", ["--workers"]),
@@ -119,7 +119,7 @@ def test_bad_input_is_told_in_one_line(smid, monkeypatch, line, words):
 
 def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
     def interrupt(_self, line):
-        if line.startswith("named "):
+        if line.startswith("best so far: "):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Progress, "__call__", interrupt)

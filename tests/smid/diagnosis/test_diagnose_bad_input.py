@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from smid import DataError, Dataset, ModelError, OutputError, Parameter
 from smid.cli import main
 from smid.diagnosis import EFFECTS, diagnose
+from smid.diagnosis.parts import STARTING
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
 from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, lag, record, steps
@@ -19,8 +20,8 @@ TWO_INPUTS = Dataset.from_arrays(input={"u": U, "v": U}, output={"y": U}, sampli
 BIAS = ["sensor_bias"]
 
 
-def ask(model=LAG, data=GOOD, noise_bound=None, effects=BIAS, holdout=0.3, **options):
-    return diagnose(model, data, noise_bound, effects, holdout, **({"workers": 1, "certify": False} | options))
+def ask(model=LAG, data=GOOD, noise_bound=None, effects=BIAS, test=0.2, **options):
+    return diagnose(model, data, noise_bound, effects, test, **({"workers": 1, "certify": False} | options))
 
 
 @pytest.fixture
@@ -46,15 +47,15 @@ def unfitted(monkeypatch):
         ({"noise_bound": float("nan")}, ModelError, ["noise bound of 'y' is nan"]),
         ({"noise_bound": {"z": 0.1}}, ModelError, ["noise bound of 'z'", "name one of them"]),
         ({"noise_bound": {}}, ModelError, ["no noise bound for y"]),
-        ({"holdout": 0.01}, DataError, ["holdout = 0.01", "between 0.05 and 0.9"]),
-        ({"holdout": 1.0}, DataError, ["holdout = 1.0", "between 0.05 and 0.9"]),
-        ({"holdout": float("nan")}, DataError, ["between 0.05 and 0.9"]),
-        ({"holdout": 0.1}, DataError, ["held-out part has 20 samples", "needs 30", "longer record"]),
-        ({"holdout": 0.85}, DataError, ["fitted part has 30 samples", "needs 60", "holdout"]),
-        ({"holdout": ["monday"]}, DataError, ["'monday' to hold out is unknown", "run"]),
-        ({"holdout": "monday"}, DataError, ["'monday' to hold out is unknown", "run"]),
-        ({"holdout": ["run"]}, DataError, ["fitted part has 0 samples"]),
-        ({"holdout": []}, DataError, ["held-out part has 0 samples"]),
+        ({"test": 0.01}, DataError, ["test = 0.01", "between 0.05 and 0.9"]),
+        ({"test": 1.0}, DataError, ["test = 1.0", "between 0.05 and 0.9"]),
+        ({"test": float("nan")}, DataError, ["between 0.05 and 0.9"]),
+        ({"test": 0.1}, DataError, ["test part has 20 samples", "test part 30", "longer record"]),
+        ({"test": 0.85}, DataError, ["fit part has 30 samples", "needs 60", "share in test"]),
+        ({"test": ["monday"]}, DataError, ["test experiment 'monday' is unknown", "run"]),
+        ({"test": "monday"}, DataError, ["test experiment 'monday' is unknown", "run"]),
+        ({"test": ["run"]}, DataError, ["fit part has 0 samples"]),
+        ({"test": []}, DataError, ["test part has 0 samples"]),
         ({"workers": 0}, ModelError, ["workers = 0", "at least 1"]),
         ({"workers": -2}, ModelError, ["workers = -2", "at least 1"]),
         ({"model": OutputError(input="flow"), "data": TWO_INPUTS}, DataError, ["'flow'", "u, v, y"]),
@@ -118,7 +119,7 @@ def test_a_base_model_that_runs_away_is_refused():
         ask(OutputError(fixed={"a1": -3.0}))
 
 
-def test_a_base_model_that_runs_away_on_what_is_held_out_is_refused():
+def test_a_base_model_that_runs_away_on_the_test_part_is_refused():
     """The square is harmless while the input is small, and grows without end once it is not."""
     w, u, b = signal("w"), signal("u"), Parameter("b", 0.5, 2.0)
     bent = Model(
@@ -127,7 +128,7 @@ def test_a_base_model_that_runs_away_on_what_is_held_out_is_refused():
         (Line(w[t], 0.5 * w[t - 1] + w[t - 1] ** 2 + b.symbol * u[t - 1]),),
         (Measurement("y", "w", "eta"),),
     )
-    u_ = np.where(np.arange(200) < 140, 0.05, 1.0) * U
+    u_ = np.where(np.arange(200) < 165, 0.05, 1.0) * U
     with pytest.raises(DataError, match="free run of experiment 'run' is not finite; the model is unstable"):
         ask(bent, record(u_, lag(u_, 0.5)))
 
@@ -154,15 +155,14 @@ def test_a_channel_that_stands_still_drives_nothing():
     assert set(diagnosis.skipped) == {"missing_input"}
 
 
-def test_experiments_may_be_held_out_by_name():
+def test_experiments_may_be_kept_for_the_test_by_name():
     runs = []
     for seed, name in enumerate(("monday", "tuesday", "friday")):
         u = steps(seed, 120)
         runs.append(record(u, lag(u) + 0.4, seed, name=name))
-    diagnosis = ask(data=Dataset.merge(runs), holdout=["tuesday"])
-    assert [h.all() for h in diagnosis.held] == [False, True, False]
-    assert [h.any() for h in diagnosis.held] == [False, True, False]
-    assert diagnosis.gain.samples == 120
+    diagnosis = ask(data=Dataset.merge(runs), test=["tuesday"])
+    assert [int(mask.sum()) for mask in diagnosis.test] == [0, diagnosis.data.experiments[1].n_samples - STARTING, 0]
+    assert diagnosis.gain.samples == 120 - STARTING
     assert [c.effect for c in diagnosis.causes] == ["sensor_bias"]
 
 

@@ -1,4 +1,4 @@
-"""What an extended model gains, against its definition: by hand, and on the held-out samples of a diagnosis."""
+"""What an extended model gains, against its definition: by hand, and on the test part of a diagnosis."""
 
 import numpy as np
 import pytest
@@ -40,14 +40,14 @@ def test_figures_scale_with_the_unit(seed, scale):
     assert scaled.violations_after == plain.violations_after
 
 
-@pytest.mark.parametrize("holdout", [0.3, 0.5])
-def test_the_gain_of_a_diagnosis_is_over_the_end_that_no_fit_saw(holdout):
+@pytest.mark.parametrize("test", [0.3, 0.5])
+def test_the_gain_of_a_diagnosis_is_over_the_end_that_no_fit_saw(test):
     u = steps(1)
     data = record(u, lag(u) + 0.4)
-    diagnosis = diagnose(LAG, data, BOUND, ["sensor_bias"], holdout, certify=False, workers=1)
+    diagnosis = diagnose(LAG, data, BOUND, ["sensor_bias"], test, certify=False, workers=1)
     n = len(u)
-    (held,) = diagnosis.held
-    assert np.array_equal(np.flatnonzero(held), np.arange(round((1 - holdout) * n), n))
+    (held,) = diagnosis.test
+    assert np.array_equal(np.flatnonzero(held), np.arange(round((1 - test) * n), n))
     measured = data.values("y")
     before, after = measured - diagnosis.simulated[0], measured - diagnosis.extended[0]
     assert diagnosis.gain == gain([measured[held]], [before[held]], [after[held]], BOUND)
@@ -56,5 +56,5 @@ def test_the_gain_of_a_diagnosis_is_over_the_end_that_no_fit_saw(holdout):
     assert diagnosis.gain.violations_before > 10 * diagnosis.gain.violations_after
     # What is held out has no say: with another end the fit is the same, to the tolerance at which it stops.
     other = np.where(held, measured + 5.0, measured)
-    spoilt = diagnose(LAG, record(u, other, bound=0.0), BOUND, ["sensor_bias"], holdout, certify=False, workers=1)
+    spoilt = diagnose(LAG, record(u, other, bound=0.0), BOUND, ["sensor_bias"], test, certify=False, workers=1)
     assert spoilt.base.values == pytest.approx(diagnosis.base.values, rel=1e-3)

@@ -46,14 +46,14 @@ def test_a_named_cause_is_told_from_verdict_to_versions(named, tmp_path):
     fault = Fault("quantisation", "pressure", "warning", "pressure is rounded to 0.01 bar.")
     page = read(report(replace(named, proof=proof, faults=(fault,)), tmp_path / "r.html", notes=("A note.",)))
     assert "Diagnosis of pressure: input dead zone" in page.text
-    assert "Cause: input dead zone. " + named.causes[0].sentence in page.text
+    assert "Cause: input dead zone (probability more than 99.9 %). " + named.causes[0].sentence in page.text
     headings(
         page,
         "A note.",
         "What the simulation gets wrong",
         "The evidence",
         "Proven: no parameters of the base model explain samples 20 to 59",
-        "confidence",
+        "probability",
         "Other effects, and why they are rejected",
         named.causes[0].rivals[0].why,
         "Faults in the data",
@@ -124,10 +124,10 @@ def test_before_and_after_shades_what_no_fit_has_seen(named, nothing):
     assert [line.get_label() for line in top.lines] == ["measured", "base model", "extended model"]
     (shade,) = top.patches
     begin = top.transData.inverted().transform(shade.get_extents().p0)[0]  # a rectangle, or a polygon in old versions
-    assert begin == pytest.approx(0.01 * np.flatnonzero(named.held[0])[0])
-    assert len(below.patches) == 2, "the held-out part and the noise bound"
+    assert begin == pytest.approx(0.01 * np.flatnonzero(named.test[0])[0])
+    assert len(below.patches) == 2, "the test part and the noise bound"
     inside = close.get_xlim()
-    assert inside[0] >= begin - 1e-9, "the close view shows held-out data"
+    assert inside[0] >= begin - 1e-9, "the close view shows the test part"
     assert len(before_and_after(nothing).axes) == 2
     assert named.plot().axes[0].get_ylabel() == "pressure [bar]"
 
@@ -138,7 +138,7 @@ def test_several_experiments_stand_one_after_the_other(named):
         data=smid.Dataset.merge([named.data, record_named("again")]),
         simulated=named.simulated * 2,
         extended=named.extended * 2,
-        held=named.held * 2,
+        test=named.test * 2,
     )
     top = before_and_after(twice).axes[0]
     assert len(top.lines[0].get_xdata()) == 840

@@ -117,7 +117,7 @@ def test_one_equation_under_two_names_is_not_ambiguous():
     (cause,) = diagnosis.causes
     (rival,) = cause.rivals
     assert {cause.effect, rival.effect} == {"power_law", "quadratic_drag"}
-    assert rival.rmse == pytest.approx(cause.evidence["rmse_fit"], rel=0.02)
+    assert rival.rmse == pytest.approx(cause.evidence["fit_rmse_after"], rel=0.02)
 
 
 @lru_cache
