@@ -31,6 +31,7 @@ SELECTIVE = {
     "viscous_friction",
     "power_law",
     "time_constant",
+    "sensor_lag",
 }
 
 
@@ -55,6 +56,7 @@ def test_each_selective_effect_applies_where_it_should() -> None:
     kinds = [case.name for case in cases()]
     for effect in ("scheduled_parameter", "missing_input"):
         assert [applies(effect, case) for case in cases()] == [name == "a lag with a temperature" for name in kinds]
+    assert [applies("sensor_lag", case) for case in cases()] == [name == "a lag seen twice" for name in kinds]
     assert [applies("viscous_friction", case) for case in cases()] == [name == "the arm" for name in kinds]
     assert [applies("power_law", case) for case in cases()] == [name != "the arm" for name in kinds]
 
