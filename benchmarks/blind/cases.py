@@ -62,7 +62,7 @@ SAME = (
     {"sensor_bias", "sensor_drift"},
     {"coulomb_friction", "stribeck_friction"},
     {"viscous_friction", "quadratic_drag"},
-    {"input_delay", "extra_lag", "resonance", "rate_limit"},
+    {"input_delay", "variable_delay", "extra_lag", "resonance", "rate_limit"},
     {"power_law", "operating_point", "direction_dependence", "output_curve"},
     {"gain", "time_constant", "parameter_change", "parameter_drift"},
 )

@@ -132,6 +132,22 @@ def input_delay(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twi
     return _after_input(twist, lambda v: np.concatenate([np.zeros(shift), v[:-shift]]))
 
 
+def variable_delay(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    whole = _between(rng, 1.5, max(2.5, min(7.0, 0.6 * plant.tempo)))
+    if plant.low > 0 and rng.random() < 0.3:  # what leaves is seen at the end of a pipe that the input flows through
+        flow = u
+        late, place = "sensor", twist.sensor
+    else:
+        top = _between(rng, 0.3, 30.0)
+        wave = make_signal(str(rng.choice(["held_noise", "multisine", "steps"])), rng, len(u), 4 * plant.tempo)
+        flow = top * (1 - rng.uniform(0.5, 0.75) * (1 - wave) / 2)
+        twist = replace(twist, channels={**twist.channels, "flow": flow})
+        late, place = "input", twist.input
+    passing = np.repeat(flow, SUBSTEPS) / SUBSTEPS
+    volume = whole * float(np.mean(flow))
+    return replace(twist, **{late: (*place, lambda v: memory.pipe(v, passing, volume))})
+
+
 def rate_limit(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     crossing = rng.uniform(0.6, 3.0) * max(4.0, plant.tempo)  # samples from one end of the range to the other
     limit = (plant.high - plant.low) / (crossing * SUBSTEPS)
@@ -369,6 +385,7 @@ EFFECTS: dict[str, Effect] = {
         Effect("input_backlash", input_backlash, STABLE, BINARY),
         Effect("input_curve", input_curve, _CURVED, BINARY),
         Effect("input_delay", input_delay, (*EVERY, "arm_free"), SMOOTH),
+        Effect("variable_delay", variable_delay, ("cstr", "linear1", "linear2"), SMOOTH),
         Effect("rate_limit", rate_limit, STABLE, _SLOW_EDGES),
         Effect("input_noise", input_noise, STABLE),
         Effect("gain", gain, ("cstr", "linear1"), fixes=("gain", "tau")),

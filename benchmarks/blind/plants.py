@@ -128,6 +128,8 @@ class Twist:
         The state decays as ``w^power``.
     friction : Friction or None
         Arm only.
+    sensor : tuple of callables
+        Maps of the output on the fine grid: sensors with a memory.
     output : tuple of callables
         Maps of the sampled output, shape (n,).
     channels : Mapping of str to numpy.ndarray
@@ -148,6 +150,7 @@ class Twist:
     slow_of: Callable[[float, float, float], float] | None = None
     power: float = 1.0
     friction: Friction | None = None
+    sensor: tuple[Map, ...] = ()
     output: tuple[Map, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     input_error: Array | None = None
@@ -245,6 +248,8 @@ def simulate(plant: Plant, twist: Twist, u: Array, start: float = 0.0) -> Array:
     if twist.gain is not None:
         fine = fine * twist.gain
     w = _exact(plant, fine, start) if twist.is_linear else _walk(plant, twist, fine, start)
+    for change in twist.sensor:
+        w = change(w)
     y = w[::SUBSTEPS][: len(u)]
     for change in twist.output:
         y = change(y)

@@ -35,6 +35,7 @@ from smid.diagnosis.effects import (
     sensor_lag,
     stribeck_friction,
     time_constant,
+    variable_delay,
     viscous_friction,
 )
 from smid.diagnosis.effects.check import check_effect
@@ -48,6 +49,7 @@ EFFECTS: tuple[Effect, ...] = (
     input_backlash.EFFECT,
     input_curve.EFFECT,
     input_delay.EFFECT,
+    variable_delay.EFFECT,
     rate_limit.EFFECT,
     input_noise.EFFECT,
     gain.EFFECT,

@@ -32,13 +32,16 @@ SELECTIVE = {
     "power_law",
     "time_constant",
     "sensor_lag",
+    "variable_delay",
 }
 
 
+# What reads a further channel.
+READING = ("scheduled_parameter", "missing_input", "variable_delay")
 # Beside a channel, the last case is the first again: only an effect that looks at channels sees a difference.
 *PLAIN, WITH_A_CHANNEL = cases()
 PAIRS = [(effect, case) for effect in EFFECTS for case in PLAIN]
-PAIRS += [(effect, WITH_A_CHANNEL) for effect in EFFECTS if effect.name in ("scheduled_parameter", "missing_input")]
+PAIRS += [(effect, WITH_A_CHANNEL) for effect in EFFECTS if effect.name in READING]
 
 
 @pytest.mark.parametrize(("effect", "case"), PAIRS, ids=[f"{e.name}-{c.name.replace(' ', '-')}" for e, c in PAIRS])
@@ -54,7 +57,7 @@ def test_each_selective_effect_applies_where_it_should() -> None:
         return any(True for _ in by_name[name].extend(case.model, case.site))
 
     kinds = [case.name for case in cases()]
-    for effect in ("scheduled_parameter", "missing_input"):
+    for effect in READING:
         assert [applies(effect, case) for case in cases()] == [name == "a lag with a temperature" for name in kinds]
     assert [applies("sensor_lag", case) for case in cases()] == [name == "a lag seen twice" for name in kinds]
     assert [applies("viscous_friction", case) for case in cases()] == [name == "the arm" for name in kinds]
