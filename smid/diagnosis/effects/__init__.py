@@ -7,6 +7,7 @@ edit: give it to `diagnose`. `check_effect` checks it.
 from smid.diagnosis.effects import (
     coulomb_friction,
     direction_dependence,
+    elastic_coupling,
     extra_lag,
     gain,
     hysteresis,
@@ -56,6 +57,7 @@ EFFECTS: tuple[Effect, ...] = (
     time_constant.EFFECT,
     extra_lag.EFFECT,
     resonance.EFFECT,
+    elastic_coupling.EFFECT,
     power_law.EFFECT,
     operating_point.EFFECT,
     direction_dependence.EFFECT,

@@ -1,0 +1,119 @@
+"""Elastic coupling: the mass is two masses with a spring and a damper between them, and maybe play.
+
+The drive acts on the first mass v, and a share r of the mass is the second one, l. With the twist theta, the part e of
+it beyond the play, and ``tau = sqrt(second mass / stiffness)``:
+
+    (1 - r) dv/dt = f(v) - r dl/dt,    tau^2 dl/dt = e + 2 zeta tau de/dt,    dtheta/dt = v - l
+
+f is the base model's acceleration, so that the sum of momenta follows the base model. Over a sample dl/dt is integrated
+by the trapezoidal rule, which neither damps nor blows up, in closed form: a force a = e / tau^2 that is linear in theta
+beyond the play. tau is zero without the coupling. The sensor is at the first mass or at the second.
+References: Hairer and Wanner, Solving Ordinary Differential Equations II (1996), IV.3 (trapezoidal rule); Nordin and
+Gutman, Automatica 38 (2002) 1633-1649 (two masses with play).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
+
+import sympy
+
+from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.motion import Motion, motions, stepped
+from smid.diagnosis.effects.parts.naming import free_name, fresh
+from smid.diagnosis.effects.parts.plant import output_signal
+from smid.models import Model, Parameter, signal, t
+from smid.models.symbols import number
+
+__all__ = ["EFFECT"]
+
+_PERIODS = (5.0, 9.0, 16.0)  # samples
+_SHARES = (0.25, 0.6)
+_DAMPING = 0.05
+_HALF = sympy.Rational(1, 2)
+
+
+def extend(base: Model, site: Site) -> Iterator[Extension]:
+    """Split each motion that the output shows: seen at either mass, and with play."""
+    shown = output_signal(base, site)
+    for rigid in motions(base, site):
+        moved = _integral(base, rigid)
+        # A state of order two is a position here.
+        if shown not in (rigid.state.own, moved) or (rigid.kind == "speed" and rigid.state.order > 1):
+            continue
+        model, motion = stepped(base, rigid, site)
+        for label, at_second, play in (("first mass", 0, 0), ("second mass", 1, 0), ("second mass, with play", 1, 1)):
+            split, spring, starts, shift = _split(model, site, motion, moved, play=bool(play))
+            if at_second:
+                name = free_name(split, f"{site.output}_joined")
+                split = split.insert_sensor(site.output, lambda y, shift=shift: y + shift, new_name=name)
+            said = partial(_describe, label.split(",")[0], motion.state.own, tuple(p.name for p in spring))
+            yield Extension(split, starts, f"{motion.state.own} at the {label}", describe=said)
+
+
+def _integral(model: Model, motion: Motion) -> str | None:
+    """Return the position whose rate is the speed."""
+    speed = signal(motion.state.own)[t]
+    return next((line.signal for line in model.lines if line.rate and line.expression == speed), None)
+
+
+def _split(
+    model: Model, site: Site, motion: Motion, moved: str | None, *, play: bool
+) -> tuple[Model, list[Parameter], tuple[dict[str, float], ...], sympy.Expr]:
+    """Return the two masses, their parameters and starts, and how far the output at the second differs."""
+    step, own = site.sampling_time, motion.state.own
+    lasting = fresh(model, "spring_time", (0, site.duration / (4 * math.pi)), "s", 0.0)
+    share, damping = fresh(model, "second_mass_share", (0.02, 0.95)), fresh(model, "coupling_damping", (0, 1))
+    gap = fresh(model, "play", (0, 20 * motion.speed_scale), "", 0.0)
+    spring = [lasting, share, damping, *([gap] if play else [])]
+    r, zeta, tau = share.symbol, damping.symbol, lasting.symbol / number(step)
+    second, force, twist = (signal(free_name(model, f"{own}_{what}")) for what in ("second", "force", "twist"))
+    raw = free_name(model, f"{own}_rigid")
+
+    # Speeds and the twist are per sample: the time of a step is one.
+    last = motion.state.level if motion.kind == "position" else sympy.Integer(0)
+    before, lagging = motion.speed, second[t - 1]
+    momentum = signal(raw)[t] - last - r * (before - lagging)
+    coasting = lagging + (_HALF - 2 * zeta * tau) * force[t - 1]
+    free = twist[t - 1] + (before - lagging + (momentum - coasting) / (1 - r)) / 2
+    half = gap.symbol / 2
+    beyond = free - sympy.Max(-half, sympy.Min(half, free)) if play else free
+    first = (momentum - r * second[t]) / (1 - r)
+    split = model.insert_after(motion.state.line.signal, lambda _: last + first, spring, raw_name=raw)
+    split = split.with_line(str(force.label), beyond / (tau**2 + (_HALF / 2 + zeta * tau) / (1 - r)))
+    split = split.with_line(str(second.label), coasting + (_HALF + 2 * zeta * tau) * force[t])
+    split = split.with_line(str(twist.label), twist[t - 1] + (before - lagging + first - second[t]) / 2)
+    shift = second[t] - first if motion.kind == "speed" else -twist[t]
+    if moved is not None:
+        # The step that integrates the speed has seen the rigid one.
+        half_step = number(step) / 2
+        split = split.add_term(moved, half_step * (signal(own)[t] - signal(raw)[t]))
+        shift = -number(step) * twist[t]
+    starts = tuple(
+        {lasting.name: period * step / (2 * math.pi * math.sqrt(1 - part)), share.name: part, damping.name: _DAMPING}
+        | ({gap.name: 0.5 * motion.speed_scale} if play else {})
+        for period in _PERIODS
+        for part in _SHARES
+    )
+    return split, spring, starts, shift
+
+
+def _describe(seen: str, state: str, names: tuple[str, ...], values: Mapping[str, float], site: Site) -> str:
+    """Say the frequency, the masses and the play."""
+    tau, share, damping, *play = (values[name] for name in names)
+    hertz = f"{1 / (2 * math.pi * tau):.3g} Hz" if tau else "inf Hz"
+    loose = f" with a play of {play[0]:.3g} times its speed per sample" if play else ""
+    return (
+        f"{state} moves two masses with a spring between them{loose}, and {site.output} shows the {seen}: the second "
+        f"has {share:.0%} of the mass and swings at {hertz} with a damping ratio of {damping:.2g}."
+    )
+
+
+EFFECT = Effect(
+    "elastic_coupling",
+    "the mass is two masses with a spring between them",
+    extend,
+    needs="a motion that the output shows",
+)
