@@ -53,6 +53,12 @@ PLANTS = ("clutch", "cstr", "arm_speed", "arm_angle", "arm_free", "linear1", "li
 KINDS = ("none", "single", "pair", "triple")
 ATTEMPTS, APART, DEGREE = 40, 0.5, 5
 
+# What the walk of two masses leaves out.
+RIGID = (
+    *("coulomb_friction", "stribeck_friction", "load_friction", "viscous_friction", "quadratic_drag"),
+    *("operating_point", "direction_dependence", "time_constant"),
+    *("parameter_change", "parameter_drift", "scheduled_parameter"),
+)
 # Pairs that are nearly one effect twice: two static curves in one place, two slow motions of one thing, two lags.
 SAME = (
     {"input_dead_zone", "input_saturation", "input_curve"},
@@ -60,8 +66,10 @@ SAME = (
     {"input_backlash", "hysteresis"},
     {"parameter_change", "parameter_drift"},
     {"sensor_bias", "sensor_drift"},
-    {"coulomb_friction", "stribeck_friction"},
+    {"coulomb_friction", "stribeck_friction", "load_friction"},
     {"viscous_friction", "quadratic_drag"},
+    {"elastic_coupling", "resonance"},
+    *({"elastic_coupling", other} for other in RIGID),
     {"input_delay", "variable_delay", "extra_lag", "resonance", "rate_limit"},
     {"power_law", "operating_point", "direction_dependence", "output_curve"},
     {"gain", "time_constant", "parameter_change", "parameter_drift"},

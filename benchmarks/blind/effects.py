@@ -15,7 +15,7 @@ from math import exp
 import numpy as np
 
 from benchmarks.blind import memory
-from benchmarks.blind.plants import REACTION, SUBSTEPS, THETA, TORQUE, Friction, Map, Plant, Twist
+from benchmarks.blind.plants import REACTION, SUBSTEPS, THETA, TORQUE, Coupling, Friction, Map, Plant, Twist
 from benchmarks.blind.signals import BINARY, SIGNALS, SMOOTH, make_signal
 from relaxations.algebra.arrays import Array
 
@@ -334,6 +334,26 @@ def quadratic_drag(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> 
     return replace(twist, friction=replace(_friction(twist), drag=drag))
 
 
+def load_friction(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    level = rng.uniform(0.2, 0.5) * _torque(plant)  # at the largest load
+    load = slow_channel(rng, len(u))
+    load = rng.uniform(0.0, 0.2) + (load - np.min(load)) / np.ptp(load)
+    pressing = np.repeat(load / np.max(load), SUBSTEPS)
+    twist = replace(twist, channels={**twist.channels, "load": _between(rng, 1.0, 100.0) * load})
+    return replace(twist, friction=replace(_friction(twist), sliding=level, breakaway=level, load=pressing))
+
+
+def elastic_coupling(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    share, damping = rng.uniform(0.2, 0.7), _between(rng, 0.02, 0.2)
+    omega = 2 * np.pi * np.sqrt(1 - share) / (_between(rng, 6.0, 25.0) * plant.sampling_time)
+    at_second = bool(rng.random() < 0.6)
+    gap = 0.0
+    if at_second and rng.random() < 0.4:
+        # The twist that the largest drive holds, and as much again.
+        gap = rng.uniform(0.3, 1.5) * share * _torque(plant) / omega**2
+    return replace(twist, coupling=Coupling(share, omega, damping, gap, at_second))
+
+
 # The sensor
 
 
@@ -403,6 +423,8 @@ EFFECTS: dict[str, Effect] = {
         Effect("stribeck_friction", stribeck_friction, ARM, BINARY),
         Effect("viscous_friction", viscous_friction, ("arm_free",)),
         Effect("quadratic_drag", quadratic_drag, ARM, BINARY),
+        Effect("load_friction", load_friction, (*ARM, "arm_angle"), BINARY),
+        Effect("elastic_coupling", elastic_coupling, (*ARM, "arm_angle"), SMOOTH),
         Effect("hysteresis", hysteresis, STABLE, BINARY),
         Effect("output_curve", output_curve, _CURVED, BINARY),
         Effect("output_saturation", output_saturation, STABLE, BINARY),

@@ -5,9 +5,9 @@ it beyond the play, and ``tau = sqrt(second mass / stiffness)``:
 
     (1 - r) dv/dt = f(v) - r dl/dt,    tau^2 dl/dt = e + 2 zeta tau de/dt,    dtheta/dt = v - l
 
-f is the base model's acceleration, so that the sum of momenta follows the base model. Over a sample dl/dt is integrated
-by the trapezoidal rule, which neither damps nor blows up, in closed form: a force a = e / tau^2 that is linear in theta
-beyond the play. tau is zero without the coupling. The sensor is at the first mass or at the second.
+f is the base model's acceleration, so that the sum of momenta follows the base model. Over each half of a sample dl/dt
+is integrated by the trapezoidal rule, which neither damps nor blows up, in closed form: a force a = e / tau^2 that is
+linear in theta beyond the play. tau is zero without the coupling. The sensor is at the first mass or at the second.
 References: Hairer and Wanner, Solving Ordinary Differential Equations II (1996), IV.3 (trapezoidal rule); Nordin and
 Gutman, Automatica 38 (2002) 1633-1649 (two masses with play).
 """
@@ -32,7 +32,7 @@ __all__ = ["EFFECT"]
 _PERIODS = (5.0, 9.0, 16.0)  # samples
 _SHARES = (0.25, 0.6)
 _DAMPING = 0.05
-_HALF = sympy.Rational(1, 2)
+_PARTS = 2  # of a sample: one makes the swing 6 % too small at seven samples a period, two 1.5 %
 
 
 def extend(base: Model, site: Site) -> Iterator[Extension]:
@@ -69,28 +69,44 @@ def _split(
     gap = fresh(model, "play", (0, 20 * motion.speed_scale), "", 0.0)
     spring = [lasting, share, damping, *([gap] if play else [])]
     r, zeta, tau = share.symbol, damping.symbol, lasting.symbol / number(step)
-    second, force, twist = (signal(free_name(model, f"{own}_{what}")) for what in ("second", "force", "twist"))
     raw = free_name(model, f"{own}_rigid")
+    second, force, twist = (signal(free_name(model, f"{own}_{what}")) for what in ("second", "force", "twist"))
 
     # Speeds and the twist are per sample: the time of a step is one.
     last = motion.state.level if motion.kind == "position" else sympy.Integer(0)
-    before, lagging = motion.speed, second[t - 1]
-    momentum = signal(raw)[t] - last - r * (before - lagging)
-    coasting = lagging + (_HALF - 2 * zeta * tau) * force[t - 1]
-    free = twist[t - 1] + (before - lagging + (momentum - coasting) / (1 - r)) / 2
-    half = gap.symbol / 2
-    beyond = free - sympy.Max(-half, sympy.Min(half, free)) if play else free
-    first = (momentum - r * second[t]) / (1 - r)
-    split = model.insert_after(motion.state.line.signal, lambda _: last + first, spring, raw_name=raw)
-    split = split.with_line(str(force.label), beyond / (tau**2 + (_HALF / 2 + zeta * tau) / (1 - r)))
-    split = split.with_line(str(second.label), coasting + (_HALF + 2 * zeta * tau) * force[t])
-    split = split.with_line(str(twist.label), twist[t - 1] + (before - lagging + first - second[t]) / 2)
-    shift = second[t] - first if motion.kind == "speed" else -twist[t]
+    push = signal(raw)[t] - last - motion.speed
+    h, half = sympy.Rational(1, _PARTS), gap.symbol / 2
+    now, then = h / 2 + 2 * zeta * tau, h / 2 - 2 * zeta * tau
+    v, x, a, theta = motion.speed, second[t - 1], force[t - 1], twist[t - 1]
+    momentum = v - r * (v - x)
+    parts: list[tuple[str, sympy.Expr]] = []
+    for k in range(1, _PARTS + 1):
+        names = [free_name(model, f"{x.label}_{k}") if k < _PARTS else str(x.label) for x in (force, second, twist)]
+        momentum += h * push
+        coasting = x + then * a
+        free = theta + h / 2 * (v - x + (momentum - coasting) / (1 - r))
+        beyond = free - sympy.Max(-half, sympy.Min(half, free)) if play else free
+        a_new, x_new, theta_new = (signal(name)[t] for name in names)
+        v_new = (momentum - r * x_new) / (1 - r)
+        parts += zip(
+            names,
+            (
+                beyond / (tau**2 + h / 2 * now / (1 - r)),
+                coasting + now * a_new,
+                theta + h / 2 * (v - x + v_new - x_new),
+            ),
+            strict=True,
+        )
+        v, x, a, theta = v_new, x_new, a_new, theta_new
+    split = model.insert_after(motion.state.line.signal, lambda _: last + v, spring, raw_name=raw)
+    for name, expression in parts:
+        split = split.with_line(name, expression)
+    shift = x - v if motion.kind == "speed" else -theta
     if moved is not None:
         # The step that integrates the speed has seen the rigid one.
         half_step = number(step) / 2
         split = split.add_term(moved, half_step * (signal(own)[t] - signal(raw)[t]))
-        shift = -number(step) * twist[t]
+        shift = -number(step) * theta
     starts = tuple(
         {lasting.name: period * step / (2 * math.pi * math.sqrt(1 - part)), share.name: part, damping.name: _DAMPING}
         | ({gap.name: 0.5 * motion.speed_scale} if play else {})

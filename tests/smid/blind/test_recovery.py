@@ -16,7 +16,7 @@ SEEDS = 3
 
 
 @pytest.mark.parametrize("place", range(SEEDS))
-@pytest.mark.parametrize("name", ["variable_delay"])
+@pytest.mark.parametrize("name", ["variable_delay", "elastic_coupling", "load_friction"])
 def test_a_hidden_effect_is_recovered(name: str, place: int) -> None:
     """On the first seeds that hide it."""
     seed = next(islice((seed for seed in count() if ranked(seed, "single")[0] == name), place, None))

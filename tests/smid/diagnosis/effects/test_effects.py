@@ -33,11 +33,12 @@ SELECTIVE = {
     "time_constant",
     "sensor_lag",
     "variable_delay",
+    "load_friction",
 }
 
 
 # What reads a further channel.
-READING = ("scheduled_parameter", "missing_input", "variable_delay")
+READING = ("scheduled_parameter", "missing_input", "variable_delay", "load_friction")
 # Beside a channel, the last case is the first again: only an effect that looks at channels sees a difference.
 *PLAIN, WITH_A_CHANNEL = cases()
 PAIRS = [(effect, case) for effect in EFFECTS for case in PLAIN]
