@@ -29,10 +29,12 @@ from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
+_WAYS = (("first mass", False, False), ("second mass", True, False), ("second mass, with play", True, True))
 _PERIODS = (5.0, 9.0, 16.0)  # samples
-_SHARES = (0.25, 0.6)
+_SHARES, _USUAL_SHARE = (0.25, 0.6), 0.4
 _DAMPING = 0.05
-_PARTS = 2  # of a sample: one makes the swing 6 % too small at seven samples a period, two 1.5 %
+_PARTS, _PARTS_IN_PLAY = 2, 3  # of a sample: one makes the swing 6 % too small at seven samples a period, two 1.5 %
+_GAPS = (0.3, 2.0)  # of the twist by the largest acceleration
 
 
 def extend(base: Model, site: Site) -> Iterator[Extension]:
@@ -44,12 +46,12 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
         if shown not in (rigid.state.own, moved) or (rigid.kind == "speed" and rigid.state.order > 1):
             continue
         model, motion = stepped(base, rigid, site)
-        for label, at_second, play in (("first mass", 0, 0), ("second mass", 1, 0), ("second mass, with play", 1, 1)):
-            split, spring, starts, shift = _split(model, site, motion, moved, play=bool(play))
+        for label, at_second, play in _WAYS:
+            split, spring, starts, shift = _split(model, site, motion, moved, play=play)
             if at_second:
                 name = free_name(split, f"{site.output}_joined")
                 split = split.insert_sensor(site.output, lambda y, shift=shift: y + shift, new_name=name)
-            said = partial(_describe, label.split(",")[0], motion.state.own, tuple(p.name for p in spring))
+            said = partial(_describe, at_second, motion.state.own, tuple(p.name for p in spring))
             yield Extension(split, starts, f"{motion.state.own} at the {label}", describe=said)
 
 
@@ -75,13 +77,14 @@ def _split(
     # Speeds and the twist are per sample: the time of a step is one.
     last = motion.state.level if motion.kind == "position" else sympy.Integer(0)
     push = signal(raw)[t] - last - motion.speed
-    h, half = sympy.Rational(1, _PARTS), gap.symbol / 2
+    count = _PARTS_IN_PLAY if play else _PARTS
+    h, half = sympy.Rational(1, count), gap.symbol / 2
     now, then = h / 2 + 2 * zeta * tau, h / 2 - 2 * zeta * tau
     v, x, a, theta = motion.speed, second[t - 1], force[t - 1], twist[t - 1]
     momentum = v - r * (v - x)
     parts: list[tuple[str, sympy.Expr]] = []
-    for k in range(1, _PARTS + 1):
-        names = [free_name(model, f"{x.label}_{k}") if k < _PARTS else str(x.label) for x in (force, second, twist)]
+    for k in range(1, count + 1):
+        names = [free_name(model, f"{x.label}_{k}") if k < count else str(x.label) for x in (force, second, twist)]
         momentum += h * push
         coasting = x + then * a
         free = theta + h / 2 * (v - x + (momentum - coasting) / (1 - r))
@@ -107,23 +110,32 @@ def _split(
         half_step = number(step) / 2
         split = split.add_term(moved, half_step * (signal(own)[t] - signal(raw)[t]))
         shift = -number(step) * theta
-    starts = tuple(
-        {lasting.name: period * step / (2 * math.pi * math.sqrt(1 - part)), share.name: part, damping.name: _DAMPING}
-        | ({gap.name: 0.5 * motion.speed_scale} if play else {})
-        for period in _PERIODS
-        for part in _SHARES
-    )
-    return split, spring, starts, shift
+    return split, spring, tuple(_starts(motion, spring, step)), shift
 
 
-def _describe(seen: str, state: str, names: tuple[str, ...], values: Mapping[str, float], site: Site) -> str:
-    """Say the frequency, the masses and the play."""
+def _starts(motion: Motion, spring: list[Parameter], step: float) -> Iterator[dict[str, float]]:
+    """Yield shares of the mass, or with play sizes of it, for each period of the swing."""
+    names, push = [p.name for p in spring], motion.force_scale * (motion.step or 1.0)
+    for period in _PERIODS:
+        for share, gap in [(_USUAL_SHARE, gap) for gap in _GAPS] if len(spring) > 3 else [(s, 0.0) for s in _SHARES]:
+            tau = period / (2 * math.pi * math.sqrt(1 - share))
+            size = min(gap * push * tau**2, spring[-1].upper)
+            yield dict(zip(names, (tau * step, share, _DAMPING, size), strict=False))
+
+
+def _describe(at_second: bool, state: str, names: tuple[str, ...], values: Mapping[str, float], site: Site) -> str:
+    """Say the swing of the free masses and the play by the acceleration that twists the spring as far.
+
+    The share of the mass is said where the sensor is at the first one: at the second it hardly shows.
+    """
     tau, share, damping, *play = (values[name] for name in names)
-    hertz = f"{1 / (2 * math.pi * tau):.3g} Hz" if tau else "inf Hz"
-    loose = f" with a play of {play[0]:.3g} times its speed per sample" if play else ""
+    loose = math.sqrt(1 - share)
+    swing = f"{1 / (2 * math.pi * tau * loose):.3g} Hz" if tau else "an infinite frequency"
+    split = "the second" if at_second else f"the first, the second has {share:.0%} of the mass"
+    gap = f", with a play as wide as {play[0] * site.sampling_time / tau**2:.3g} per second twist it" if play else ""
     return (
-        f"{state} moves two masses with a spring between them{loose}, and {site.output} shows the {seen}: the second "
-        f"has {share:.0%} of the mass and swings at {hertz} with a damping ratio of {damping:.2g}."
+        f"{state} moves two masses with a spring between them{gap}: {site.output} shows {split}, and they swing at "
+        f"{swing} with a damping ratio of {damping / loose:.2g}."
     )
 
 
