@@ -20,6 +20,7 @@ Effects that leave no mean misfit have a strength of their own:
     input_noise     rms of the output with true minus with recorded input, over rms of the noise
     outliers        rms of the glitches over rms of the noise; each is at least five noise bounds
     quantisation    step over rms of the noise; the noise bound handed over covers half a step more
+    multiplicative_noise  noise at the largest magnitude of the output over that at zero
 
 Several effects: the smallest of their strengths, each the smaller of (i) that of the effect alone and (ii) the rms by
 which taking it out of the case changes the output, over the rms of the noise.
@@ -48,7 +49,7 @@ __all__ = ["TEST", "Case", "draw", "ranked"]
 
 Rng = np.random.Generator
 TEST, WEAKEST, STRONGEST, LOUDEST, FAINTEST = 0.2, 3.0, 20.0, 0.2, 0.03
-SPECIAL = ("input_noise", "outliers", "quantisation")
+SPECIAL = ("input_noise", "outliers", "quantisation", "multiplicative_noise")
 PLANTS = ("clutch", "cstr", "arm_speed", "arm_angle", "arm_free", "linear1", "linear2")
 KINDS = ("none", "single", "pair", "triple")
 ATTEMPTS, APART, DEGREE = 40, 0.5, 5
@@ -302,9 +303,9 @@ def _hidden(rng: Rng, setting: _Setting, chosen: tuple[Effect, ...]) -> Case | N
 def _part(
     setting: _Setting, effect: Effect, single: Twist, others: Twist | None, y: Array, predictable: Array
 ) -> float | None:
-    """Return the rms that makes an effect visible; None for glitches and rounding, which are added after the noise."""
+    """Return the rms that makes an effect visible; None for what is done to the noise."""
     plant, u, start = setting.plant, setting.u, setting.start
-    if effect.name in ("outliers", "quantisation"):
+    if effect.name in SPECIAL and effect.name != "input_noise":
         return None
     if effect.name == "input_noise":
         return _rms(y - predictable)
@@ -373,6 +374,11 @@ def _case(
     rest: Array,
 ) -> Case:
     plant, n = setting.plant, len(noise)
+    if twist.growing:
+        # The bound holds at the largest magnitude, where the noise stays as it is.
+        size = np.abs(outputs[0]) / np.max(np.abs(outputs[0]))
+        noise = noise * (1 + (twist.growing - 1) * size) / twist.growing
+        strength = min(strength or twist.growing, twist.growing)
     y, level = outputs[0] + noise, _rms(noise)
     if twist.quantised:
         ratio = float(np.exp(rng.uniform(np.log(WEAKEST), np.log(STRONGEST / 2))))

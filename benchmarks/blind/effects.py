@@ -395,6 +395,10 @@ def quantisation(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Tw
     return replace(twist, quantised=True)
 
 
+def multiplicative_noise(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    return replace(twist, growing=_between(rng, 4.0, 20.0))
+
+
 _SLOW_EDGES = (*BINARY, *SMOOTH)
 _CURVED = ("cstr", "linear1", "linear2", "arm_speed")
 EFFECTS: dict[str, Effect] = {
@@ -432,6 +436,7 @@ EFFECTS: dict[str, Effect] = {
         Effect("sensor_drift", sensor_drift, STABLE),
         Effect("outliers", outliers, (*EVERY, "arm_free")),
         Effect("quantisation", quantisation, (*EVERY, "arm_free")),
+        Effect("multiplicative_noise", multiplicative_noise, (*STABLE, "arm_free"), BINARY),
         Effect("periodic_disturbance", periodic_disturbance, (*EVERY, "arm_free")),
     )
 }

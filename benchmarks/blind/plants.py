@@ -166,6 +166,8 @@ class Twist:
         Recorded minus true input.
     glitches : float
         Share of samples that are outliers.
+    growing : float
+        Noise at the largest magnitude of the output over that at zero; 0: constant noise.
     quantised : bool
         Whether the recorded output is rounded.
     """
@@ -184,6 +186,7 @@ class Twist:
     channels: Mapping[str, Array] = field(default_factory=dict)
     input_error: Array | None = None
     glitches: float = 0.0
+    growing: float = 0.0
     quantised: bool = False
 
     @property

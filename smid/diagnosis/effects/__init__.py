@@ -19,6 +19,7 @@ from smid.diagnosis.effects import (
     input_saturation,
     load_friction,
     missing_input,
+    multiplicative_noise,
     operating_point,
     outliers,
     output_curve,
@@ -79,6 +80,7 @@ EFFECTS: tuple[Effect, ...] = (
     sensor_lag.EFFECT,
     outliers.EFFECT,
     quantisation.EFFECT,
+    multiplicative_noise.EFFECT,
     periodic_disturbance.EFFECT,
 )
 """All effects that ship, in the order in which they are documented."""
