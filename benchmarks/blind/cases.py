@@ -44,6 +44,7 @@ from benchmarks.blind.refit import misfit
 from benchmarks.blind.signals import SIGNALS, make_signal
 from relaxations.algebra.arrays import Array
 from smid import Dataset, Model
+from smid.models import Measurement
 
 __all__ = ["TEST", "Case", "draw", "ranked"]
 
@@ -71,7 +72,7 @@ SAME = (
     {"viscous_friction", "quadratic_drag"},
     {"elastic_coupling", "resonance"},
     *({"elastic_coupling", other} for other in RIGID),
-    {"input_delay", "variable_delay", "extra_lag", "resonance", "rate_limit"},
+    {"input_delay", "variable_delay", "extra_lag", "sensor_lag", "resonance", "rate_limit"},
     {"power_law", "operating_point", "direction_dependence", "output_curve"},
     {"gain", "time_constant", "parameter_change", "parameter_drift"},
 )
@@ -398,13 +399,19 @@ def _case(
             others["temperature"] = slow_channel(rng, n)
         elif "flow" not in others:
             others["flow"] = float(rng.uniform(0.3, 30.0)) * make_signal("held_noise", rng, n, plant.tempo)
+    sensors = {plant.output: y}
+    model = base_model(plant, setting.fixed, physical=bool(rng.random() < 0.4))
+    if twist.seen_twice:
+        quick = simulate(plant, replace(twist, sensor=(), output=()), setting.u, setting.start)
+        sensors["reference"] = quick + rng.permutation(noise)
+        (seen,) = model.measurements
+        model = replace(model, measurements=(seen, Measurement("reference", seen.signal, "zeta")))
     data = Dataset.from_arrays(
         input={plant.input: recorded},
-        output={plant.output: y},
+        output=sensors,
         sampling_time=plant.sampling_time,
         **{name: others[name] for name in sorted(others)},  # type: ignore[arg-type]
     )
-    model = base_model(plant, setting.fixed, physical=bool(rng.random() < 0.4))
     return Case(
         0, data, model, bound, truth, plant.name, setting.signal, *outputs, strength, noise, rest, setting.fixed, 0
     )

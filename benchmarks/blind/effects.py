@@ -387,6 +387,11 @@ def sensor_drift(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Tw
     return _after_output(twist, lambda w: w + drift)
 
 
+def sensor_lag(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    ratio = 1 / (SUBSTEPS * plant.tempo * rng.uniform(0.3, 1.2))
+    return replace(twist, sensor=(*twist.sensor, lambda w: memory.lag(w, ratio)), seen_twice=True)
+
+
 def outliers(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     return replace(twist, glitches=rng.uniform(0.01, 0.04))
 
@@ -434,6 +439,7 @@ EFFECTS: dict[str, Effect] = {
         Effect("output_saturation", output_saturation, STABLE, BINARY),
         Effect("sensor_bias", sensor_bias, STABLE, BINARY),
         Effect("sensor_drift", sensor_drift, STABLE),
+        Effect("sensor_lag", sensor_lag, STABLE, SMOOTH),
         Effect("outliers", outliers, (*EVERY, "arm_free")),
         Effect("quantisation", quantisation, (*EVERY, "arm_free")),
         Effect("multiplicative_noise", multiplicative_noise, (*STABLE, "arm_free"), BINARY),

@@ -160,6 +160,8 @@ class Twist:
         Maps of the output on the fine grid: sensors with a memory.
     output : tuple of callables
         Maps of the sampled output, shape (n,).
+    seen_twice : bool
+        Whether a second sensor records the output, without sensor effects.
     channels : Mapping of str to numpy.ndarray
         Further measured channels.
     input_error : numpy.ndarray or None
@@ -183,6 +185,7 @@ class Twist:
     coupling: Coupling | None = None
     sensor: tuple[Map, ...] = ()
     output: tuple[Map, ...] = ()
+    seen_twice: bool = False
     channels: Mapping[str, Array] = field(default_factory=dict)
     input_error: Array | None = None
     glitches: float = 0.0

@@ -15,6 +15,7 @@ Gutman, Automatica 38 (2002) 1633-1649 (two masses with play).
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterator, Mapping
 from functools import partial
 
@@ -50,7 +51,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
             split, spring, starts, shift = _split(model, site, motion, moved, play=play)
             if at_second:
                 name = free_name(split, f"{site.output}_joined")
-                split = split.insert_sensor(site.output, lambda y, shift=shift: y + shift, new_name=name)
+                split = split.insert_sensor(site.output, partial(operator.add, shift), new_name=name)
             said = partial(_describe, at_second, motion.state.own, tuple(p.name for p in spring))
             yield Extension(split, starts, f"{motion.state.own} at the {label}", describe=said)
 

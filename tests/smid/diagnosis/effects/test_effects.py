@@ -26,6 +26,7 @@ SELECTIVE = {
     "input_noise",
     "outliers",
     "quantisation",
+    "multiplicative_noise",
     "scheduled_parameter",
     "missing_input",
     "viscous_friction",
