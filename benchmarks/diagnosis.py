@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from benchmarks.blind.cases import HELD_OUT, draw
+from benchmarks.blind.cases import TEST, draw
 from smid.diagnosis import EFFECTS
 from smid.diagnosis.search.merit import Record
 from smid.diagnosis.search.search import search
@@ -26,7 +26,7 @@ def run() -> str:
     """Measure both and return the section for docs/benchmarks.md."""
     case = draw(SEED)
     model, n = bind(case.model, case.data), case.data.experiments[0].n_samples
-    used = (np.arange(n) < round((1 - HELD_OUT) * n),)
+    used = (np.arange(n) < round((1 - TEST) * n),)
     fitted = fit(model, case.data, used)
     channels = model.input_channels[0], model.output_channels[0]
     # Without the bound the search goes on until no effect is left to name, the longest it can take.

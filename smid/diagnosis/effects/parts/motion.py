@@ -23,7 +23,7 @@ from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_l
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
-__all__ = ["Motion", "Position", "dry_motions", "motions", "positions", "time_of", "with_dry_friction"]
+__all__ = ["Motion", "Position", "dry_motions", "motions", "positions", "stepped", "time_of", "with_dry_friction"]
 
 
 _REST, _SOME = 0.05, 0.02
@@ -147,9 +147,16 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
             continue
         yield model, motion
         if motion.state.line.rate:
-            discrete = model.discretised()
-            state = next(s for s in state_lines(discrete) if s.line.signal == motion.state.line.signal)
-            yield discrete, replace(motion, state=state, speed=state.level, step=site.sampling_time)
+            yield stepped(model, motion, site)
+
+
+def stepped(model: Model, motion: Motion, site: Site) -> tuple[Model, Motion]:
+    """Return a motion as a difference equation, with its model: of a rate the one that integrates it."""
+    if not motion.state.line.rate:
+        return model, motion
+    discrete = model.discretised()
+    state = next(s for s in state_lines(discrete) if s.line.signal == motion.state.line.signal)
+    return discrete, replace(motion, state=state, speed=state.level, step=site.sampling_time)
 
 
 def _largest_change(site: Site, order: int) -> float:

@@ -1,0 +1,104 @@
+"""An effect acts on every input, state and output of the base model, whatever these are called."""
+
+import numpy as np
+import pytest
+
+from benchmarks.blind.plants import Friction, Plant, Twist, simulate
+from relaxations.algebra.arrays import Array
+from smid import Dataset, Model, Parameter
+from smid.diagnosis.effects import coulomb_friction, input_dead_zone, input_delay, sensor_bias
+from smid.diagnosis.effects.effect import Effect
+from smid.diagnosis.search.trial import THOROUGH, Base, Trial, try_effect
+from smid.fitting.fit import fit
+from smid.models import Line, Measurement, signal, t
+from tests.smid.diagnosis.lag_records import steps
+
+N = 400
+
+
+def tried(effect: Effect, model: Model, data: Dataset) -> tuple[Trial, str]:
+    """Fit an effect to a record, and say it."""
+    used = (np.ones(N, bool),)
+    base = Base(fit(model, data, used), data, used, model.input_channels[0], model.output_channels[0])
+    trial = try_effect(effect, base, THOROUGH)
+    assert trial is not None
+    assert trial.describe is not None
+    return trial, trial.describe(trial.values, base.site())
+
+
+def assert_recovered(trial: Trial, data: Dataset, noise: dict[str, Array]) -> None:
+    for channel, error in noise.items():
+        left = np.concatenate(trial.fit.residual(data, channel))
+        assert np.sqrt(np.mean(left**2)) <= 1.2 * np.sqrt(np.mean(error**2))
+
+
+def noise(seed: int, size: float) -> Array:
+    return np.random.default_rng(seed).uniform(-size, size, N)
+
+
+def lag(state: str, pole: str, *inputs: str) -> Model:
+    """A lag of some inputs; its parameters are the pole and a gain of each input."""
+    a, gains = Parameter(pole, -5, 5), [Parameter(f"k{i}", -5, 5) for i in range(len(inputs))]
+    w = signal(state)
+    drive = sum(k.symbol * signal(name)[t - 1] for k, name in zip(gains, inputs, strict=True))
+    return Model("lag", (a, *gains), (Line(w[t], a.symbol * w[t - 1] + drive),), (Measurement("y", state, "eta"),))
+
+
+@pytest.mark.parametrize(("first", "second"), [("a", "b"), ("b", "a")])
+def test_a_dead_zone_of_the_second_input_is_found(first: str, second: str) -> None:
+    """Whichever name comes first."""
+    plain, dead = steps(1, N), steps(2, N)
+    acting = np.where(np.abs(dead) > 0.4, dead - 0.4 * np.sign(dead), 0.0)
+    y, error = np.zeros(N), noise(3, 0.02)
+    for i in range(1, N):
+        y[i] = 0.8 * y[i - 1] + 0.3 * plain[i - 1] + 0.5 * acting[i - 1]
+    data = Dataset.from_arrays(input={first: plain, second: dead}, output={"y": y + error}, sampling_time=0.1)
+    trial, said = tried(input_dead_zone.EFFECT, lag("w", "pole", first, second), data)
+    assert_recovered(trial, data, {"y": error})
+    assert trial.label in (f"symmetric, {second}", f"two sides, {second}")
+    assert said.endswith(f" {second} has no effect.")
+
+
+def test_a_bias_of_the_second_output_is_found() -> None:
+    a, k, c = (Parameter(name, -5, 5) for name in ("a", "k", "c"))
+    w, v = signal("w"), signal("v")
+    lines = (
+        Line(w[t], a.symbol * w[t - 1] + k.symbol * signal("u")[t - 1]),
+        Line(v[t], c.symbol * v[t - 1] + (1 - c.symbol) * w[t - 1]),
+    )
+    seen = (Measurement("y", "w", "eta"), Measurement("z", "v", "zeta"))
+    u = steps(1, N)
+    y, z = np.zeros(N), np.zeros(N)
+    for i in range(1, N):
+        y[i] = 0.8 * y[i - 1] + 0.5 * u[i - 1]
+        z[i] = 0.9 * z[i - 1] + 0.1 * y[i - 1]
+    errors = {"y": noise(3, 0.02), "z": noise(4, 0.02)}
+    outputs = {"y": y + errors["y"], "z": z + 0.3 + errors["z"]}
+    data = Dataset.from_arrays(input={"u": u}, output=outputs, sampling_time=0.1)
+    trial, said = tried(sensor_bias.EFFECT, Model("two outputs", (a, k, c), lines, seen), data)
+    assert_recovered(trial, data, errors)
+    assert trial.label == "at the output, z"
+    assert said.startswith("The sensor of z shows 0.3")
+
+
+def test_friction_of_a_model_with_a_parameter_called_friction_is_found() -> None:
+    u, error = steps(1, N, hold=12), noise(3, 0.01)
+    plant = Plant("arm_speed", 0.1, -1, 1, "u", "y", 2.0, 1.0)
+    speed = simulate(plant, Twist(friction=Friction(sliding=0.5, breakaway=0.5)), u)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": speed + error}, sampling_time=0.1)
+    trial, _ = tried(coulomb_friction.EFFECT, lag("speed", "friction", "u"), data)
+    assert_recovered(trial, data, {"y": error})
+    assert set(trial.fit.model.values) - set(trial.values) == {"friction", "k0"}
+    # The force takes its part of (1 - exp(-0.1 s / 1 s)) 1 s from the speed in every sample.
+    assert next(iter(trial.values.values())) == pytest.approx(0.5 * (1 - np.exp(-0.1)), rel=0.05)
+
+
+def test_a_delay_of_a_model_with_a_state_called_water_mean_is_found() -> None:
+    u, error = steps(1, N), noise(3, 0.02)
+    y = np.zeros(N)
+    for i in range(3, N):
+        y[i] = 0.8 * y[i - 1] + 0.5 * u[i - 3]
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y + error}, sampling_time=0.1)
+    trial, said = tried(input_delay.EFFECT, lag("water_mean", "pole", "u"), data)
+    assert_recovered(trial, data, {"y": error})
+    assert said == "u acts 0.2 s (2 samples) later."
