@@ -1,4 +1,4 @@
-"""Maps with memory, on the fine grid: play by contact, a pipe, relays of Preisach, limited slope, lags, a sticking valve.
+"""Maps with memory, on the fine grid: play by contact, a pipe, relays of Preisach, limited slope, lags, stiction.
 
 They are written as the mechanisms they stand for, not as the operators a model would use.
 """

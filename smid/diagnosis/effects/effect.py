@@ -169,15 +169,11 @@ class Effect:
     describe
         One sentence, with sizes in units, from the values of the effect's parameters. None where every extension
         has its own.
-    contains
-        Effects that are special cases of this one: where such a case explains as much, it is named instead.
     needs
         What the effect needs to apply, shown where it is skipped.
     detect
         For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
         has values; the site's residual is over the whole record.
-    smoothed_by
-        For effects on the noise: effects that also reduce the noise, and are not named where the noise explains more.
     marks_glitches
         Whether `detect` finds single bad samples. They are left out before any other effect is tried.
 
@@ -197,10 +193,8 @@ class Effect:
     summary: str
     extend: Callable[[Model, Site], Iterable[Extension]]
     describe: Describe | None = None
-    contains: tuple[str, ...] = ()
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
-    smoothed_by: tuple[str, ...] = ()
     marks_glitches: bool = False
 
     def extensions(self, model: Model, site: Site) -> Iterator[Extension]:

@@ -142,6 +142,5 @@ EFFECT = Effect(
     "a memory between input and output that does not depend on speed",
     extend,
     describe,
-    contains=("input_backlash",),
     needs="a signal that moves",
 )

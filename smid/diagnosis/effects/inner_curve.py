@@ -121,6 +121,5 @@ EFFECT = Effect(
     "inner_curve",
     "a saturation, dead zone or diode between two lags",
     extend,
-    contains=("extra_lag", "input_saturation", "input_dead_zone", "output_saturation"),
     needs="an input or an output that moves",
 )

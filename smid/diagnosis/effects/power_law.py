@@ -85,6 +85,5 @@ EFFECT = Effect(
     "power_law",
     "the state decays as a power of itself",
     extend,
-    contains=("square_root_outflow",),
     needs="a state that decays in proportion to itself, or a known exponent",
 )

@@ -15,7 +15,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
-from smid.fitting.fit import Errors, Fit, Fitting, one_step_ahead
+from smid.fitting.fit import Errors, Fit, Fitting, fit, one_step_ahead
 from smid.models import Model
 
 # The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
@@ -92,7 +92,7 @@ class Base:
 
     def extended(self, trial: Trial) -> Base:
         """Return the base that an effect makes."""
-        return replace(self, fit=trial.fit)
+        return replace(self, fit=trial.fit, errors=trial.errors)
 
     def site(self) -> Site:
         """Return the site for effects: the part of the record that may be fitted."""
@@ -104,6 +104,16 @@ class Base:
                 runs.append(replace(run, values={name: samples[:last] for name, samples in run.values.items()}))
                 rest.append(error[:last])
         return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
+
+
+def fitted_base(
+    model: Model, data: Dataset, used: tuple[Mask, ...], input: str, output: str, *, difference: bool = False
+) -> Base:
+    """Return a model fitted to a record; see `Base`."""
+    found = fit(model, data, used)
+    problem = Fitting(found.model, data, used, found.initial, difference=difference)
+    errors = tuple(problem.errors(problem.start(found.model.values), True))
+    return Base(found, errors, data, used, input, output, difference)
 
 
 def try_effect(effect: Effect, base: Base) -> Trial | None:

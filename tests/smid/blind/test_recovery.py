@@ -8,9 +8,8 @@ import pytest
 
 from benchmarks.blind.cases import draw, ranked
 from smid.diagnosis import EFFECTS
-from smid.diagnosis.search.trial import THOROUGH, Base, try_effect
+from smid.diagnosis.search.trial import fitted_base, try_effect
 from smid.fitting.binding import bind
-from smid.fitting.fit import fit
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 SEEDS = 3
@@ -35,7 +34,7 @@ def test_a_hidden_effect_is_recovered(name: str, seed: int) -> None:
     assert case.truth == (name,)
     model, used = bind(case.model, case.data), (np.ones(1000, bool),)
     channels = model.input_channels[0], model.output_channels[0]
-    trial = try_effect(BY_NAME[name], Base(fit(model, case.data, used), case.data, used, *channels), THOROUGH)
+    trial = try_effect(BY_NAME[name], fitted_base(model, case.data, used, *channels))
     assert trial is not None
     left = trial.fit.residual(case.data, channels[1])[0]
     assert np.sqrt(np.mean(left**2)) <= 1.2 * np.sqrt(np.mean(case.noise**2))

@@ -8,8 +8,7 @@ from relaxations.algebra.arrays import Array
 from smid import Dataset, Model, Parameter
 from smid.diagnosis.effects import coulomb_friction, input_dead_zone, input_delay, sensor_bias
 from smid.diagnosis.effects.effect import Effect
-from smid.diagnosis.search.trial import THOROUGH, Base, Trial, try_effect
-from smid.fitting.fit import fit
+from smid.diagnosis.search.trial import Trial, fitted_base, try_effect
 from smid.models import Line, Measurement, signal, t
 from tests.smid.diagnosis.lag_records import steps
 
@@ -19,8 +18,8 @@ N = 400
 def tried(effect: Effect, model: Model, data: Dataset) -> tuple[Trial, str]:
     """Fit an effect to a record, and say it."""
     used = (np.ones(N, bool),)
-    base = Base(fit(model, data, used), data, used, model.input_channels[0], model.output_channels[0])
-    trial = try_effect(effect, base, THOROUGH)
+    base = fitted_base(model, data, used, model.input_channels[0], model.output_channels[0])
+    trial = try_effect(effect, base)
     assert trial is not None
     assert trial.describe is not None
     return trial, trial.describe(trial.values, base.site())
