@@ -177,7 +177,7 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
                 starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
                 fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
                 vector, cost = min(fitted, key=lambda pair: pair[1])
-                if np.isfinite(cost):
+                if np.isfinite(cost) and problem.result(vector, cost).is_finite:
                     return _trial(effect, extension, base, problem, vector, cost, trial.signature, trial.variants)
     return None
 

@@ -11,10 +11,10 @@ from tests.smid.diagnosis.lag_records import lag, record
 
 
 def _put_on(pole: float) -> tuple[Trial | None, Base]:
-    """Fit a lag to the first 30 of 3000 samples of a plant with that pole, and put a sensor's bias on it twice."""
+    """Fit a lag to the first 30 of 3000 samples of a plant with that pole, and put its sensor's bias on it twice."""
     u = np.random.default_rng(0).uniform(-1, 1, 3000)
     w = lag(u, pole)
-    data = record(u, np.where(np.abs(w) < 1e6, w, 0.0))
+    data = record(u, np.where(np.abs(w) < 1e6, w, 0.0) + 1.0)
     used = (np.arange(len(u)) < 30,)
     base = fitted_base(OutputError(), data, used, "u", "y")
     trial = try_effect(EFFECT, base)
