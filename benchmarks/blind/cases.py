@@ -12,8 +12,8 @@ its own for these effects: an effect that is added to the list changes only the 
 
 A single effect must also be told apart by the record, whoever looks: where the obvious rival explains the noise-free
 output up to half the noise, everything is drawn again. Guarded so are, against a free polynomial of the input,
-`output_curve`, `operating_point` and `power_law` (on a slow input each is a static curve), and `stribeck_friction`
-against Coulomb friction.
+`output_curve`, `operating_point`, `power_law`, `square_root_outflow`, `stiffness` and `bilinear` (on a slow input each
+is a static curve), and `stribeck_friction` against Coulomb friction.
 
 Effects that leave no mean misfit have a strength of their own:
 
@@ -60,20 +60,23 @@ RIGID = (
     *("coulomb_friction", "stribeck_friction", "load_friction", "viscous_friction", "quadratic_drag"),
     *("operating_point", "direction_dependence", "time_constant"),
     *("parameter_change", "parameter_drift", "scheduled_parameter"),
+    *("gravity", "bilinear"),
 )
+# What is a static curve on a slow input.
+CURVED = ("output_curve", "operating_point", "power_law", "square_root_outflow", "stiffness", "bilinear")
 # Pairs that are nearly one effect twice: two static curves in one place, two slow motions of one thing, two lags.
 SAME = (
-    {"input_dead_zone", "input_saturation", "input_curve"},
+    {"input_dead_zone", "input_saturation", "input_curve", "inner_curve"},
     {"output_curve", "output_saturation"},
-    {"input_backlash", "hysteresis"},
+    {"input_backlash", "hysteresis", "valve_stiction"},
     {"parameter_change", "parameter_drift"},
     {"sensor_bias", "sensor_drift"},
     {"coulomb_friction", "stribeck_friction", "load_friction"},
     {"viscous_friction", "quadratic_drag"},
     {"elastic_coupling", "resonance"},
     *({"elastic_coupling", other} for other in RIGID),
-    {"input_delay", "variable_delay", "extra_lag", "sensor_lag", "resonance", "rate_limit"},
-    {"power_law", "operating_point", "direction_dependence", "output_curve"},
+    {"input_delay", "variable_delay", "extra_lag", "sensor_lag", "resonance", "rate_limit", "inner_curve"},
+    {"power_law", "square_root_outflow", "operating_point", "direction_dependence", "output_curve"},
     {"gain", "time_constant", "parameter_change", "parameter_drift"},
 )
 
@@ -320,7 +323,7 @@ def _part(
 def _rival_rest(setting: _Setting, effect: Effect, twist: Twist, y: Array) -> float:
     """Return the rms that the obvious rival of an effect leaves, infinite where none is guarded against."""
     plant, u = setting.plant, setting.u
-    if effect.name in ("output_curve", "operating_point", "power_law") and plant.name != "clutch":
+    if effect.name in CURVED and plant.name != "clutch":
         return _rms(misfit(plant, u, y, powers=DEGREE))
     if effect.name == "stribeck_friction" and twist.friction is not None:
         level = twist.friction.sliding

@@ -292,21 +292,21 @@ def square_root_outflow(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist
     full = float(np.max(np.abs(y)))
     below = rng.uniform(0.02, 0.1) * full if rng.random() < 0.3 else 0.0
     outflow = full / (full + below) ** 0.5 / plant.tau
-    return _pushed(twist, lambda x, rate, drive: x / plant.tau - outflow * max(0.0, x + below) ** 0.5)  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: x / plant.tau - outflow * max(0.0, x + below) ** 0.5)  # noqa: ARG005
 
 
 def bilinear(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     share = rng.choice([-1, 1]) * rng.uniform(0.25, 0.6)
     decay = plant.tau**-2 if plant.name == "linear2" else 1 / plant.tau
     factor = float(share * decay / max(abs(plant.low), plant.high))
-    return _pushed(twist, lambda x, rate, drive: factor * drive * x)  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: factor * drive * x)
 
 
-def _pushed(twist: Twist, push: Callable[[float, float, float], float]) -> Twist:
+def _pushed(twist: Twist, push: Callable[[float, float], float]) -> Twist:
     before = twist.push
     if before is None:
         return replace(twist, push=push)
-    return replace(twist, push=lambda x, rate, drive: before(x, rate, drive) + push(x, rate, drive))
+    return replace(twist, push=lambda x, drive: before(x, drive) + push(x, drive))
 
 
 def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
@@ -314,15 +314,15 @@ def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist
     if rng.random() < 0.65:
         bend = rng.uniform(0.4, 2.0) if rng.random() < 0.75 else -rng.uniform(0.08, 0.2)
         # Far out the spring is straight again, so that a soft one never pushes outwards.
-        return _pushed(twist, lambda x, rate, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
+        return _pushed(twist, lambda x, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
     gap, hard = rng.uniform(0.25, 0.6) * reach, rng.uniform(1.0, 3.0) * soft
-    return _pushed(twist, lambda x, rate, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
 
 
 def gravity(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     weight = rng.uniform(0.1, 0.5) * _torque(plant)
     zero = rng.uniform(-0.8, 0.8) if rng.random() < 0.4 else 0.0  # angle at which the sensor shows the arm hanging
-    return _pushed(twist, lambda x, rate, drive: -weight * sin(x - zero))  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: -weight * sin(x - zero))  # noqa: ARG005
 
 
 # Other causes beside the input

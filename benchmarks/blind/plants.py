@@ -155,8 +155,8 @@ class Twist:
     friction : Friction or None
         Arm only.
     push : callable or None
-        What is added to the rate of the last state, by first state, its rate and the drive: an acceleration where
-        there are two states.
+        What is added to the rate of the last state, by first state and drive: an acceleration where there are two
+        states.
     coupling : Coupling or None
         Arm only.
     sensor : tuple of callables
@@ -185,7 +185,7 @@ class Twist:
     slow_of: Callable[[float, float, float], float] | None = None
     power: float = 1.0
     friction: Friction | None = None
-    push: Callable[[float, float, float], float] | None = None
+    push: Callable[[float, float], float] | None = None
     coupling: Coupling | None = None
     sensor: tuple[Map, ...] = ()
     output: tuple[Map, ...] = ()
@@ -364,7 +364,7 @@ def _walk_first(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
         left = x if power == 1.0 else (abs(x) ** power if x >= 0 else -(abs(x) ** power))
         r = push * drive * (1.0 if gain_of is None else gain_of(x)) - decay * left
         if pushed is not None:
-            r += pushed(x, r, drive)
+            r += pushed(x, drive)
         return r / (factor if slow_of is None else factor * slow_of(x, drive, r))
 
     out, x = [], start
@@ -384,7 +384,7 @@ def _walk_second(plant: Plant, twist: Twist, fine: Array, start: float) -> Array
 
     def acceleration(x: float, v: float, drive: float, target: float) -> float:
         a = push * drive - decay * v if free else square * (target - x) - twice * v
-        return a if pushed is None else a + pushed(x, v, drive)
+        return a if pushed is None else a + pushed(x, drive)
 
     out, x, v = [], start, 0.0
     for j, drive in enumerate(fine.tolist()):
@@ -421,7 +421,8 @@ def _stick_slip(plant: Plant, twist: Twist, friction: Friction, fine: Array, sta
     out, speed, direction = [], start, int(np.sign(start))
     for j, drive in enumerate(fine.tolist()):
         out.append(speed)
-        applied = push * drive + (0.0 if pushed is None else pushed(angle, speed, drive))
+        first = angle if plant.order == 2 else speed
+        applied = push * drive + (0.0 if pushed is None else pushed(first, drive))
         step = h if factors is None else h / factors[j]
         pressed = 1.0 if load is None else load[j]
         if sticks and direction == 0:

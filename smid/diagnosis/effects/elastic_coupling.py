@@ -22,7 +22,7 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.motion import Motion, motions, stepped
+from smid.diagnosis.effects.parts.motion import Motion, integral, motions, stepped
 from smid.diagnosis.effects.parts.naming import free_name, fresh
 from smid.diagnosis.effects.parts.plant import output_signal
 from smid.models import Model, Parameter, signal, t
@@ -42,7 +42,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
     """Split each motion that the output shows: seen at either mass, and with play."""
     shown = output_signal(base, site)
     for rigid in motions(base, site):
-        moved = _integral(base, rigid)
+        moved = integral(base, rigid)
         # A state of order two is a position here.
         if shown not in (rigid.state.own, moved) or (rigid.kind == "speed" and rigid.state.order > 1):
             continue
@@ -54,12 +54,6 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                 split = split.insert_sensor(site.output, partial(operator.add, shift), new_name=name)
             said = partial(_describe, at_second, motion.state.own, tuple(p.name for p in spring))
             yield Extension(split, starts, f"{motion.state.own} at the {label}", describe=said)
-
-
-def _integral(model: Model, motion: Motion) -> str | None:
-    """Return the position whose rate is the speed."""
-    speed = signal(motion.state.own)[t]
-    return next((line.signal for line in model.lines if line.rate and line.expression == speed), None)
 
 
 def _split(
