@@ -1,13 +1,13 @@
 """Elastic coupling: the mass is two masses with a spring and a damper between them, and maybe play.
 
-The drive acts on the first mass v, and a share r of the mass is the second one, l. With the twist theta, the part e of
-it beyond the play, and ``tau = sqrt(second mass / stiffness)``:
+The drive acts on the first mass; a share r of the mass is the second one, at the speed v - s. With the twist theta, the
+part e of it beyond the play, and ``tau = sqrt(second mass / stiffness)``,
 
-    (1 - r) dv/dt = f(v) - r dl/dt,    tau^2 dl/dt = e + 2 zeta tau de/dt,    dtheta/dt = v - l
+    v = rigid speed + r s,    (1 - r) ds/dt = f - a,    tau^2 a = e + 2 zeta tau de/dt,    dtheta/dt = s
 
-f is the base model's acceleration, so that the sum of momenta follows the base model. Over each half of a sample dl/dt
-is integrated by the trapezoidal rule, which neither damps nor blows up, in closed form: a force a = e / tau^2 that is
-linear in theta beyond the play. tau is zero without the coupling. The sensor is at the first mass or at the second.
+where f is the base model's acceleration: the sum of momenta follows the base model. Over parts of a sample the
+trapezoidal rule, which neither damps nor blows up, gives the force a of the spring in closed form. tau is zero without
+the coupling. The sensor is at the first mass or at the second.
 References: Hairer and Wanner, Solving Ordinary Differential Equations II (1996), IV.3 (trapezoidal rule); Nordin and
 Gutman, Automatica 38 (2002) 1633-1649 (two masses with play).
 """
@@ -30,12 +30,16 @@ from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_WAYS = (("first mass", False, False), ("second mass", True, False), ("second mass, with play", True, True))
+# Where the sensor is, and with which shares of the mass and sizes of the play a fit begins; the play in parts of the
+# twist by the largest acceleration. At the second mass the share hardly shows.
+_WAYS: tuple[tuple[str, bool, tuple[tuple[float, ...], ...]], ...] = (
+    ("first mass", False, ((0.25,), (0.6,))),
+    ("second mass", True, ((0.4,),)),
+    ("second mass, with play", True, ((0.4, 0.3), (0.4, 2.0))),
+)
 _PERIODS = (5.0, 9.0, 16.0)  # samples
-_SHARES, _USUAL_SHARE = (0.25, 0.6), 0.4
 _DAMPING = 0.05
 _PARTS, _PARTS_IN_PLAY = 2, 3  # of a sample: one makes the swing 6 % too small at seven samples a period, two 1.5 %
-_GAPS = (0.3, 2.0)  # of the twist by the largest acceleration
 
 
 def extend(base: Model, site: Site) -> Iterator[Extension]:
@@ -47,19 +51,24 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
         if shown not in (rigid.state.own, moved) or (rigid.kind == "speed" and rigid.state.order > 1):
             continue
         model, motion = stepped(base, rigid, site)
-        for label, at_second, play in _WAYS:
-            split, spring, starts, shift = _split(model, site, motion, moved, play=play)
+        for label, at_second, shapes in _WAYS:
+            split, spring, shift = _split(model, site, motion, moved, play=len(shapes[0]) > 1)
             if at_second:
                 name = free_name(split, f"{site.output}_joined")
                 split = split.insert_sensor(site.output, partial(operator.add, shift), new_name=name)
             said = partial(_describe, at_second, motion.state.own, tuple(p.name for p in spring))
-            yield Extension(split, starts, f"{motion.state.own} at the {label}", describe=said)
+            yield Extension(
+                split,
+                tuple(_starts(motion, spring, shapes, site.sampling_time)),
+                f"{motion.state.own} at the {label}",
+                describe=said,
+            )
 
 
 def _split(
     model: Model, site: Site, motion: Motion, moved: str | None, *, play: bool
-) -> tuple[Model, list[Parameter], tuple[dict[str, float], ...], sympy.Expr]:
-    """Return the two masses, their parameters and starts, and how far the output at the second differs."""
+) -> tuple[Model, list[Parameter], sympy.Expr]:
+    """Return the two masses, their parameters, and how far the output at the second differs."""
     step, own = site.sampling_time, motion.state.own
     lasting = fresh(model, "spring_time", (0, site.duration / (4 * math.pi)), "s", 0.0)
     share, damping = fresh(model, "second_mass_share", (0.02, 0.95)), fresh(model, "coupling_damping", (0, 1))
@@ -67,55 +76,47 @@ def _split(
     spring = [lasting, share, damping, *([gap] if play else [])]
     r, zeta, tau = share.symbol, damping.symbol, lasting.symbol / number(step)
     raw = free_name(model, f"{own}_rigid")
-    second, force, twist = (signal(free_name(model, f"{own}_{what}")) for what in ("second", "force", "twist"))
+    slip, force, twist = (signal(free_name(model, f"{own}_{what}")) for what in ("slip", "force", "twist"))
 
     # Speeds and the twist are per sample: the time of a step is one.
     last = motion.state.level if motion.kind == "position" else sympy.Integer(0)
-    push = signal(raw)[t] - last - motion.speed
+    split = model.insert_after(
+        motion.state.line.signal, lambda w: w + r * (slip[t] - slip[t - 1]), spring, raw_name=raw
+    )
     count = _PARTS_IN_PLAY if play else _PARTS
     h, half = sympy.Rational(1, count), gap.symbol / 2
+    push = h * (signal(raw)[t] - last - motion.speed)
     now, then = h / 2 + 2 * zeta * tau, h / 2 - 2 * zeta * tau
-    v, x, a, theta = motion.speed, second[t - 1], force[t - 1], twist[t - 1]
-    momentum = v - r * (v - x)
-    parts: list[tuple[str, sympy.Expr]] = []
+    s, a, theta = slip[t - 1], force[t - 1], twist[t - 1]
     for k in range(1, count + 1):
-        names = [free_name(model, f"{x.label}_{k}") if k < count else str(x.label) for x in (force, second, twist)]
-        momentum += h * push
-        coasting = x + then * a
-        free = theta + h / 2 * (v - x + (momentum - coasting) / (1 - r))
+        names = [free_name(split, f"{x.label}_{k}") if k < count else str(x.label) for x in (slip, force, twist)]
+        s_new, a_new, theta_new = (signal(name)[t] for name in names)
+        coasting = (push - then * a) / (1 - r)
+        free = theta + h * s + h / 2 * coasting
         beyond = free - sympy.Max(-half, sympy.Min(half, free)) if play else free
-        a_new, x_new, theta_new = (signal(name)[t] for name in names)
-        v_new = (momentum - r * x_new) / (1 - r)
-        parts += zip(
-            names,
-            (
-                beyond / (tau**2 + h / 2 * now / (1 - r)),
-                coasting + now * a_new,
-                theta + h / 2 * (v - x + v_new - x_new),
-            ),
-            strict=True,
-        )
-        v, x, a, theta = v_new, x_new, a_new, theta_new
-    split = model.insert_after(motion.state.line.signal, lambda _: last + v, spring, raw_name=raw)
-    for name, expression in parts:
-        split = split.with_line(name, expression)
-    shift = x - v if motion.kind == "speed" else -theta
+        split = split.with_line(names[1], beyond / (tau**2 + h / 2 * now / (1 - r)))
+        split = split.with_line(names[0], s + coasting - now * a_new / (1 - r))
+        split = split.with_line(names[2], theta + h / 2 * (s + s_new))
+        s, a, theta = s_new, a_new, theta_new
+    shift = -s if motion.kind == "speed" else -theta
     if moved is not None:
         # The step that integrates the speed has seen the rigid one.
         half_step = number(step) / 2
         split = split.add_term(moved, half_step * (signal(own)[t] - signal(raw)[t]))
         shift = -number(step) * theta
-    return split, spring, tuple(_starts(motion, spring, step)), shift
+    return split, spring, shift
 
 
-def _starts(motion: Motion, spring: list[Parameter], step: float) -> Iterator[dict[str, float]]:
-    """Yield shares of the mass, or with play sizes of it, for each period of the swing."""
-    names, push = [p.name for p in spring], motion.force_scale * (motion.step or 1.0)
+def _starts(
+    motion: Motion, spring: list[Parameter], shapes: tuple[tuple[float, ...], ...], step: float
+) -> Iterator[dict[str, float]]:
+    """Yield the starts for each period of the swing."""
+    push = motion.force_scale * (motion.step or 1.0)
     for period in _PERIODS:
-        for share, gap in [(_USUAL_SHARE, gap) for gap in _GAPS] if len(spring) > 3 else [(s, 0.0) for s in _SHARES]:
+        for share, *gaps in shapes:
             tau = period / (2 * math.pi * math.sqrt(1 - share))
-            size = min(gap * push * tau**2, spring[-1].upper)
-            yield dict(zip(names, (tau * step, share, _DAMPING, size), strict=False))
+            sizes = [min(gap * push * tau**2, spring[-1].upper) for gap in gaps]
+            yield dict(zip([p.name for p in spring], (tau * step, share, _DAMPING, *sizes), strict=True))
 
 
 def _describe(at_second: bool, state: str, names: tuple[str, ...], values: Mapping[str, float], site: Site) -> str:

@@ -16,7 +16,7 @@ SEEDS = 3
 
 
 NAMES = ("sensor_lag", "variable_delay", "elastic_coupling", "load_friction")
-# Play at seven samples a period of an undamped arm: the descent stops at 1.4 times the noise.
+# Play at seven samples a period of an undamped arm: the descent stops at 2.7 times the noise.
 STUCK = {("elastic_coupling", 62)}
 
 
