@@ -46,7 +46,7 @@ READING = ("scheduled_parameter", "missing_input", "variable_delay", "load_frict
 # Beside a channel, the last case is the first again: only an effect that looks at channels sees a difference.
 *PLAIN, WITH_A_CHANNEL = cases()
 PAIRS = [(effect, case) for effect in EFFECTS for case in PLAIN]
-PAIRS += [(effect, WITH_A_CHANNEL) for effect in EFFECTS if effect.name in READING]
+PAIRS += [(effect, WITH_A_CHANNEL) for effect in EFFECTS if effect.name in (*READING, "bilinear", "hysteresis")]
 
 
 @pytest.mark.parametrize(("effect", "case"), PAIRS, ids=[f"{e.name}-{c.name.replace(' ', '-')}" for e, c in PAIRS])

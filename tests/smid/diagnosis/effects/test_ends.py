@@ -6,7 +6,16 @@ import pytest
 from benchmarks.blind.plants import Friction, Plant, Twist, simulate
 from relaxations.algebra.arrays import Array
 from smid import Dataset, Model, Parameter
-from smid.diagnosis.effects import coulomb_friction, input_dead_zone, input_delay, sensor_bias
+from smid.diagnosis.effects import (
+    bilinear,
+    coulomb_friction,
+    inner_curve,
+    input_dead_zone,
+    input_delay,
+    sensor_bias,
+    stiffness,
+    valve_stiction,
+)
 from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.trial import Trial, fitted_base, try_effect
 from smid.models import Line, Measurement, signal, t
@@ -101,3 +110,77 @@ def test_a_delay_of_a_model_with_a_state_called_water_mean_is_found() -> None:
     trial, said = tried(input_delay.EFFECT, lag("water_mean", "pole", "u"), data)
     assert_recovered(trial, data, {"y": error})
     assert said == "u acts 0.2 s (2 samples) later."
+
+
+def apart() -> Model:
+    """A lag of one input that y shows, and a state of order two of another input that z shows."""
+    names = ("a", "k", "c1", "c2", "b")
+    a, k, c1, c2, b = (Parameter(name, -5, 5).symbol for name in names)
+    w, x, u, v = (signal(name) for name in ("w", "x", "u", "v"))
+    lines = (
+        Line(w[t], a * w[t - 1] + k * u[t - 1]),
+        Line(x[t], c1 * x[t - 1] + c2 * x[t - 2] + b * v[t - 1]),
+    )
+    seen = (Measurement("y", "w", "eta"), Measurement("z", "x", "zeta"))
+    return Model("apart", tuple(Parameter(name, -5, 5) for name in names), lines, seen)
+
+
+def two_records(
+    acting: Array, given: Array, cube: float = 0.0, product: float = 0.0
+) -> tuple[Dataset, dict[str, Array]]:
+    """Drive both; the second by `acting`, of which `given` is recorded. It has another unit, so that it is large."""
+    u, y, z = steps(1, N), np.zeros(N), np.zeros(N)
+    for i in range(2, N):
+        y[i] = 0.8 * y[i - 1] + 0.5 * u[i - 1]
+        spring = 0.1 * z[i - 1] + cube * z[i - 1] ** 3 - product * u[i - 1] * z[i - 1]
+        z[i] = 2 * z[i - 1] - z[i - 2] - spring - 0.4 * (z[i - 1] - z[i - 2]) + 0.1 * acting[i - 1]
+    errors = {"y": noise(3, 0.02), "z": 1000 * noise(4, 0.02)}
+    outputs = {"y": y + errors["y"], "z": 1000 * z + errors["z"]}
+    data = Dataset.from_arrays(input={"u": u, "v": 100 * given}, output=outputs, sampling_time=0.1)
+    return data, errors
+
+
+def test_a_spring_behind_the_second_output_is_found() -> None:
+    v = steps(2, N)
+    data, errors = two_records(v, v, cube=0.3)
+    trial, said = tried(stiffness.EFFECT, apart(), data)
+    assert_recovered(trial, data, errors)
+    assert trial.label == "cubic on x, z"
+    assert trial.values["spring_cube"] == pytest.approx(0.3e-6, rel=0.1)
+    assert "the cube of z" in said
+
+
+def test_a_valve_at_the_second_input_that_the_second_output_shows_is_found() -> None:
+    command = steps(2, N)
+    stem, valve = command[0], np.zeros(N)
+    for i, now in enumerate(command):
+        if abs(now - stem) > 0.3:
+            stem = now - 0.1 * np.sign(now - stem)
+        valve[i] = stem
+    data, errors = two_records(valve, command)
+    trial, said = tried(valve_stiction.EFFECT, apart(), data)
+    assert_recovered(trial, data, errors)
+    assert trial.label == "v"
+    assert trial.values["slip_jump"] == pytest.approx(20, rel=0.2)
+    assert said.startswith("A valve sticks behind v:")
+
+
+def test_a_curve_behind_a_lag_of_the_second_input_is_found() -> None:
+    v = steps(2, N)
+    inner = np.zeros(N)
+    for i in range(1, N):
+        inner[i] = 0.8 * inner[i - 1] + 0.1 * (v[i] + v[i - 1])
+    data, errors = two_records(np.clip(inner, -0.3, 0.4), v)
+    trial, said = tried(inner_curve.EFFECT, apart(), data)
+    assert_recovered(trial, data, errors)
+    assert trial.label == "saturation at the input, v"
+    assert trial.values["inner_limit_upper"] == pytest.approx(40, rel=0.1)
+    assert said.startswith("A curve lies behind a lag of v ")
+
+
+def test_the_first_input_that_multiplies_a_state_of_the_second_is_found() -> None:
+    v = steps(2, N)
+    data, errors = two_records(v, v, product=0.05)
+    trial, _ = tried(bilinear.EFFECT, apart(), data)
+    assert_recovered(trial, data, errors)
+    assert trial.label == "u times x, v"
