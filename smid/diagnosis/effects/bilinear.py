@@ -13,6 +13,7 @@ References: Mohler, Bilinear Control Processes (1973); Strang, SIAM Journal on N
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 
 import sympy
@@ -43,7 +44,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
             label = f"{channel} times {state.own}"
             if force := _force(model, site, state, name):
                 size = most * site.scale(site.input) / site.scale(shown_at(model, site, state))
-                factor = fresh(model, f"{state.own}_bilinear", (-size, size), "", 0.0)
+                factor = fresh(model, f"{state.own}_{site.input}_bilinear", (-size, size), "", 0.0)
                 yield Extension(
                     model.add_term(state.line.signal, factor.symbol * force, [factor]),
                     tuple({factor.name: share * size} for share in _SHARES),
@@ -51,6 +52,8 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                     describe=partial(_as_force, channel, state.own),
                 )
                 continue
+            if any(_force(model, replace(site, input=other), state, name) for other in model.input_channels):
+                continue  # offered there
             per, time = (site.sampling_time, "s") if state.line.rate else (1.0, "sample")
             factor = fresh(model, f"{state.own}_bilinear", (-most / per, most / per), "", 0.0)
             yield Extension(

@@ -211,7 +211,7 @@ def test_an_input_multiplies_a_position() -> None:
     trial, before, after = tried("bilinear", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.02)
     assert before > 3
     assert after < 1.2
-    assert trial.values["w_bilinear"] == pytest.approx(0.5, rel=0.05)
+    assert trial.values["w_u_bilinear"] == pytest.approx(0.5, rel=0.05)
 
 
 @pytest.mark.parametrize("of", ["w", "u"])
