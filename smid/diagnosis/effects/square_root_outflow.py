@@ -38,7 +38,7 @@ from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_STARTS = (0.95, 0.8, 0.5)
+_STARTS = (0.95, 0.8, 0.5, 0.1)  # the last is near the linear law, where the first step of a fit is to be trusted
 _ROOT = 0.6  # below, the law is nearer to the linear one: the outlet would lie a fifth of the range below zero
 _GUARD = 1e-6  # keeps the slope of the root at zero finite
 _LEAST = 1e-3  # the least pole: a vessel has a positive one, what a fit tries may not
