@@ -5,26 +5,34 @@ best fit to it of the base model, parameters and initial state (`refit.misfit`).
 level is then set so that the strength is a log-uniform draw between 3 and 20. A draw is thrown away, and everything
 drawn again, when the noise would exceed 20 % of the output's standard deviation, or the misfit is below 3 % of it (then
 the integration error of a model at the sampling time would be seen beside the effect), or the effect shows
-in one part of the record only: the first 70 % must hold 0.6, the held-out rest 0.3 of the rms misfit.
+in one part of the record only: the first 80 % must hold 0.6, the last 20 %, the test part, 0.3 of the rms misfit.
+
+Which effects are hidden follows from their rank in a hash of seed, kind and name, and every draw from a generator of
+its own for these effects: an effect that is added to the list changes only the cases that it enters.
 
 A single effect must also be told apart by the record, whoever looks: where the obvious rival explains the noise-free
 output up to half the noise, everything is drawn again. Guarded so are, against a free polynomial of the input,
-`output_curve`, `operating_point` and `power_law` (on a slow input each is a static curve), and `stribeck_friction`
-against Coulomb friction.
+`output_curve`, `operating_point`, `power_law`, `square_root_outflow`, `stiffness` and `bilinear` (on a slow input each
+is a static curve), and `stribeck_friction` against Coulomb friction.
 
 Effects that leave no mean misfit have a strength of their own:
 
     input_noise     rms of the output with true minus with recorded input, over rms of the noise
     outliers        rms of the glitches over rms of the noise; each is at least five noise bounds
     quantisation    step over rms of the noise; the noise bound handed over covers half a step more
+    multiplicative_noise  noise at the largest magnitude of the output over that at zero
 
-Two effects: the smaller of two strengths, each the smallest of (i) that of the effect alone and (ii) the rms by which
-taking it out of the pair changes the output, over the rms of the noise.
+Several effects: the smallest of their strengths, each the smaller of (i) that of the effect alone and (ii) the rms by
+which taking it out of the case changes the output, over the rms of the noise.
 """
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
+from zlib import crc32
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -36,26 +44,39 @@ from benchmarks.blind.refit import misfit
 from benchmarks.blind.signals import SIGNALS, make_signal
 from relaxations.algebra.arrays import Array
 from smid import Dataset, Model
+from smid.models import Measurement
 
-__all__ = ["HELD_OUT", "Case", "draw"]
+__all__ = ["TEST", "Case", "draw", "ranked"]
 
 Rng = np.random.Generator
-HELD_OUT, WEAKEST, STRONGEST, LOUDEST, FAINTEST = 0.3, 3.0, 20.0, 0.2, 0.03
-SPECIAL = ("input_noise", "outliers", "quantisation")
+TEST, WEAKEST, STRONGEST, LOUDEST, FAINTEST = 0.2, 3.0, 20.0, 0.2, 0.03
+SPECIAL = ("input_noise", "outliers", "quantisation", "multiplicative_noise")
 PLANTS = ("clutch", "cstr", "arm_speed", "arm_angle", "arm_free", "linear1", "linear2")
-ATTEMPTS, APART, DEGREE = 400, 0.5, 5
+KINDS = ("none", "single", "pair", "triple")
+ATTEMPTS, APART, DEGREE = 40, 0.5, 5
 
+# What the walk of two masses leaves out.
+RIGID = (
+    *("coulomb_friction", "stribeck_friction", "load_friction", "viscous_friction", "quadratic_drag"),
+    *("operating_point", "direction_dependence", "time_constant"),
+    *("parameter_change", "parameter_drift", "scheduled_parameter"),
+    *("gravity", "bilinear"),
+)
+# What is a static curve on a slow input.
+CURVED = ("output_curve", "operating_point", "power_law", "square_root_outflow", "stiffness", "bilinear")
 # Pairs that are nearly one effect twice: two static curves in one place, two slow motions of one thing, two lags.
 SAME = (
-    {"input_dead_zone", "input_saturation", "input_curve"},
+    {"input_dead_zone", "input_saturation", "input_curve", "inner_curve"},
     {"output_curve", "output_saturation"},
-    {"input_backlash", "hysteresis"},
+    {"input_backlash", "hysteresis", "valve_stiction"},
     {"parameter_change", "parameter_drift"},
     {"sensor_bias", "sensor_drift"},
-    {"coulomb_friction", "stribeck_friction"},
+    {"coulomb_friction", "stribeck_friction", "load_friction"},
     {"viscous_friction", "quadratic_drag"},
-    {"input_delay", "extra_lag", "resonance", "rate_limit"},
-    {"power_law", "operating_point", "direction_dependence", "output_curve"},
+    {"elastic_coupling", "resonance"},
+    *({"elastic_coupling", other} for other in RIGID),
+    {"input_delay", "variable_delay", "extra_lag", "sensor_lag", "resonance", "rate_limit", "inner_curve"},
+    {"power_law", "square_root_outflow", "operating_point", "direction_dependence", "output_curve"},
     {"gain", "time_constant", "parameter_change", "parameter_drift"},
 )
 
@@ -127,8 +148,8 @@ def draw(seed: int, effects: int = 1, samples: int = 1000) -> Case:
     Parameters
     ----------
     seed : int
-        Seed; a single effect is the one of number ``seed`` modulo the number of effects.
-    effects : {0, 1, 2}
+        Seed of every choice.
+    effects : {0, 1, 2, 3}
         How many effects are hidden.
     samples : int
         Length of the record; at least 200.
@@ -142,57 +163,83 @@ def draw(seed: int, effects: int = 1, samples: int = 1000) -> Case:
     ------
     ValueError
         If the number of effects or of samples is not of these.
-    RuntimeError
-        If no draw was acceptable: change the limits at the head of this module.
 
     Examples
     --------
-    >>> draw(0).truth
-    ('input_dead_zone',)
+    >>> draw(0).truth == (ranked(0, "single")[0],)
+    True
     """
-    if effects not in (0, 1, 2) or samples < 200:
-        raise ValueError(f"effects = {effects}, samples = {samples}: hide 0, 1 or 2 effects in at least 200 samples")
-    rng = np.random.default_rng([seed, effects, samples])
-    for attempt in range(1, ATTEMPTS + 1):
-        chosen = _choose(rng, seed, effects)
-        setting = _setting(rng, chosen, samples)
-        if setting is None:
-            continue
-        case = _null(rng, setting) if not chosen else _hidden(rng, setting, chosen)
-        if case is not None:
-            return replace(case, seed=seed, attempts=attempt)
-    raise RuntimeError(f"seed {seed}: no acceptable draw of {effects} effects in {ATTEMPTS} attempts")
+    if effects not in range(len(KINDS)) or samples < 200:
+        raise ValueError(f"effects = {effects}, samples = {samples}: hide 0 to 3 effects in at least 200 samples")
+    attempts = 0
+    for chosen in _choices(seed, effects):
+        rng = np.random.default_rng([seed, samples, *(crc32(effect.name.encode()) for effect in chosen)])
+        for _ in range(ATTEMPTS):
+            attempts += 1
+            setting = _setting(rng, chosen, samples)
+            case = _hidden(rng, setting, chosen) if chosen else _null(rng, setting)
+            if case is not None:
+                return replace(case, seed=seed, attempts=attempts)
+    raise RuntimeError(f"seed {seed}: no choice of {effects} effects has an acceptable draw in {ATTEMPTS} attempts")
 
 
-def _choose(rng: Rng, seed: int, effects: int) -> tuple[Effect, ...]:
-    names = list(EFFECTS)
-    if effects == 0:
-        return ()
-    if effects == 1:
-        return (EFFECTS[names[seed % len(names)]],)
-    while True:
-        first, second = (str(name) for name in rng.choice(names, 2, replace=False))
-        one, other = EFFECTS[first], EFFECTS[second]
-        contradicting = one.needs and other.needs and one.needs != other.needs
-        if not any({first, second} <= group for group in SAME) and not contradicting and _shared(one, other):
-            return one, other
+def ranked(seed: int, kind: str) -> list[str]:
+    """Return the names of all effects, in an order that an added effect does not change.
+
+    The order is by a cryptographic hash: cyclic sums of names of one length differ by constants, and so favour some.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the case.
+    kind : {"single", "pair", "triple"}
+        How many effects are hidden.
+
+    Returns
+    -------
+    list of str
+        The first are hidden, as far as they can stand together.
+
+    Examples
+    --------
+    >>> sorted(ranked(0, "pair")) == sorted(EFFECTS)
+    True
+    """
+    return sorted(EFFECTS, key=lambda name: hashlib.sha256(f"{seed} {kind} {name}".encode()).digest())
 
 
-def _shared(*chosen: Effect) -> list[str]:
-    return [name for name in PLANTS if all(name in effect.plants for effect in chosen)]
+def _choices(seed: int, effects: int) -> Iterator[tuple[Effect, ...]]:
+    """Yield the sets of effects that can stand together, the one of the first ranks first."""
+    for names in combinations(ranked(seed, KINDS[effects]), effects):
+        chosen = tuple(EFFECTS[name] for name in names)
+        same = any(len(group.intersection(names)) > 1 for group in SAME)
+        if not same and len(_needs(chosen)) < 2 and _plants(chosen, _fixed(chosen)) and _signals(chosen):
+            yield chosen
 
 
-def _setting(rng: Rng, chosen: tuple[Effect, ...], samples: int) -> _Setting | None:
-    fixed = tuple(sorted({name for effect in chosen for name in effect.fixes}))
+def _needs(chosen: Sequence[Effect]) -> set[str]:
+    return {effect.needs for effect in chosen if effect.needs}
+
+
+def _fixed(chosen: Sequence[Effect]) -> tuple[str, ...]:
+    return tuple(sorted({name for effect in chosen for name in effect.fixes}))
+
+
+def _signals(chosen: Sequence[Effect]) -> list[str]:
+    return [name for name in SIGNALS if all(name in effect.signals for effect in chosen)]
+
+
+def _plants(chosen: Sequence[Effect], fixed: Sequence[str]) -> list[str]:
+    shared = [name for name in PLANTS if all(name in effect.plants for effect in chosen)]
+    return [name for name in shared if not fixed or name in ("cstr", "linear1")]
+
+
+def _setting(rng: Rng, chosen: tuple[Effect, ...], samples: int) -> _Setting:
+    fixed = _fixed(chosen)
     if not chosen and rng.random() < 0.15:
         fixed = ("gain", "tau")
-    plants = [name for name in _shared(*chosen) if not fixed or name in ("cstr", "linear1")]
-    signals = [name for name in SIGNALS if all(name in effect.signals for effect in chosen)]
-    if not plants or not signals:
-        return None
-    needs = "".join({effect.needs for effect in chosen if effect.needs})
-    plant = draw_plant(rng, str(rng.choice(plants)), needs)
-    signal = str(rng.choice(signals))
+    plant = draw_plant(rng, str(rng.choice(_plants(chosen, fixed))), "".join(_needs(chosen)))
+    signal = str(rng.choice(_signals(chosen)))
     z = make_signal(signal, rng, samples, plant.tempo)
     if plant.balanced:
         z = (z - np.mean(z)) / np.max(np.abs(z - np.mean(z)))
@@ -213,13 +260,17 @@ def _null(rng: Rng, setting: _Setting) -> Case:
 def _hidden(rng: Rng, setting: _Setting, chosen: tuple[Effect, ...]) -> Case | None:
     plant, u, start = setting.plant, setting.u, setting.start
     base = simulate(plant, Twist(), u, start)
-    twist, alone = Twist(), []
-    for effect in chosen:
-        # Each effect is drawn by itself as well, so that the strength of either one in the pair is known.
-        state = rng.bit_generator.state
-        alone.append(effect.build(rng, plant, u, base, Twist()))
-        rng.bit_generator.state = state
-        twist = effect.build(rng, plant, u, base, twist)
+    # Each effect has a generator of its own, so that it is the same alone and among others.
+    seeds = rng.integers(2**63, size=len(chosen))
+
+    def built(effects: Sequence[int]) -> Twist:
+        twist = Twist()
+        for k in effects:
+            twist = chosen[k].build(np.random.default_rng(seeds[k]), plant, u, base, twist)
+        return twist
+
+    every = range(len(chosen))
+    twist = built(every)
     recorded = u if twist.input_error is None else u + twist.input_error
     predictable = simulate(plant, twist, recorded, start)
     y = predictable if twist.input_error is None else simulate(plant, twist, u, start)
@@ -228,8 +279,9 @@ def _hidden(rng: Rng, setting: _Setting, chosen: tuple[Effect, ...]) -> Case | N
         return None
     rest = misfit(plant, u, y, setting.fixed)
     parts = []
-    for effect, single, other in zip(chosen, alone, reversed(alone), strict=True):
-        part = _part(setting, effect, single, other if len(chosen) == 2 else None, y, predictable)
+    for k, effect in enumerate(chosen):
+        others = built([other for other in every if other != k]) if len(chosen) > 1 else None
+        part = _part(setting, effect, built([k]), others, y, predictable)
         if part is not None and not (FAINTEST * size <= part):
             return None
         parts.append(part)
@@ -253,25 +305,25 @@ def _hidden(rng: Rng, setting: _Setting, chosen: tuple[Effect, ...]) -> Case | N
 
 
 def _part(
-    setting: _Setting, effect: Effect, single: Twist, other: Twist | None, y: Array, predictable: Array
+    setting: _Setting, effect: Effect, single: Twist, others: Twist | None, y: Array, predictable: Array
 ) -> float | None:
-    """Return the rms that makes an effect visible; None for glitches and rounding, which are added after the noise."""
+    """Return the rms that makes an effect visible; None for what is done to the noise."""
     plant, u, start = setting.plant, setting.u, setting.start
-    if effect.name in ("outliers", "quantisation"):
+    if effect.name in SPECIAL and effect.name != "input_noise":
         return None
     if effect.name == "input_noise":
         return _rms(y - predictable)
     alone = simulate(plant, single, u, start)
     part = _rms(misfit(plant, u, alone, setting.fixed))
-    if other is not None:
-        part = min(part, _rms(y - simulate(plant, other, u, start)))
+    if others is not None:
+        part = min(part, _rms(y - simulate(plant, others, u, start)))
     return part
 
 
 def _rival_rest(setting: _Setting, effect: Effect, twist: Twist, y: Array) -> float:
     """Return the rms that the obvious rival of an effect leaves, infinite where none is guarded against."""
     plant, u = setting.plant, setting.u
-    if effect.name in ("output_curve", "operating_point", "power_law") and plant.name != "clutch":
+    if effect.name in CURVED and plant.name != "clutch":
         return _rms(misfit(plant, u, y, powers=DEGREE))
     if effect.name == "stribeck_friction" and twist.friction is not None:
         level = twist.friction.sliding
@@ -290,7 +342,7 @@ def _rival_rest(setting: _Setting, effect: Effect, twist: Twist, y: Array) -> fl
 
 
 def _spread_out(rest: Array) -> bool:
-    split = round((1 - HELD_OUT) * len(rest))
+    split = round((1 - TEST) * len(rest))
     return _rms(rest[:split]) > 0.6 * _rms(rest) and _rms(rest[split:]) > 0.3 * _rms(rest)
 
 
@@ -326,6 +378,11 @@ def _case(
     rest: Array,
 ) -> Case:
     plant, n = setting.plant, len(noise)
+    if twist.growing:
+        # The bound holds at the largest magnitude, where the noise stays as it is.
+        size = np.abs(outputs[0]) / np.max(np.abs(outputs[0]))
+        noise = noise * (1 + (twist.growing - 1) * size) / twist.growing
+        strength = min(strength or twist.growing, twist.growing)
     y, level = outputs[0] + noise, _rms(noise)
     if twist.quantised:
         ratio = float(np.exp(rng.uniform(np.log(WEAKEST), np.log(STRONGEST / 2))))
@@ -345,13 +402,19 @@ def _case(
             others["temperature"] = slow_channel(rng, n)
         elif "flow" not in others:
             others["flow"] = float(rng.uniform(0.3, 30.0)) * make_signal("held_noise", rng, n, plant.tempo)
+    sensors = {plant.output: y}
+    model = base_model(plant, setting.fixed, physical=bool(rng.random() < 0.4))
+    if twist.seen_twice:
+        quick = simulate(plant, replace(twist, sensor=(), output=()), setting.u, setting.start)
+        sensors["reference"] = quick + rng.permutation(noise)
+        (seen,) = model.measurements
+        model = replace(model, measurements=(seen, Measurement("reference", seen.signal, "zeta")))
     data = Dataset.from_arrays(
         input={plant.input: recorded},
-        output={plant.output: y},
+        output=sensors,
         sampling_time=plant.sampling_time,
         **{name: others[name] for name in sorted(others)},  # type: ignore[arg-type]
     )
-    model = base_model(plant, setting.fixed, physical=bool(rng.random() < 0.4))
     return Case(
         0, data, model, bound, truth, plant.name, setting.signal, *outputs, strength, noise, rest, setting.fixed, 0
     )

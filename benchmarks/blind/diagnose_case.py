@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from benchmarks.blind.cases import HELD_OUT, draw
+from benchmarks.blind.cases import TEST, draw
 from benchmarks.blind.score import CaseResult
 
 __all__ = ["KINDS", "diagnose_case"]
@@ -49,7 +49,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
         if result.causes:
             rivals = tuple(str(getattr(rival, "effect", rival)) for rival in result.causes[0].rivals)
         recorded = case.data.experiments[0].values[case.data.output]
-        rest = (recorded - case.predictable)[round((1 - HELD_OUT) * samples) :]
+        rest = (recorded - case.predictable)[round((1 - TEST) * samples) :]
         ratio = float(result.gain.rmse_after) / float(np.sqrt(np.mean(rest**2)))
     seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)

@@ -15,7 +15,7 @@ from math import exp, sin
 import numpy as np
 
 from benchmarks.blind import memory
-from benchmarks.blind.plants import REACTION, SUBSTEPS, THETA, TORQUE, Friction, Map, Plant, Twist
+from benchmarks.blind.plants import REACTION, SUBSTEPS, THETA, TORQUE, Coupling, Friction, Map, Plant, Twist
 from benchmarks.blind.signals import BINARY, SIGNALS, SMOOTH, make_signal
 from relaxations.algebra.arrays import Array
 
@@ -130,6 +130,22 @@ def input_delay(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twi
     # A multiple of the substep, so that the switching instants of the held input are met exactly.
     shift = round(whole * SUBSTEPS) if rng.random() < 0.7 else round(whole + 0.5) * SUBSTEPS
     return _after_input(twist, lambda v: np.concatenate([np.zeros(shift), v[:-shift]]))
+
+
+def variable_delay(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    whole = _between(rng, 1.5, max(2.5, min(7.0, 0.6 * plant.tempo)))
+    if plant.low > 0 and rng.random() < 0.3:  # what leaves is seen at the end of a pipe that the input flows through
+        flow = u
+        late, place = "sensor", twist.sensor
+    else:
+        top = _between(rng, 0.3, 30.0)
+        wave = make_signal(str(rng.choice(["held_noise", "multisine", "steps"])), rng, len(u), 4 * plant.tempo)
+        flow = top * (1 - rng.uniform(0.5, 0.75) * (1 - wave) / 2)
+        twist = replace(twist, channels={**twist.channels, "flow": flow})
+        late, place = "input", twist.input
+    passing = np.repeat(flow, SUBSTEPS) / SUBSTEPS
+    volume = whole * float(np.mean(flow))
+    return replace(twist, **{late: (*place, lambda v: memory.pipe(v, passing, volume))})
 
 
 def rate_limit(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
@@ -276,21 +292,21 @@ def square_root_outflow(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist
     full = float(np.max(np.abs(y)))
     below = rng.uniform(0.02, 0.1) * full if rng.random() < 0.3 else 0.0
     outflow = full / (full + below) ** 0.5 / plant.tau
-    return _pushed(twist, lambda x, rate, drive: x / plant.tau - outflow * max(0.0, x + below) ** 0.5)  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: x / plant.tau - outflow * max(0.0, x + below) ** 0.5)  # noqa: ARG005
 
 
 def bilinear(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     share = rng.choice([-1, 1]) * rng.uniform(0.25, 0.6)
     decay = plant.tau**-2 if plant.name == "linear2" else 1 / plant.tau
     factor = float(share * decay / max(abs(plant.low), plant.high))
-    return _pushed(twist, lambda x, rate, drive: factor * drive * x)  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: factor * drive * x)
 
 
-def _pushed(twist: Twist, push: Callable[[float, float, float], float]) -> Twist:
+def _pushed(twist: Twist, push: Callable[[float, float], float]) -> Twist:
     before = twist.push
     if before is None:
         return replace(twist, push=push)
-    return replace(twist, push=lambda x, rate, drive: before(x, rate, drive) + push(x, rate, drive))
+    return replace(twist, push=lambda x, drive: before(x, drive) + push(x, drive))
 
 
 def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
@@ -298,15 +314,15 @@ def stiffness(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist
     if rng.random() < 0.65:
         bend = rng.uniform(0.4, 2.0) if rng.random() < 0.75 else -rng.uniform(0.08, 0.2)
         # Far out the spring is straight again, so that a soft one never pushes outwards.
-        return _pushed(twist, lambda x, rate, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
+        return _pushed(twist, lambda x, drive: -bend * soft * x * min(abs(x) / reach, 2.0) ** 2)  # noqa: ARG005
     gap, hard = rng.uniform(0.25, 0.6) * reach, rng.uniform(1.0, 3.0) * soft
-    return _pushed(twist, lambda x, rate, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: -hard * (x - max(-gap, min(gap, x))))  # noqa: ARG005
 
 
 def gravity(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     weight = rng.uniform(0.1, 0.5) * _torque(plant)
     zero = rng.uniform(-0.8, 0.8) if rng.random() < 0.4 else 0.0  # angle at which the sensor shows the arm hanging
-    return _pushed(twist, lambda x, rate, drive: -weight * sin(x - zero))  # noqa: ARG005
+    return _pushed(twist, lambda x, drive: -weight * sin(x - zero))  # noqa: ARG005
 
 
 # Other causes beside the input
@@ -381,6 +397,26 @@ def quadratic_drag(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> 
     return replace(twist, friction=replace(_friction(twist), drag=drag))
 
 
+def load_friction(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    level = rng.uniform(0.2, 0.5) * _torque(plant)  # at the largest load
+    load = slow_channel(rng, len(u))
+    load = rng.uniform(0.0, 0.2) + (load - np.min(load)) / np.ptp(load)
+    pressing = np.repeat(load / np.max(load), SUBSTEPS)
+    twist = replace(twist, channels={**twist.channels, "load": _between(rng, 1.0, 100.0) * load})
+    return replace(twist, friction=replace(_friction(twist), sliding=level, breakaway=level, load=pressing))
+
+
+def elastic_coupling(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    share, damping = rng.uniform(0.2, 0.7), _between(rng, 0.02, 0.2)
+    omega = 2 * np.pi * np.sqrt(1 - share) / (_between(rng, 6.0, 25.0) * plant.sampling_time)
+    at_second = bool(rng.random() < 0.6)
+    gap = 0.0
+    if at_second and rng.random() < 0.4:
+        # The twist that the largest drive holds, and as much again.
+        gap = rng.uniform(0.3, 1.5) * share * _torque(plant) / omega**2
+    return replace(twist, coupling=Coupling(share, omega, damping, gap, at_second))
+
+
 # The sensor
 
 
@@ -414,12 +450,21 @@ def sensor_drift(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Tw
     return _after_output(twist, lambda w: w + drift)
 
 
+def sensor_lag(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    ratio = 1 / (SUBSTEPS * plant.tempo * rng.uniform(0.3, 1.2))
+    return replace(twist, sensor=(*twist.sensor, lambda w: memory.lag(w, ratio)), seen_twice=True)
+
+
 def outliers(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     return replace(twist, glitches=rng.uniform(0.01, 0.04))
 
 
 def quantisation(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
     return replace(twist, quantised=True)
+
+
+def multiplicative_noise(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
+    return replace(twist, growing=_between(rng, 4.0, 20.0))
 
 
 _SLOW_EDGES = (*BINARY, *SMOOTH)
@@ -432,6 +477,7 @@ EFFECTS: dict[str, Effect] = {
         Effect("input_backlash", input_backlash, STABLE, BINARY),
         Effect("input_curve", input_curve, _CURVED, BINARY),
         Effect("input_delay", input_delay, (*EVERY, "arm_free"), SMOOTH),
+        Effect("variable_delay", variable_delay, ("cstr", "linear1", "linear2"), SMOOTH),
         Effect("rate_limit", rate_limit, STABLE, _SLOW_EDGES),
         Effect("input_noise", input_noise, STABLE),
         Effect("gain", gain, ("cstr", "linear1"), fixes=("gain", "tau")),
@@ -449,13 +495,17 @@ EFFECTS: dict[str, Effect] = {
         Effect("stribeck_friction", stribeck_friction, ARM, BINARY),
         Effect("viscous_friction", viscous_friction, ("arm_free",)),
         Effect("quadratic_drag", quadratic_drag, ARM, BINARY),
+        Effect("load_friction", load_friction, (*ARM, "arm_angle"), BINARY),
+        Effect("elastic_coupling", elastic_coupling, (*ARM, "arm_angle"), SMOOTH),
         Effect("hysteresis", hysteresis, STABLE, BINARY),
         Effect("output_curve", output_curve, _CURVED, BINARY),
         Effect("output_saturation", output_saturation, STABLE, BINARY),
         Effect("sensor_bias", sensor_bias, STABLE, BINARY),
         Effect("sensor_drift", sensor_drift, STABLE),
+        Effect("sensor_lag", sensor_lag, STABLE, SMOOTH),
         Effect("outliers", outliers, (*EVERY, "arm_free")),
         Effect("quantisation", quantisation, (*EVERY, "arm_free")),
+        Effect("multiplicative_noise", multiplicative_noise, (*STABLE, "arm_free"), BINARY),
         Effect("periodic_disturbance", periodic_disturbance, (*EVERY, "arm_free")),
         Effect("valve_stiction", valve_stiction, STABLE, BINARY),
         Effect("stiffness", stiffness, ("linear2",), BINARY),

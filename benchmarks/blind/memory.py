@@ -1,4 +1,4 @@
-"""Input maps with memory, on the fine grid: play by contact, relays of Preisach, limited slope, lags, a sticking valve.
+"""Maps with memory, on the fine grid: play by contact, a pipe, relays of Preisach, limited slope, lags, stiction.
 
 They are written as the mechanisms they stand for, not as the operators a model would use.
 """
@@ -10,7 +10,35 @@ from scipy.signal import cont2discrete, lfilter
 
 from relaxations.algebra.arrays import Array
 
-__all__ = ["lag", "play", "relays", "ring", "slope_limited", "sticking_valve"]
+__all__ = ["lag", "pipe", "play", "relays", "ring", "slope_limited", "sticking_valve"]
+
+
+def pipe(fine: Array, flow: Array, volume: float) -> Array:
+    """Pass parcels through a pipe, each pushed on by those behind it.
+
+    Parameters
+    ----------
+    fine : numpy.ndarray, shape (m,)
+        What enters; the pipe is full of the first value.
+    flow : numpy.ndarray, shape (m,)
+        Volume that enters per substep, positive.
+    volume : float
+        Volume of the pipe.
+
+    Returns
+    -------
+    numpy.ndarray, shape (m,)
+        What leaves at the beginning of each substep.
+
+    Examples
+    --------
+    >>> pipe(np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 1.0, 2.0, 1.0]), 2.0)
+    array([0., 0., 0., 2.])
+    """
+    entered = np.concatenate([[0.0], np.cumsum(flow)[:-1]])
+    # The parcel that leaves has just the pipe's volume behind it; rounding must not leave it one parcel behind.
+    parcel = np.searchsorted(entered, entered - volume * (1 - 1e-12), side="right") - 1
+    return np.asarray(fine[np.maximum(parcel, 0)])
 
 
 def play(fine: Array, gap: float, slack: float) -> Array:

@@ -26,7 +26,7 @@ from scipy.signal import lfilter
 
 from relaxations.algebra.arrays import Array
 
-__all__ = ["SUBSTEPS", "Friction", "Plant", "Twist", "draw_plant", "simulate"]
+__all__ = ["SUBSTEPS", "Coupling", "Friction", "Plant", "Twist", "draw_plant", "simulate"]
 
 Map = Callable[[Array], Array]
 SUBSTEPS = 20
@@ -103,6 +103,8 @@ class Friction:
         Speed over which breakaway fades to sliding; 0: no difference.
     viscous, drag : float
         Factors of ``w`` and ``w |w|``.
+    load : numpy.ndarray or None
+        Factor of sliding and breakaway on the fine grid.
     """
 
     sliding: float = 0.0
@@ -110,6 +112,30 @@ class Friction:
     fading: float = 0.0
     viscous: float = 0.0
     drag: float = 0.0
+    load: Array | None = None
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A second mass behind a spring and a damper, which touch after a gap and never pull.
+
+    Attributes
+    ----------
+    share : float
+        Part of the inertia that the second mass has.
+    omega, damping : float
+        Angular frequency in rad/s and damping ratio of the second mass against a fixed first one.
+    gap : float
+        Play, in units of the twist.
+    at_second : bool
+        Whether the sensor is at the second mass.
+    """
+
+    share: float
+    omega: float
+    damping: float
+    gap: float = 0.0
+    at_second: bool = False
 
 
 @dataclass(frozen=True)
@@ -129,16 +155,24 @@ class Twist:
     friction : Friction or None
         Arm only.
     push : callable or None
-        What is added to the rate of the last state, by first state, its rate and the drive: an acceleration where
-        there are two states.
+        What is added to the rate of the last state, by first state and drive: an acceleration where there are two
+        states.
+    coupling : Coupling or None
+        Arm only.
+    sensor : tuple of callables
+        Maps of the output on the fine grid: sensors with a memory.
     output : tuple of callables
         Maps of the sampled output, shape (n,).
+    seen_twice : bool
+        Whether a second sensor records the output, without sensor effects.
     channels : Mapping of str to numpy.ndarray
         Further measured channels.
     input_error : numpy.ndarray or None
         Recorded minus true input.
     glitches : float
         Share of samples that are outliers.
+    growing : float
+        Noise at the largest magnitude of the output over that at zero; 0: constant noise.
     quantised : bool
         Whether the recorded output is rounded.
     """
@@ -151,17 +185,21 @@ class Twist:
     slow_of: Callable[[float, float, float], float] | None = None
     power: float = 1.0
     friction: Friction | None = None
-    push: Callable[[float, float, float], float] | None = None
+    push: Callable[[float, float], float] | None = None
+    coupling: Coupling | None = None
+    sensor: tuple[Map, ...] = ()
     output: tuple[Map, ...] = ()
+    seen_twice: bool = False
     channels: Mapping[str, Array] = field(default_factory=dict)
     input_error: Array | None = None
     glitches: float = 0.0
+    growing: float = 0.0
     quantised: bool = False
 
     @property
     def is_linear(self) -> bool:
         """Whether the dynamics stay linear and constant, the gain apart."""
-        changed = self.gain_of or self.slow_of or self.friction or self.push
+        changed = self.gain_of or self.slow_of or self.friction or self.push or self.coupling
         return self.slow is None and not changed and self.power == 1.0
 
 
@@ -250,6 +288,8 @@ def simulate(plant: Plant, twist: Twist, u: Array, start: float = 0.0) -> Array:
     if twist.gain is not None:
         fine = fine * twist.gain
     w = _exact(plant, fine, start) if twist.is_linear else _walk(plant, twist, fine, start)
+    for change in twist.sensor:
+        w = change(w)
     y = w[::SUBSTEPS][: len(u)]
     for change in twist.output:
         y = change(y)
@@ -285,6 +325,12 @@ def _exact(plant: Plant, fine: Array, start: float) -> Array:
 
 
 def _walk(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
+    if twist.coupling is not None:
+        initial = 0.0 if plant.name == "arm_angle" else start
+        speed = _two_masses(plant, twist.coupling, fine, initial)
+        if plant.name == "arm_angle":
+            return np.asarray(start + _running_integral(speed, plant.sampling_time / SUBSTEPS))
+        return speed
     if twist.friction is not None:
         initial = 0.0 if plant.name == "arm_angle" else start
         speed = _stick_slip(plant, twist, twist.friction, fine, initial, start)
@@ -318,7 +364,7 @@ def _walk_first(plant: Plant, twist: Twist, fine: Array, start: float) -> Array:
         left = x if power == 1.0 else (abs(x) ** power if x >= 0 else -(abs(x) ** power))
         r = push * drive * (1.0 if gain_of is None else gain_of(x)) - decay * left
         if pushed is not None:
-            r += pushed(x, r, drive)
+            r += pushed(x, drive)
         return r / (factor if slow_of is None else factor * slow_of(x, drive, r))
 
     out, x = [], start
@@ -338,7 +384,7 @@ def _walk_second(plant: Plant, twist: Twist, fine: Array, start: float) -> Array
 
     def acceleration(x: float, v: float, drive: float, target: float) -> float:
         a = push * drive - decay * v if free else square * (target - x) - twice * v
-        return a if pushed is None else a + pushed(x, v, drive)
+        return a if pushed is None else a + pushed(x, drive)
 
     out, x, v = [], start, 0.0
     for j, drive in enumerate(fine.tolist()):
@@ -363,6 +409,7 @@ def _stick_slip(plant: Plant, twist: Twist, friction: Friction, fine: Array, sta
     drag, sliding, fading = friction.drag, friction.sliding, friction.fading
     extra = friction.breakaway - friction.sliding if fading else 0.0
     factors = None if slow is None else slow.tolist()
+    load = None if friction.load is None else friction.load.tolist()
 
     def level(speed: float) -> float:
         return sliding + extra * exp(-abs(speed) / fading) if extra else sliding
@@ -374,17 +421,43 @@ def _stick_slip(plant: Plant, twist: Twist, friction: Friction, fine: Array, sta
     out, speed, direction = [], start, int(np.sign(start))
     for j, drive in enumerate(fine.tolist()):
         out.append(speed)
-        applied = push * drive + (0.0 if pushed is None else pushed(angle, speed, drive))
+        first = angle if plant.order == 2 else speed
+        applied = push * drive + (0.0 if pushed is None else pushed(first, drive))
         step = h if factors is None else h / factors[j]
+        pressed = 1.0 if load is None else load[j]
         if sticks and direction == 0:
-            if abs(applied) <= friction.breakaway:
+            if abs(applied) <= pressed * friction.breakaway:
                 continue
             direction = 1 if applied > 0 else -1
-        half = speed + 0.5 * step * (applied - against(speed) - direction * level(speed))
+        half = speed + 0.5 * step * (applied - against(speed) - direction * pressed * level(speed))
         if sticks and half * direction < 0:
             half = 0.0
-        speed = speed + step * (applied - against(half) - direction * level(half))
+        speed = speed + step * (applied - against(half) - direction * pressed * level(half))
         angle += step * half
         if sticks and speed * direction <= 0:
             speed, direction = 0.0, 0
+    return np.array(out)
+
+
+def _two_masses(plant: Plant, coupling: Coupling, fine: Array, start: float) -> Array:
+    """Walk two masses by the midpoint rule; the drive and the viscous friction act on the first."""
+    h = plant.sampling_time / SUBSTEPS
+    push, decay = _rates(plant)
+    square, twice = coupling.omega**2, 2 * coupling.damping * coupling.omega
+
+    def rates(first: float, second: float, twist: float, drive: float) -> tuple[float, float, float]:
+        beyond = twist - max(-coupling.gap / 2, min(coupling.gap / 2, twist))
+        force = 0.0
+        if beyond or not coupling.gap:
+            force = square * beyond + twice * (first - second)
+            # Behind a gap a wall pushes and does not pull.
+            force = force if force * beyond > 0 or not coupling.gap else 0.0
+        return (push * drive - decay * first - coupling.share * force) / (1 - coupling.share), force, first - second
+
+    out, first, second, twist = [], start, start, 0.0
+    for drive in fine.tolist():
+        out.append(second if coupling.at_second else first)
+        a, b, c = rates(first, second, twist, drive)
+        a, b, c = rates(first + 0.5 * h * a, second + 0.5 * h * b, twist + 0.5 * h * c, drive)
+        first, second, twist = first + h * a, second + h * b, twist + h * c
     return np.array(out)

@@ -30,10 +30,10 @@ from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
-from smid.diagnosis.search.trial import Base
+from smid.diagnosis.search.trial import Base, fitted_base
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fit, Fitting, fit
+from smid.fitting.fit import Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
@@ -361,10 +361,7 @@ def _record(model: Model, data: Dataset, bound: float | None) -> Record:
 
 def _base(model: Model, record: Record) -> Base:
     """Fit the base model."""
-    found = fit(model, record.data, record.used)
-    problem = Fitting(found.model, record.data, record.used, found.initial)
-    errors = tuple(problem.errors(problem.start(found.model.values), True))
-    return Base(found, errors, record.data, record.used, record.input, record.output)
+    return fitted_base(model, record.data, record.used, record.input, record.output)
 
 
 def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:

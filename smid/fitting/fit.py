@@ -239,8 +239,9 @@ class Fitting:
         residuals, blocks = [], []
         for e, channel, error, slope in self.errors(vector, jacobian):
             kept, scale = self.used[e][: len(error)], self.scale[channel]
-            residuals.append(error[kept] / scale)
-            blocks.append(slope[kept] / scale)
+            with np.errstate(over="ignore", invalid="ignore"):  # divergence is handled below
+                residuals.append(error[kept] / scale)
+                blocks.append(slope[kept] / scale)
         residual = np.concatenate(residuals)
         if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
             residual = np.full_like(residual, np.inf)

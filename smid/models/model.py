@@ -56,8 +56,8 @@ class Model:
     sampling_time
         In seconds; needed by rate lines as soon as something is computed. None: taken from the data.
     origins
-        Name of the effect that added a parameter or a signal, by the parameter's or signal's name. The base model's
-        own are not listed.
+        Name of the effect that added a parameter, a signal or the reading of an input, by the parameter's or signal's
+        name. The base model's own are not listed.
     edit
         Who edits the model now, see `edited_by`; neither stored nor compared.
 
@@ -107,7 +107,7 @@ class Model:
 
     def _known_origins(self) -> Mapping[str, str]:
         """Return the origins of the parameters and signals that there are."""
-        known = {*(p.name for p in self.parameters), *(line.signal for line in self.lines)}
+        known = {*(p.name for p in self.parameters), *(line.signal for line in self.lines), *exogenous(self.lines)}
         return MappingProxyType({name: origin for name, origin in self.origins.items() if origin and name in known})
 
     def __hash__(self) -> int:

@@ -13,13 +13,15 @@ References: Mohler, Bilinear Control Processes (1973); Strang, SIAM Journal on N
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.channels import further
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, read_channel, signal_of
-from smid.diagnosis.effects.parts.plant import StateLine, state_lines
+from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import references, swapped
 
@@ -31,10 +33,9 @@ _SHARES = (0.02, -0.02)
 
 def extend(base: Model, site: Site) -> Iterator[Extension]:
     """Multiply each state by each channel, and the input by each other channel."""
-    for channel in (site.input, *site.other_channels):
-        low, high = site.span(channel)
-        if low == high:
-            continue
+    low, high = site.span(site.input)
+    own = [site.input] if low < high else []
+    for channel in (*own, *(name for name, *_ in further(base, site))):
         model, name = read_channel(base, channel)
         most = _MOST / site.scale(channel)
         for state in state_lines(model):
@@ -42,8 +43,8 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                 continue  # a position, whose rate is its speed
             label = f"{channel} times {state.own}"
             if force := _force(model, site, state, name):
-                size = most * site.scale(site.input) / site.scale(site.output)
-                factor = fresh(model, f"{state.own}_bilinear", (-size, size), "", 0.0)
+                size = most * site.scale(site.input) / site.scale(shown_at(model, site, state))
+                factor = fresh(model, f"{state.own}_{site.input}_bilinear", (-size, size), "", 0.0)
                 yield Extension(
                     model.add_term(state.line.signal, factor.symbol * force, [factor]),
                     tuple({factor.name: share * size} for share in _SHARES),
@@ -51,6 +52,8 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                     describe=partial(_as_force, channel, state.own),
                 )
                 continue
+            if any(_force(model, replace(site, input=other), state, name) for other in model.input_channels):
+                continue  # offered there
             per, time = (site.sampling_time, "s") if state.line.rate else (1.0, "sample")
             factor = fresh(model, f"{state.own}_bilinear", (-most / per, most / per), "", 0.0)
             yield Extension(

@@ -1,7 +1,7 @@
 """The contract of an effect as checks, also for an effect of your own.
 
 Each effect is put on base models of every kind (difference equations of order one and two, with an input curve, a
-reactor, an arm and two tanks in derivatives, a record with a further channel) and must
+reactor, an arm and two tanks in derivatives, a lag that two sensors see, a record with a further channel) and must
 
 - be the base model where its parameters have their null values, to nine digits;
 - bring in parameters that are new, of finite boxes, and start inside them, away from null, with a finite and
@@ -147,18 +147,18 @@ def _check_extension(extension: Extension, case: Case, place: str) -> None:
     _require(bool(extension.starts), f"{place}: has no start")
     for start in extension.starts:
         _check_start(start, new, place)
-    expected = case.free_run[case.site.output]
+    expected = _seen(case.free_run, case)
     # A shape has no null value: switched off, the effect must not depend on it.
     shapes = ({p.name: start[p.name] for p in new} for start in extension.starts)
     for off in dict.fromkeys(tuple(sorted({**shape, **nulls}.items())) for shape in shapes):
         found = _run(model, case, {**base.values, **dict(off)})
-        error = _distance(model, case, found, expected)
+        error = _distance(model, found, expected)
         _require(
             error <= _TOLERANCE, f"{place}: at its null values it is off the base model by {error:.1e} of the output"
         )
     started = _run(model, case, {**base.values, **extension.starts[0]})
     _require(bool(np.isfinite(started[model.max_lag :]).all()), f"{place}: the run at the first start is not finite")
-    moved = _distance(model, case, started, expected)
+    moved = _distance(model, started, expected)
     _require(moved > _TOLERANCE, f"{place}: the run at the first start is the base model's")
     _check_storage(model, case, {**base.values, **extension.starts[0]}, started, place)
     _require(extension.describe is not None, f"{place}: neither the effect nor the extension has a describe")
@@ -185,7 +185,7 @@ def _check_storage(model: Model, case: Case, values: Mapping[str, float], expect
     # Text may come back in another form of the same expression, so the lines are compared by what they do.
     same = all(getattr(stored, part) == getattr(model, part) for part in ("parameters", "measurements", "origins"))
     _require(same, f"{place}: the model does not come back from to_dict")
-    error = _distance(model, case, _run(stored, case, values), expected)
+    error = _distance(model, _run(stored, case, values), expected)
     _require(error <= _TOLERANCE, f"{place}: the model that comes back from to_dict runs differently by {error:.1e}")
 
 
@@ -222,18 +222,22 @@ def _new(model: Model, base: Model) -> tuple[Parameter, ...]:
     return tuple(p for p in model.parameters if p.name not in old)
 
 
-def _distance(model: Model, case: Case, found: Array, expected: Array) -> float:
+def _distance(model: Model, found: Array, expected: Array) -> float:
     """Return the largest difference over the samples the model computes, as a share of the output's scale."""
-    difference = (found - expected)[model.max_lag :]
-    return float(np.abs(difference).max()) / case.site.scale(case.site.output)
+    return float(np.abs((found - expected)[model.max_lag :]).max())
+
+
+def _seen(signals: Mapping[str, Array], case: Case) -> Array:
+    """Return the outputs, each over its scale, shape (n, outputs)."""
+    return np.column_stack([signals[name] / case.site.scale(name) for name in case.model.output_channels])
 
 
 def _run(model: Model, case: Case, values: Mapping[str, float]) -> Array:
-    """Run freely from where the base model's states are while the input rests; give the main output, shape (n,)."""
+    """Run freely from where the base model's states are while the input rests; give the outputs over their scales."""
     channels = case.site.data.experiments[0].values
     # Later lags of an extended model must not delay its start against the base.
     initial = {name: case.free_run[name] for name in case.model.states}
-    return simulate(model, channels, values, initial, check=False)[case.site.output]
+    return _seen(simulate(model, channels, values, initial, check=False), case)
 
 
 @lru_cache(maxsize=1)
@@ -259,6 +263,7 @@ def cases() -> tuple[Case, ...]:
             ("the reactor", reactor.with_values(_fixed(reactor)), False, 0.0),
             ("the arm", arm.with_values(_fixed(arm)), False, -1.0),
             ("two tanks", _tanks(), False, 0.0),
+            ("a lag seen twice", _seen_twice(), False, -1.0),
             ("a lag with a temperature", OutputError().with_values({"a1": -0.9, "b0": 0.2}), True, -1.0),
         )
     )
@@ -278,6 +283,19 @@ def _tanks() -> Model:
     return tanks.with_values({"pump": 2.0, "outflow": 1.5, "zero": -0.3})
 
 
+def _seen_twice() -> Model:
+    """Return a lag with a sensor that shows it as it is, and one in another unit."""
+    pole, gain, scale = Parameter("pole", -1.0, 1.0), Parameter("gain", -9.0, 9.0), Parameter("scale", 0.1, 9.0)
+    w = signal("w")
+    lines = (
+        Line(w[t], pole.symbol * w[t - 1] + gain.symbol * signal("u")[t - 1]),
+        Line(signal("scaled")[t], scale.symbol * w[t]),
+    )
+    measured = (Measurement("y", "w", "eta"), Measurement("z", "scaled", "zeta"))
+    model = Model("a lag seen twice", (pole, gain, scale), lines, measured)
+    return model.with_values({"pole": 0.85, "gain": 0.3, "scale": 2.0})
+
+
 def _fixed(model: Model) -> dict[str, float]:
     return {p.name: p.lower for p in model.parameters}
 
@@ -291,12 +309,14 @@ def _case(name: str, model: Model, generator: np.random.Generator, *, channel: b
     u[120:] = np.convolve(u, np.ones(8) / 8)[120:n]
     others: dict[str, Array] = {"T": 20 + np.cumsum(generator.normal(size=n)) / 5} if channel else {}
 
-    def record(y: Array) -> Dataset:
+    def record(outputs: Mapping[str, Array]) -> Dataset:
+        units = {"u": "A", "y": "bar"}
         return Dataset.from_arrays(
-            input={"u": u, **others}, output={"y": y}, sampling_time=_SAMPLING_TIME, units={"u": "A", "y": "bar"}
+            input={"u": u, **others}, output=dict(outputs), sampling_time=_SAMPLING_TIME, units=units
         )
 
-    draft = Case(name, model, Site(record(np.zeros(n)), "u", "y"))
-    y = draft.free_run["y"]
+    draft = Case(name, model, Site(record(dict.fromkeys(model.output_channels, np.zeros(n))), "u", "y"))
+    outputs = {channel: draft.free_run[channel] for channel in model.output_channels}
+    y = outputs["y"]
     residual = 0.02 * np.sin(1.1 * np.arange(n)) * np.abs(y).max() + 0.01 * generator.normal(size=n)
-    return Case(name, model, Site(record(y + residual), "u", "y", (residual,)))
+    return Case(name, model, Site(record({**outputs, "y": y + residual}), "u", "y", (residual,)))

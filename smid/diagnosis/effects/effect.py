@@ -7,15 +7,17 @@ model where these parameters have their null values. The search fits the extensi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import product
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.models import Model
+from smid.models.symbols import references
 
 Describe = Callable[[Mapping[str, float], "Site"], str]
 
@@ -167,15 +169,11 @@ class Effect:
     describe
         One sentence, with sizes in units, from the values of the effect's parameters. None where every extension
         has its own.
-    contains
-        Effects that are special cases of this one: where such a case explains as much, it is named instead.
     needs
         What the effect needs to apply, shown where it is skipped.
     detect
         For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
         has values; the site's residual is over the whole record.
-    smoothed_by
-        For effects on the noise: effects that also reduce the noise, and are not named where the noise explains more.
     marks_glitches
         Whether `detect` finds single bad samples. They are left out before any other effect is tried.
 
@@ -195,20 +193,57 @@ class Effect:
     summary: str
     extend: Callable[[Model, Site], Iterable[Extension]]
     describe: Describe | None = None
-    contains: tuple[str, ...] = ()
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
-    smoothed_by: tuple[str, ...] = ()
     marks_glitches: bool = False
 
     def extensions(self, model: Model, site: Site) -> Iterator[Extension]:
-        """Yield every way to put the effect on a model, with the effect as the origin of all that it adds."""
-        own = {p.name for p in model.parameters}
+        """Yield every way to put the effect on a model, with the effect as the origin of all that it adds.
+
+        The effect is put on every input and every output of the base model.
+        """
+        own = {*(p.name for p in model.parameters), *model.inputs}
         # Names of channels stay free: a later effect may read the channel.
-        for item in self.extend(model.edited_by(self.name, (c.name for c in site.data.channels)), site):
-            added = {p.name: self.name for p in item.model.parameters if p.name not in own}
-            marked = replace(item.model, origins={**item.model.origins, **added}, edit=None)
-            yield replace(item, model=marked, describe=item.describe or self.describe)
+        edited = model.edited_by(self.name, (c.name for c in site.data.channels))
+        for item in _at_all_ends(self.extend, edited, site, self.describe):
+            added = {*(p.name for p in item.model.parameters), *item.model.inputs} - own
+            origins = {**item.model.origins, **dict.fromkeys(sorted(added), self.name)}
+            yield replace(item, model=replace(item.model, origins=origins, edit=None))
+
+
+def _at_all_ends(
+    extend: Callable[[Model, Site], Iterable[Extension]], model: Model, site: Site, describe: Describe | None
+) -> Iterator[Extension]:
+    """Yield what an effect offers at each pair of an input and an output of the base model, each extension once."""
+    own = (
+        channel for name, channel in zip(model.inputs, model.input_channels, strict=True) if name not in model.origins
+    )
+    inputs, outputs = dict.fromkeys((site.input, *own)), dict.fromkeys((site.output, *model.output_channels))
+    found: dict[Hashable, tuple[Extension, list[Site]]] = {}
+    for output, input in product(outputs, inputs):
+        here = replace(site, input=input, output=output)
+        for item in extend(model, here):
+            found.setdefault(_shape(item), (item, []))[1].append(here)
+    for item, sites in found.values():
+        said, first = item.describe or describe, sites[0]
+        # What is not there for every input is of this input, and so for the outputs.
+        of = [first.input] if len({at.input for at in sites}) < len(inputs) else []
+        of += [first.output] if len({at.output for at in sites}) < len(outputs) else []
+        if of:
+            said = said and partial(_at, said, first.input, first.output)
+        yield replace(item, label=", ".join((item.label, *of)).removeprefix(", "), describe=said)
+
+
+def _at(describe: Describe, input: str, output: str, values: Mapping[str, float], site: Site) -> str:
+    return describe(values, replace(site, input=input, output=output))
+
+
+def _shape(item: Extension) -> Hashable:
+    """Return what an extension is but for its numbers, which may differ with the site: where it acts, and its names."""
+    reads = frozenset(
+        (line.signal, frozenset(name for name, _ in references(line.expression))) for line in item.model.lines
+    )
+    return item.label, tuple(p.name for p in item.model.parameters), reads, item.model.measurements
 
 
 def on_the_noise(_model: Model, _site: Site) -> tuple[Extension, ...]:

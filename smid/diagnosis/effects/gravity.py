@@ -18,7 +18,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.motion import Position, positions
+from smid.diagnosis.effects.parts.motion import Position, acceleration, positions
 from smid.diagnosis.effects.parts.naming import find, fresh, quantity
 from smid.models import Model
 from smid.models.symbols import number
@@ -36,7 +36,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     for place in positions(model, site):
         line, most = place.motion.state.line.signal, _STRONGEST * place.motion.force_scale
         sine, cosine, force = (
-            fresh(model, f"gravity_{part}", (-most, most), _acceleration(site, place.time), 0.0)
+            fresh(model, f"gravity_{part}", (-most, most), acceleration(site, place.time), 0.0)
             for part in ("sine", "cosine", "force")
         )
         radians = _RADIANS.get(site.unit(site.output))
@@ -100,19 +100,15 @@ def _fitted(model: Model, site: Site, place: Position, turns: list[float], count
 def _pendulum(time: str, radians: float, values: Mapping[str, float], site: Site) -> str:
     y, scale = site.output, find(values, "gravity_turn") or radians
     sine, cosine = find(values, "gravity_sine") or 0.0, find(values, "gravity_cosine") or 0.0
-    size = quantity(math.hypot(sine, cosine), _acceleration(site, time))
+    size = quantity(math.hypot(sine, cosine), acceleration(site, time))
     zero = math.atan2(-cosine, sine) / scale
     angle = f"({y} {-zero:+.3g})" if zero else y
     return f"Gravity pulls at {y} with {size} times the sine of {scale:.3g} {angle}, in radians."
 
 
-def _acceleration(site: Site, time: str) -> str:
-    return f"{site.unit(site.output) or '1'}/{time}^2"
-
-
 def _constant(time: str, values: Mapping[str, float], site: Site) -> str:
     (force,) = values.values()
-    size = quantity(force, _acceleration(site, time))
+    size = quantity(force, acceleration(site, time))
     return f"A constant force, such as a load that hangs, accelerates {site.output} by {size}."
 
 

@@ -29,6 +29,7 @@ from math import exp
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.channels import further
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, read_channel, signal_of
 from smid.diagnosis.effects.parts.stop import stop
 from smid.models import Model, Parameter, signal, t
@@ -46,10 +47,8 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         if low < high:
             yield _bouc_wen(model, channel, stem, low, high, site.unit(channel))
             yield _prandtl_ishlinskii(model, channel, stem, low, high)
-    for channel in site.other_channels:
-        low, high = site.span(channel)
-        if low < high:
-            yield _of_channel(model, site, channel, high - low)
+    for channel, low, high in further(model, site):
+        yield _of_channel(model, site, channel, high - low)
 
 
 def _put(
@@ -143,6 +142,5 @@ EFFECT = Effect(
     "a memory between input and output that does not depend on speed",
     extend,
     describe,
-    contains=("input_backlash",),
     needs="a signal that moves",
 )

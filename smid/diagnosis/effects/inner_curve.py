@@ -17,7 +17,7 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.lag import lag_parameters, lagged, time_constant
+from smid.diagnosis.effects.parts.lag import lag_line, lag_parameters, time_constant
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter, signal, t
 
@@ -48,13 +48,13 @@ def _behind_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Para
     raw, name, bent = signal_of(model, channel), free_name(model, f"{channel}_lag"), free_name(model, f"{channel}_bent")
     curved = model.insert_before(channel, lambda _: curve(signal(name)[t]), [*parameters, *lag], new_name=bent)
     # Added after the insertion, the lag reads the input itself.
-    return curved.with_line(name, lagged(*lag, name, raw))
+    return curved.with_line(name, lag_line(*lag, name, raw))
 
 
 def _before_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: _Lag) -> Model:
     name, bent = free_name(model, f"{channel}_lag"), free_name(model, f"{channel}_bent")
     curved = model.insert_sensor(channel, curve, parameters, new_name=bent)
-    return curved.insert_sensor(channel, lambda _: lagged(*lag, name, bent), lag, new_name=name)
+    return curved.insert_sensor(channel, lambda _: lag_line(*lag, name, bent), lag, new_name=name)
 
 
 def _curves(
@@ -100,7 +100,7 @@ def _curves(
 
 def _describe(channel: str, stem: str, values: Mapping[str, float], site: Site) -> str:
     unit = site.unit(channel)
-    time = quantity(time_constant(find(values, f"inner_{stem}_pole") or 0.0, site.sampling_time), "s")
+    time = quantity(time_constant(find(values, f"inner_{stem}_pole") or 0.0, site), "s")
     where = f"behind a lag of {channel}" if stem == "input" else f"before a lag of the sensor of {channel}"
     return f"A curve lies {where} of {time}: {_law(values, unit)}."
 
@@ -121,6 +121,5 @@ EFFECT = Effect(
     "inner_curve",
     "a saturation, dead zone or diode between two lags",
     extend,
-    contains=("extra_lag", "input_saturation", "input_dead_zone", "output_saturation"),
     needs="an input or an output that moves",
 )

@@ -38,6 +38,5 @@ EFFECT = Effect(
     "the input acts along a curve",
     extend,
     describe,
-    contains=("input_dead_zone", "input_saturation"),
     needs="an input with three levels or more",
 )

@@ -127,7 +127,6 @@ EFFECT = Effect(
     lambda values, site: (
         f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
     ),
-    smoothed_by=("input_backlash", "hysteresis", "extra_lag", "rate_limit", "input_delay", "resonance"),
     needs="an input that the model takes as exact",
     detect=_detect,
 )

@@ -152,5 +152,4 @@ EFFECT = Effect(
     "the sensor shows a curve",
     extend,
     describe,
-    contains=("output_saturation",),
 )

@@ -1,10 +1,10 @@
 """Power law: the state decays as w^x, not as w.
 
-In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the output's scale; x = 1 is linear.
-Where a model has a known exponent, as the reactor, that one is released instead. States that flow into one another
-(tanks in succession) share one exponent, and the flow between them follows the same law. References: hybrid thesis,
-section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges in nonlinear system
-identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
+In the increment ``-leak w + ...`` the leak becomes ``leak w |w/S|^(x-1)``, S the scale of the output that shows w; x =
+1 is linear. Where a model has a known exponent, as the reactor, that one is released instead. States that flow into
+one another (tanks in succession) share one exponent, and the flow between them follows the same law. References:
+hybrid thesis, section 5.2 (reaction order); Schoukens and Noel, Three benchmarks addressing open challenges in
+nonlinear system identification, IFAC (2017) (cascaded tanks, which empty with the root of their level).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh
 from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
-from smid.diagnosis.effects.parts.plant import base_parameters, scaled, state_lines
+from smid.diagnosis.effects.parts.plant import base_parameters, scaled, shown_at, state_lines
 from smid.models import Model, Parameter
 from smid.models.symbols import number, plain_symbols
 
@@ -37,10 +37,10 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     yield from known
     if known:
         return
-    scale = number(site.scale(site.output))
     states = state_lines(model)
     for vessels in cascades(states):
         label = cascade_name(vessels, states)
+        scale = number(site.scale(shown_at(model, site, vessels[0])))
         power = fresh(model, f"{vessels[0].own if len(vessels) == 1 else 'every'}_power", _BOX, "", 1.0)
         bent = with_outflow(model.with_parameter(power), vessels, states, partial(_bent, scale, power))
         yield Extension(bent, tuple({power.name: x} for x in _STARTS), label, describe=partial(_describe, label))
@@ -85,6 +85,5 @@ EFFECT = Effect(
     "power_law",
     "the state decays as a power of itself",
     extend,
-    contains=("square_root_outflow",),
     needs="a state that decays in proportion to itself, or a known exponent",
 )

@@ -32,13 +32,13 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh, quantity
 from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
-from smid.diagnosis.effects.parts.plant import StateLine, state_lines, with_increment
+from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines, with_increment
 from smid.models import Model
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_STARTS = (0.95, 0.8, 0.5)
+_STARTS = (0.95, 0.8, 0.5, 0.1)  # the last is near the linear law, where the first step of a fit is to be trusted
 _ROOT = 0.6  # below, the law is nearer to the linear one: the outlet would lie a fifth of the range below zero
 _GUARD = 1e-6  # keeps the slope of the root at zero finite
 _LEAST = 1e-3  # the least pole: a vessel has a positive one, what a fit tries may not
@@ -46,11 +46,13 @@ _LEAST = 1e-3  # the least pole: a vessel has a positive one, what a fit tries m
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Turn the linear outflow of each cascade; of a single vessel also with its outlet at another level."""
-    full, states = site.scale(site.output), state_lines(model)
+    states = state_lines(model)
     for vessels in cascades(states):
         if not vessels[0].line.rate and vessels[0].order > 1:
             continue
         share = fresh(model, "root_share", (0, 1), "", 0.0)
+        shown = shown_at(model, site, vessels[0])
+        full = site.scale(shown)
         law, label = _Law(1 - share.symbol, number(full)), cascade_name(vessels, states)
         bare = model.with_parameter(share)
         yield Extension(
@@ -58,10 +60,10 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             tuple({share.name: start} for start in _STARTS),
             label,
             {share.name: (_ROOT, np.inf)},
-            partial(_describe, label),
+            partial(_describe, label, shown),
         )
         if len(vessels) == 1:
-            outlet = fresh(model, "root_outlet", (-full, full), site.unit(site.output))
+            outlet = fresh(model, "root_outlet", (-full, full), site.unit(shown))
             # Without the effect the zero of the level must not matter.
             moved = replace(law, zero=share.symbol * outlet.symbol)
             yield Extension(
@@ -69,7 +71,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
                 tuple({share.name: _STARTS[0], outlet.name: level * full} for level in (-0.1, 0.1)),
                 f"{label}, outlet at another level",
                 {share.name: (_ROOT, np.inf)},
-                partial(_describe, label),
+                partial(_describe, label, shown),
             )
 
 
@@ -101,11 +103,11 @@ class _Law:
         return sympy.sqrt(self.b**2 + (1 - self.b**2) * (sympy.Abs(level - self.zero) / self.full + number(_GUARD)))
 
 
-def _describe(vessels: str, values: Mapping[str, float], site: Site) -> str:
+def _describe(vessels: str, shown: str, values: Mapping[str, float], site: Site) -> str:
     share, *outlet = values.values()
     b = 1 - share
-    zero = share * sum(outlet) - site.scale(site.output) * b**2 / max(1 - b**2, _GUARD)
-    level = quantity(zero + 0.0, site.unit(site.output))
+    zero = share * sum(outlet) - site.scale(shown) * b**2 / max(1 - b**2, _GUARD)
+    level = quantity(zero + 0.0, site.unit(shown))
     return f"The outflow ({vessels}) goes with the square root of the level, counted from {level}."
 
 

@@ -16,7 +16,7 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.motion import positions
+from smid.diagnosis.effects.parts.motion import acceleration, positions
 from smid.diagnosis.effects.parts.naming import fresh, quantity
 from smid.models import Model
 
@@ -57,7 +57,7 @@ def _cubic(time: str, values: Mapping[str, float], site: Site) -> str:
     way = "hardens" if cube > 0 else "softens"
     return (
         f"The spring {way} with the cube of {y}: its force on a unit of mass has the term {cube:.3g} {y}^3, in "
-        f"{_acceleration(site, time)}."
+        f"{acceleration(site, time)}."
     )
 
 
@@ -65,12 +65,8 @@ def _behind_a_gap(time: str, values: Mapping[str, float], site: Site) -> str:
     beyond, gap = values.values()
     return (
         f"A further spring acts where {site.output} is beyond +-{quantity(gap, site.unit(site.output))}: its force on "
-        f"a unit of mass is {beyond:.3g} times what exceeds this gap, in {_acceleration(site, time)}."
+        f"a unit of mass is {beyond:.3g} times what exceeds this gap, in {acceleration(site, time)}."
     )
-
-
-def _acceleration(site: Site, time: str) -> str:
-    return f"{site.unit(site.output) or '1'}/{time}^2"
 
 
 EFFECT = Effect(

@@ -54,6 +54,5 @@ EFFECT = Effect(
     "a force against motion, larger at rest than when sliding",
     extend,
     describe,
-    contains=("coulomb_friction",),
     needs="a state that is the output, or a speed",
 )

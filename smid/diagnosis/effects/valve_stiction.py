@@ -64,6 +64,5 @@ EFFECT = Effect(
     "the valve sticks, and jumps when it comes free",
     extend,
     describe,
-    contains=("input_backlash",),
     needs="an input that moves",
 )

@@ -15,10 +15,11 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
-from smid.fitting.fit import Errors, Fit, Fitting, one_step_ahead
+from smid.fitting.fit import Errors, Fit, Fitting, fit, one_step_ahead
 from smid.models import Model
 
 # The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
+_NEAR = 0.05  # of the way from the base model to a start
 _EXTENSIONS = 5  # those with the best signatures
 _ADAPTED, _ADAPTING = 12, 5  # starts to which the rest of the model is adapted first
 _STARTS, _SHORT = 2, 10  # of these, the one with the best signature, then those that fit best
@@ -91,7 +92,7 @@ class Base:
 
     def extended(self, trial: Trial) -> Base:
         """Return the base that an effect makes."""
-        return replace(self, fit=trial.fit)
+        return replace(self, fit=trial.fit, errors=trial.errors)
 
     def site(self) -> Site:
         """Return the site for effects: the part of the record that may be fitted."""
@@ -103,6 +104,16 @@ class Base:
                 runs.append(replace(run, values={name: samples[:last] for name, samples in run.values.items()}))
                 rest.append(error[:last])
         return Site(replace(self.data, experiments=tuple(runs), resampling=()), self.input, self.output, tuple(rest))
+
+
+def fitted_base(
+    model: Model, data: Dataset, used: tuple[Mask, ...], input: str, output: str, *, difference: bool = False
+) -> Base:
+    """Return a model fitted to a record; see `Base`."""
+    found = fit(model, data, used)
+    problem = Fitting(found.model, data, used, found.initial, difference=difference)
+    errors = tuple(problem.errors(problem.start(found.model.values), True))
+    return Base(found, errors, data, used, input, output, difference)
 
 
 def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | None:
@@ -119,7 +130,7 @@ def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | No
             variants += 1
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
-            if scored and _promised(scored[0][0], extension, base) > least:
+            if scored and _promises(least, scored[0][0], problem, extension, base):
                 ranked.append((extension, problem, scored))
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
@@ -148,11 +159,21 @@ def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | No
         return _trial(effect, extension, base, problem, vector, cost, signature, variants)
 
 
-def _promised(share: float, extension: Extension, base: Base) -> float:
-    """Return the nats that the first step promises, less what as many parameters gain by chance."""
+def _promises(least: float, share: float, problem: Fitting, extension: Extension, base: Base) -> bool:
+    """Return whether a first step promises some nats, less what as many parameters gain by chance.
+
+    Where no start promises them, steps are tried from near the base model, where the linear approximation holds.
+    """
     n = sum(int(u.sum()) for u in base.used)
-    added = len(_added(extension.model, base.fit.model))
-    return float(-0.5 * (n * np.log(max(1.0 - share, np.finfo(float).tiny)) + added))
+    needed = 1.0 - float(np.exp(-2.0 * (least + 0.5 * len(_added(extension.model, base.fit.model))) / n))
+    known, nulls = _known(extension, base), {p.name: p.null for p in extension.model.parameters if p.null is not None}
+    near = (
+        {name: nulls[name] + _NEAR * (value - nulls[name]) if name in nulls else value for name, value in start.items()}
+        for start in extension.starts
+    )
+    return share > needed or any(
+        problem.explained(problem.start({**known, **start}), base.fit.cost) > needed for start in near
+    )
 
 
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
@@ -172,7 +193,7 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
                 starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
                 fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
                 vector, cost = min(fitted, key=lambda pair: pair[1])
-                if np.isfinite(cost):
+                if np.isfinite(cost) and problem.result(vector, cost).is_finite:
                     return _trial(effect, extension, base, problem, vector, cost, trial.signature, trial.variants)
     return None
 

@@ -14,6 +14,7 @@ from tests.smid.diagnosis.lag_records import lag, steps
 OWN = ("u", "T", "y", "a", "b", "w", "eta")
 NAMES = [
     ("volt", "temperature", "level", "pole", "slope", "state", "noise"),
+    ("u", "T", "y", "friction", "speed_step_friction", "water_mean", "eta"),
     # Names that the effects themselves choose.
     ("time", "u_play", "y_joined", "p_drift", "gap", "u_lag", "zeta"),
     ("input_curve_1", "change_step", "w", "input", "speed", "sensor", "y"),
@@ -99,7 +100,7 @@ def _extensions(names: Mapping[str, str]) -> dict[str, list[tuple[int, int, np.n
     return runs
 
 
-@pytest.mark.parametrize("chosen", NAMES[:5], ids=lambda names: "-".join(names[:3]))
+@pytest.mark.parametrize("chosen", NAMES[:6], ids=lambda names: "-".join(names[:3]))
 def test_every_effect_offers_the_same_up_to_names(chosen: tuple[str, ...]) -> None:
     expected = _extensions(dict(zip(OWN, OWN, strict=True)))
     other = _extensions(dict(zip(OWN, chosen, strict=True)))

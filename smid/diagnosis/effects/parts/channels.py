@@ -11,7 +11,15 @@ from smid.diagnosis.effects.parts.naming import read_channel
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
-__all__ = ["usable"]
+__all__ = ["further", "usable"]
+
+
+def further(model: Model, site: Site) -> Iterator[tuple[str, float, float]]:
+    """Yield each channel that moves and that the model does not compute, with its span."""
+    for channel in site.other_channels:
+        low, high = site.span(channel)
+        if low < high and channel not in model.output_channels:
+            yield channel, low, high
 
 
 def usable(model: Model, site: Site) -> Iterator[tuple[Model, str, float, float, Callable[[int], sympy.Expr]]]:
@@ -19,10 +27,7 @@ def usable(model: Model, site: Site) -> Iterator[tuple[Model, str, float, float,
 
     The deviation at a lag is ``(v[t - lag] - middle) / half``.
     """
-    for channel in site.other_channels:
-        low, high = site.span(channel)
-        if low == high:
-            continue
+    for channel, low, high in further(model, site):
         middle, half = float(site.values(channel).mean()), (high - low) / 2
         reading, name = read_channel(model, channel)
         v = signal(name)

@@ -1,7 +1,7 @@
 """Starts from a grid: for shapes that no slope leads to, as where a thing that sticks comes free.
 
 The points of the grid are simulated with the base model's values, all at once. They are ranked by what is left of the
-output after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain
+outputs after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain
 or a pole that the base model has wrong without the effect does not decide. About the best points the grid is made
 finer. The base model is then fitted at each point that is returned.
 """
@@ -76,21 +76,27 @@ def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[st
 
 
 def _left(model: Model, site: Site, names: Iterable[str], points: Array) -> Array:
-    """Return the sum of squares that each point leaves, shape (n_points,)."""
+    """Return the sum of squares that each point leaves, outputs over their scales, shape (n_points,)."""
     left, begin = np.zeros(len(points)), model.max_lag
     for run in site.data.experiments:
-        y = run.values[site.output][begin + 1 :]
-        y = y - y.mean()
         values = dict(zip(names, points.T, strict=True))
-        w = simulate(model, run.values, values, check=False)[site.output][:, begin:]
-        lagged = [lfilter([1 - pole], [1, -pole], w)[:, 1:] for pole in _POLES]
-        basis = np.stack((w[:, 1:], w[:, :-1], *lagged), axis=1)
-        basis -= basis.mean(axis=2, keepdims=True)
-        gram, drop = basis @ basis.transpose(0, 2, 1), basis @ y
-        power = np.trace(gram, axis1=1, axis2=2) + np.finfo(float).tiny  # zero where nothing moves
-        gram += _RIDGE * power[:, None, None] * np.eye(len(gram[0]))
-        good = np.isfinite(gram).all(axis=(1, 2))
-        weights = np.linalg.solve(gram[good], drop[good][..., None])[..., 0]
-        left[good] += y @ y - np.sum(drop[good] * weights, axis=1)
-        left[~good] = np.inf
+        simulated = simulate(model, run.values, values, check=False)
+        for channel in model.output_channels:
+            y = run.values[channel][begin + 1 :] / site.scale(channel)
+            left += _left_of(y - y.mean(), simulated[channel][:, begin:] / site.scale(channel))
+    return left
+
+
+def _left_of(y: Array, w: Array) -> Array:
+    """Return what sums of each simulated output, of lags of it, and a constant leave of the measured one."""
+    lagged = [lfilter([1 - pole], [1, -pole], w)[:, 1:] for pole in _POLES]
+    basis = np.stack((w[:, 1:], w[:, :-1], *lagged), axis=1)
+    basis -= basis.mean(axis=2, keepdims=True)
+    gram, drop = basis @ basis.transpose(0, 2, 1), basis @ y
+    power = np.trace(gram, axis1=1, axis2=2) + np.finfo(float).tiny  # zero where nothing moves
+    gram += _RIDGE * power[:, None, None] * np.eye(len(gram[0]))
+    good = np.isfinite(gram).all(axis=(1, 2))
+    weights = np.linalg.solve(gram[good], drop[good][..., None])[..., 0]
+    left = np.full(len(w), np.inf)
+    left[good] = y @ y - np.sum(drop[good] * weights, axis=1)
     return left

@@ -23,7 +23,18 @@ from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_l
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
-__all__ = ["Motion", "Position", "dry_motions", "motions", "positions", "time_of", "with_dry_friction"]
+__all__ = [
+    "Motion",
+    "Position",
+    "acceleration",
+    "dry_motions",
+    "integral",
+    "motions",
+    "positions",
+    "stepped",
+    "time_of",
+    "with_dry_friction",
+]
 
 
 _REST, _SOME = 0.05, 0.02
@@ -128,10 +139,19 @@ def positions(model: Model, site: Site) -> Iterator[Position]:
     for motion in motions(model, site):
         if motion.kind == "position":
             yield Position(motion.state.own, motion, motion.state.level, reach, "sample")
-        for state in state_lines(model):
-            is_copy = state.line.rate and state.line.expression == signal(motion.state.own)[t]
-            if is_copy and state.own == output:
-                yield Position(state.own, motion, state.level, reach, "s")
+        elif integral(model, motion) == output:
+            yield Position(output, motion, signal(output)[t], reach, "s")
+
+
+def integral(model: Model, motion: Motion) -> str | None:
+    """Return the position whose rate is the speed of a motion."""
+    speed = signal(motion.state.own)[t]
+    return next((s.own for s in state_lines(model) if s.line.rate and s.line.expression == speed), None)
+
+
+def acceleration(site: Site, time: str) -> str:
+    """Return the unit of an acceleration of the output; for the time see `Position`."""
+    return f"{site.unit(site.output) or '1'}/{time}^2"
 
 
 def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
@@ -147,9 +167,16 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
             continue
         yield model, motion
         if motion.state.line.rate:
-            discrete = model.discretised()
-            state = next(s for s in state_lines(discrete) if s.line.signal == motion.state.line.signal)
-            yield discrete, replace(motion, state=state, speed=state.level, step=site.sampling_time)
+            yield stepped(model, motion, site)
+
+
+def stepped(model: Model, motion: Motion, site: Site) -> tuple[Model, Motion]:
+    """Return a motion as a difference equation, with its model: of a rate the one that integrates it."""
+    if not motion.state.line.rate:
+        return model, motion
+    discrete = model.discretised()
+    state = next(s for s in state_lines(discrete) if s.line.signal == motion.state.line.signal)
+    return discrete, replace(motion, state=state, speed=state.level, step=site.sampling_time)
 
 
 def _largest_change(site: Site, order: int) -> float:

@@ -27,6 +27,7 @@ __all__ = [
     "multiplied_out",
     "output_signal",
     "scaled",
+    "shown_at",
     "state_lines",
     "static_end",
     "with_increment",
@@ -132,6 +133,12 @@ def output_signal(model: Model, site: Site) -> str:
         # In the order of the lines, whatever the signals are called.
         waiting += [line.signal for line in model.lines if line.signal in now.get(name, set()) - seen]
     return measured
+
+
+def shown_at(model: Model, site: Site, state: StateLine) -> str:
+    """Return the output channel that shows a state; the main one where none does."""
+    shown = (name for name in model.output_channels if output_signal(model, replace(site, output=name)) == state.own)
+    return next(shown, site.output)
 
 
 def static_end(model: Model, name: str) -> str:

@@ -8,8 +8,7 @@ import pytest
 
 from smid import Dataset, OutputError
 from smid.diagnosis.effects import EFFECTS
-from smid.diagnosis.search.trial import THOROUGH, Base, Trial, try_effect
-from smid.fitting.fit import fit
+from smid.diagnosis.search.trial import Trial, fitted_base, try_effect
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
@@ -43,8 +42,8 @@ def tried(
     eta = noise * np.std(y) * np.random.default_rng(9).uniform(-1, 1, len(y))
     data = Dataset.from_arrays(input={"u": u}, output={"y": y + eta}, sampling_time=STEP, **others)
     used = (np.ones(len(u), bool),)
-    base = Base(fit(model, data, used), data, used, "u", "y")
-    trial = try_effect(BY_NAME[name], base, THOROUGH)
+    base = fitted_base(model, data, used, "u", "y")
+    trial = try_effect(BY_NAME[name], base)
     assert trial is not None
     before, after = (
         float(np.sqrt(np.mean(f.residual(data, "y")[0] ** 2) / np.mean(eta**2))) for f in (base.fit, trial.fit)
@@ -212,7 +211,7 @@ def test_an_input_multiplies_a_position() -> None:
     trial, before, after = tried("bilinear", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.02)
     assert before > 3
     assert after < 1.2
-    assert trial.values["w_bilinear"] == pytest.approx(0.5, rel=0.05)
+    assert trial.values["w_u_bilinear"] == pytest.approx(0.5, rel=0.05)
 
 
 @pytest.mark.parametrize("of", ["w", "u"])

@@ -5,8 +5,7 @@ import numpy as np
 from smid import OutputError
 from smid.diagnosis.effects.check import cases
 from smid.diagnosis.effects.hysteresis import EFFECT
-from smid.diagnosis.search.trial import THOROUGH, Base, try_effect
-from smid.fitting.fit import fit
+from smid.diagnosis.search.trial import fitted_base, try_effect
 from smid.models import simulate
 from tests.smid.diagnosis.lag_records import lag, record
 
@@ -30,8 +29,8 @@ def test_relays_about_a_level_that_is_not_zero_are_followed() -> None:
     u[:30] = np.repeat([(LOW + HIGH) / 2, LOW, HIGH], 10)  # from the middle over the whole range
     data = record(u, lag(0.2 * u + 0.8 * relays(u)), bound=0.02)
     used = (np.arange(len(u)) < 400,)
-    base = Base(fit(OutputError(stable=True), data, used), data, used, "u", "y")
-    trial = try_effect(EFFECT, base, THOROUGH)
+    base = fitted_base(OutputError(stable=True), data, used, "u", "y")
+    trial = try_effect(EFFECT, base)
     assert trial is not None
     held = ~used[0]
     before, after = (np.sqrt(np.mean(f.residual(data, "y")[0][held] ** 2)) for f in (base.fit, trial.fit))

@@ -12,8 +12,7 @@ from smid.data import load_record
 from smid.diagnosis.effects.output_saturation import EFFECT as OVERFLOW
 from smid.diagnosis.effects.square_root_outflow import EFFECT as ROOT
 from smid.diagnosis.effects.stiffness import EFFECT as STIFFNESS
-from smid.diagnosis.search.trial import THOROUGH, Base, try_effect
-from smid.fitting.fit import fit
+from smid.diagnosis.search.trial import Base, fitted_base, try_effect
 from smid.models import Model, simulate
 from smid.models.edit_lines import rename_channels
 
@@ -29,14 +28,14 @@ def record(name: str) -> Dataset:
 def fitted(model: Model, data: Dataset) -> Base:
     (u,), y = data.inputs, data.output
     used = tuple(np.ones(run.n_samples, bool) for run in data.experiments)
-    return Base(fit(rename_channels(model, {"u": u, "y": y}), data, used), data, used, u, y)
+    return fitted_base(rename_channels(model, {"u": u, "y": y}), data, used, u, y)
 
 
 def test_silverbox_has_a_cubic_spring() -> None:
     """Fitted to 4000 samples of the multisine; the arrow, beyond their range, tests the law."""
     data = record("silverbox")
     base = fitted(OutputError(2, 2, delay=0, offset=True, stable=True), data.select("multisine").crop(0, 4000))
-    trial = try_effect(STIFFNESS, base, THOROUGH)
+    trial = try_effect(STIFFNESS, base)
     assert trial is not None
     assert trial.label == "cubic on w"
     assert trial.values["spring_cube"] > 0
@@ -52,9 +51,9 @@ def test_silverbox_has_a_cubic_spring() -> None:
 def test_cascaded_tanks_empty_with_the_root_once_the_overflow_is_known() -> None:
     data = record("cascaded_tanks").select("estimation")
     base = fitted(replace(two_tanks(), sampling_time=data.sampling_time), data)
-    overflow = try_effect(OVERFLOW, base, THOROUGH)
+    overflow = try_effect(OVERFLOW, base)
     assert overflow is not None
-    root = try_effect(ROOT, base.extended(overflow), THOROUGH)
+    root = try_effect(ROOT, base.extended(overflow))
     assert root is not None
     assert root.values["root_share"] > 0.9
     assert root.fit.cost < overflow.fit.cost

@@ -130,3 +130,25 @@ def test_input_noise_is_named_by_the_diagnosis_and_put_into_the_model():
     assert any(m.channel == "u" and m.noise for m in found.model.measurements)
     assert found.verdict == "named"
     assert "0.1" in found.causes[0].sentence
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_that_grows_with_the_level_is_detected_and_its_law_told(seed):
+    u = steps(seed, 1000, low=0.0)
+    w = lag(u)
+    found = detection("multiplicative_noise", u, w + np.hypot(0.02, 0.05 * w) * white(seed, 1000))
+    assert found is not None
+    assert found.values["share"] == pytest.approx(0.05, rel=0.2)
+    assert found.values["floor"] == pytest.approx(0.02, rel=0.5)
+    assert "bar RMS at zero" in BY_NAME["multiplicative_noise"].describe(found.values, Site(record(u, u), "u", "y"))
+
+
+def test_other_noise_does_not_grow_with_the_level():
+    taken = 0
+    for seed in range(20):
+        u = steps(seed, 500, low=0.0)
+        w, pink = lag(u), autoregressive(np.random.default_rng([seed, 3]), 500, 0.9)
+        with_time, with_speed = np.linspace(0.2, 2, 500), 0.1 + 10 * np.abs(np.gradient(w))
+        for noise in (white(seed), pink, with_time * white(seed), with_speed * white(seed)):
+            taken += detection("multiplicative_noise", u, w + 0.05 * noise) is not None
+    assert taken <= 1

@@ -6,18 +6,17 @@ import pytest
 from smid import Hammerstein, OutputError
 from smid.diagnosis.effects.input_delay import EFFECT as DELAY
 from smid.diagnosis.effects.sensor_bias import EFFECT
-from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
-from smid.fitting.fit import fit
+from smid.diagnosis.search.trial import Base, Trial, fitted_base, refit, try_effect
 from tests.smid.diagnosis.lag_records import lag, record
 
 
 def _put_on(pole: float) -> tuple[Trial | None, Base]:
-    """Fit a lag to the first 30 of 3000 samples of a plant with that pole, and put a sensor's bias on it twice."""
+    """Fit a lag to the first 30 of 3000 samples of a plant with that pole, and put its sensor's bias on it twice."""
     u = np.random.default_rng(0).uniform(-1, 1, 3000)
     w = lag(u, pole)
-    data = record(u, np.where(np.abs(w) < 1e6, w, 0.0))
+    data = record(u, np.where(np.abs(w) < 1e6, w, 0.0) + 1.0)
     used = (np.arange(len(u)) < 30,)
-    base = Base(fit(OutputError(), data, used), data, used, "u", "y")
+    base = fitted_base(OutputError(), data, used, "u", "y")
     trial = try_effect(EFFECT, base)
     assert trial is not None
     return refit(EFFECT, trial, base), base
@@ -48,7 +47,7 @@ def test_part_of_a_sample_later_behind_a_curve_is_exact() -> None:
     data = record(u, w, bound=bound)
     used = (np.ones(300, bool),)
     model = Hammerstein(powers=(3,), stable=True)
-    trial = try_effect(DELAY, Base(fit(model, data, used), data, used, "u", "y"))
+    trial = try_effect(DELAY, fitted_base(model, data, used, "u", "y"))
     assert trial is not None
     assert trial.values["delay_samples"] == pytest.approx(old / (1 - pole), abs=0.01)
     assert max(np.abs(e).max() for e in trial.fit.residual(data, "y")) < 1.1 * bound
