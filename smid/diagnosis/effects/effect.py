@@ -133,8 +133,8 @@ class Detection:
     evidence
         The figures that show it.
     score_drop
-        Twice the gain in log-likelihood of the residual, to compare with effects that free runs show; 0 where it does
-        not compete with them.
+        Twice the gain in log-likelihood of the residual over an autoregression, to compare with effects that free runs
+        show; 0 where it does not compete with them.
     glitches
         Shape (n,). Per experiment, samples to leave out of every fit.
 

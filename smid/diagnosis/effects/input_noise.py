@@ -116,7 +116,7 @@ def _detect(model: Model, site: Site) -> Detection | None:
         {"deviation": deviation, "floor": float(np.exp(log_floor / 2))},
         float(1 - np.exp(-ratio / 2) - 0.5 * np.exp(-rival / 2)),
         {"likelihood_ratio_to_white": ratio, "likelihood_ratio_to_coloured": rival},
-        ratio,
+        rival,
     )
 
 

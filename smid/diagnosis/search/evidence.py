@@ -174,7 +174,7 @@ def evidence_with_noise_effect(
     Parameters
     ----------
     score_drop
-        Twice the log-likelihood that the effect gains over white noise.
+        Twice the log-likelihood that the effect gains over an autoregression of the model's own.
     """
-    plain = evidence(record, noise_model(errors, record.used, white=True), fit, boxes)
+    plain = evidence(record, noise_model(errors, record.used), fit, boxes)
     return replace(plain, value=plain.value + score_drop / 2)

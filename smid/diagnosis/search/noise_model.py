@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.evidence.autoregression import Autoregression, autoregression_of
+from smid.diagnosis.evidence.autoregression import autoregression_of
 from smid.fitting.fit import Errors
 
 TAIL = 10.0
@@ -50,7 +50,7 @@ class NoiseModel:
         return result
 
 
-def noise_model(errors: Errors, used: Sequence[Mask], *, white: bool = False) -> NoiseModel:
+def noise_model(errors: Errors, used: Sequence[Mask]) -> NoiseModel:
     """Return the noise model that errors of free runs tell.
 
     Parameters
@@ -59,20 +59,18 @@ def noise_model(errors: Errors, used: Sequence[Mask], *, white: bool = False) ->
         Of a fit, see `smid.fitting.fit.Fitting.errors`.
     used
         Shape (n,). Per experiment, the samples that count; the others are bridged.
-    white
-        Whether the noise is white.
     """
     parts: dict[str, list[tuple[Array, Mask]]] = {}
     for e, channel, error, _ in errors:
         parts.setdefault(channel, []).append((error, used[e][: len(error)]))
-    taps = {channel: _taps(pairs, white) for channel, pairs in parts.items()}
+    taps = {channel: _taps(pairs) for channel, pairs in parts.items()}
     price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in pairs)) for c, pairs in parts.items())
     return NoiseModel(taps, float(price))
 
 
-def _taps(pairs: Sequence[tuple[Array, Mask]], white: bool) -> Array:
+def _taps(pairs: Sequence[tuple[Array, Mask]]) -> Array:
     bridged = [np.interp(np.arange(e.size), np.flatnonzero(m), e[m]) for e, m in pairs]
-    noise = Autoregression(np.ones(1), 0.0, 0.0) if white else autoregression_of(bridged)
+    noise = autoregression_of(bridged)
     past = noise.coefficients.size - 1
     innovations = np.concatenate([noise.whiten(b)[m[past:]] for b, (_, m) in zip(bridged, pairs, strict=True)])
     least = _LEAST * max(float(np.abs(b).max()) for b in bridged) or 1.0

@@ -31,7 +31,7 @@ def unfitted(monkeypatch):
     def fit(*_arguments, **_options):
         raise AssertionError("fitted before the mistake was told")
 
-    monkeypatch.setattr(sys.modules["smid.diagnosis.diagnose"], "fit", fit)
+    monkeypatch.setattr(sys.modules["smid.diagnosis.diagnose"], "fitted_base", fit)
 
 
 @pytest.mark.usefixtures("unfitted")

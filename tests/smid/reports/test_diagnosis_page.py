@@ -53,7 +53,7 @@ def test_a_named_cause_is_told_from_verdict_to_versions(named, tmp_path):
         "What the simulation gets wrong",
         "The evidence",
         "Proven: no parameters of the base model explain samples 20 to 59",
-        "probability",
+        "RMSE on the test part",
         "Other effects, and why they are rejected",
         named.causes[0].rivals[0].why,
         "Faults in the data",
