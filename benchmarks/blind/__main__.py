@@ -20,7 +20,11 @@ def _cached(path: Path, samples: int) -> list[CaseResult]:
     results = []
     for entry in kept(path):
         if entry.pop("samples") == samples:
-            results.append(CaseResult(**entry | {name: tuple(entry[name]) for name in ("truth", "named", "rivals")}))
+            results.append(
+                CaseResult(
+                    **entry | {name: tuple(entry[name]) for name in ("truth", "named", "rivals", "probabilities")}
+                )
+            )
     return results
 
 

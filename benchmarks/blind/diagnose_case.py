@@ -11,7 +11,7 @@ from benchmarks.blind.score import CaseResult
 
 __all__ = ["KINDS", "diagnose_case"]
 
-KINDS = {"single": 1, "none": 0, "none, bound withheld": 0, "pair": 2}
+KINDS = {"single": 1, "none": 0, "none, bound withheld": 0, "pair": 2, "triple": 3}
 
 
 def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
@@ -38,6 +38,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     named: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
     ratio, message = float("nan"), ""
+    probabilities: tuple[float, ...] = ()
     try:
         bound = None if "withheld" in kind else case.noise_bound
         result = smid.diagnose(case.model, case.data, noise_bound=bound, certify=False, workers=1)
@@ -46,11 +47,14 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     else:
         verdict = str(result.verdict)
         named = tuple(str(cause.effect) for cause in result.causes)
+        probabilities = tuple(float(cause.confidence) for cause in result.causes)
         if result.causes:
             rivals = tuple(str(getattr(rival, "effect", rival)) for rival in result.causes[0].rivals)
-        recorded = case.data.experiments[0].values[case.data.output]
+        recorded = case.data.experiments[0].values[result.output]
         rest = (recorded - case.predictable)[round((1 - TEST) * samples) :]
         ratio = float(result.gain.rmse_after) / float(np.sqrt(np.mean(rest**2)))
     seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)
-    return CaseResult(kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message)
+    return CaseResult(
+        kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message, probabilities
+    )
