@@ -3,12 +3,10 @@
     python -m benchmarks.measured_diagnosis FOLDER [--output docs/measured.md] [--only RECORD ...]
 
 FOLDER holds the records, one folder each; they are not part of the project. Every record is diagnosed in the same
-way: a base model of low order, all effects of the library, no noise bound. The held-out part is the last 30 % of
-every run, or whole runs if the record is published with such a split. No fit uses the held-out part; the choice
-between effects uses it. If the published figures refer to the held-out part, the test RMSE is computed there, so
-these samples are not independent test samples. The arrow of the Silverbox is used neither to fit nor to choose; it
-is simulated once, at the end. For this run, and for whole held-out runs, only the initial states are fitted, to the
-first 25 samples for each state (arrow: 50).
+way: a base model of low order, all effects of the library, no noise bound. The test part is the last 20 % of every
+run, or the runs of the published split. No fit and no choice uses it; both models are simulated on it once, at the
+end. Of a whole test run, the first 50 samples (or as many as the record gives) tell the initial states and do not
+count.
 """
 
 from __future__ import annotations
@@ -52,10 +50,10 @@ class Case:
         The base model in words.
     known : str
         What is known to be missing.
-    holdout : float or tuple of str
-        Share of every run, at its end, or runs.
+    share : float or tuple of str
+        The test part: a share of every run, at its end, or runs.
     test : str
-        The run whose held-out part is the published test part, or a run that the diagnosis does not see at all.
+        The run whose test part is the published one, or a run that the diagnosis does not load at all.
     published : str
         Published figures on that test part.
     factor, unit : float, str
@@ -68,7 +66,7 @@ class Case:
     model: Model
     base: str
     known: str
-    holdout: float | tuple[str, ...] = 0.3
+    share: float | tuple[str, ...] = 0.2
     test: str = ""
     published: str = ""
     factor: float = 1.0
@@ -244,9 +242,9 @@ def tested(
 ) -> float:
     """Return the RMSE of a free run on the test part, in the unit of the published figures."""
     names = [r.name for r in found.data.experiments]
-    if case.test in names and not found.held[names.index(case.test)][0]:
+    if case.test in names and found.test[names.index(case.test)].any():
         e = names.index(case.test)
-        held = found.held[e]
+        held = found.test[e]
         error = (found.data.experiments[e].values[found.output] - simulated[e])[held]
         return rms([error]) * case.factor
     part = full.select(case.test)
@@ -262,7 +260,7 @@ def run(case: Case, folder: Path) -> CaseResult:
     began = time.perf_counter()
     full = load_record(case.record, folder)
     data = case.load(full)
-    found = diagnose(bind(case.model, data), data, holdout=case.holdout, workers=1)
+    found = diagnose(bind(case.model, data), data, test=case.share, workers=1)
     test = None
     if case.test:
         pairs = ((found.base, found.simulated), (found.model, found.extended))
@@ -277,7 +275,7 @@ This page shows which effects `smid.diagnose` names on public measured records, 
 `python -m benchmarks.measured_diagnosis FOLDER --output docs/measured.md` writes the page. The records are
 not part of the project. {}
 
-| record | known to be missing | named, in order | held-out RMSE: base | extended | s |
+| record | known to be missing | named, in order | test RMSE: base | extended | s |
 |---|---|---|---|---|---|
 """
 TEST_HEAD = """
@@ -306,7 +304,9 @@ def page(results: Sequence[CaseResult]) -> str:
         if o.test is not None:
             before, after = (f"{value:.3g} {o.case.unit}".rstrip() for value in o.test)
             lines.append(f"| {o.case.record} | {before} | {after} | {o.case.published or '-'} |")
-    lines.append("\n## Sentences of the diagnosis\n\nThe percentage after a sentence is the confidence of the cause.\n")
+    lines.append(
+        "\n## Sentences of the diagnosis\n\nThe percentage after a sentence is the probability of the cause.\n"
+    )
     for o in results:
         d = o.diagnosis
         part = f" ({o.case.how})" if o.case.how else ""

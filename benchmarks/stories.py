@@ -102,11 +102,7 @@ def main() -> None:
         "The records are simulated. `smid.diagnose` tests all effects, in two processes.",
         "`python -m benchmarks.stories` writes this table.",
         "",
-        "The figures hold for one processor. The arithmetic of another processor changes the last digits, and the",
-        "search may then choose other effects. Example: the held-out RMSE of the tanks in",
-        "[measured records](measured.md) was 0.241 V on one processor and 0.185 V on another.",
-        "",
-        "| story | hidden | said | held-out RMSE: base | extended | more than noise left | s |",
+        "| story | hidden | said | test RMSE: base | extended | more than noise left | s |",
         "|---|---|---|---|---|---|---|",
     ]
     for name in given.names or STORIES:

@@ -12,7 +12,8 @@
 # # Diagnosis: hide an effect, and test whether it is found
 #
 # If no parameters fit a record, the model lacks an effect. `smid.diagnose` extends the model with each effect of a
-# library and fits again. It keeps an effect only if it reduces the error on held-out data.
+# library and fits again. It keeps an effect only if the record makes it probable. The gain is measured on a part of the
+# record that nothing has seen.
 #
 # The diagnosis can be checked where the answer is known. So this page uses simulated plants, written without smid,
 # with a hidden effect. A good diagnosis does three things:
@@ -86,7 +87,7 @@ show(found)
 # 1. the error of the simulation, and the signals on which it depends;
 # 2. the proof that no parameters of the base model fit the record;
 # 3. the cause, its size, and why other effects were rejected;
-# 4. the gain on held-out data.
+# 4. the gain on the test part.
 
 # %%
 assert [cause.effect for cause in found.causes] == ["input_dead_zone"]
@@ -174,5 +175,6 @@ print(sure.model)
 
 # %% [markdown]
 # **Try next:** two effects at once, `lambda v: soft(dead_zone(v))`; a tachometer with quantisation;
-# `holdout=["PRBS"]`, to hold out a whole run. [Blind cases](../docs/diagnosis.md) count how often the name is right.
+# `test=["PRBS"]`, to keep a whole run for the test. [Blind cases](../docs/diagnosis.md) count how often the name is
+# right.
 # Then: [measured data](09_diagnosis_measured.ipynb), where the answer is not known.

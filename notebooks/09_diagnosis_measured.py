@@ -64,8 +64,7 @@ def show(found):
 #
 # The record is series J of Box and Jenkins: the feed of methane, and the carbon dioxide in the outlet. The base model
 # is linear, of order 2, with an offset and a delay of one sample. The noise bound of the sensor is not known, so we
-# give none. Then there is no certificate, and the diagnosis is based on the last 30 % of the record, the held-out
-# samples.
+# give none. Then there is no certificate. The last 20 % of the record are the test part, which the search does not see.
 
 # %%
 furnace = record("box_jenkins_gas_furnace")
@@ -79,8 +78,8 @@ if furnace is not None:
 # %% [markdown]
 # Besides the name, read three things:
 #
-# - the *confidence*, against all other effects of the library;
-# - the *gain* on held-out data: the noise of this record is slow, so even the right model reduces the error only
+# - the *probability*, among all sets of effects that were fitted;
+# - the *gain* on the test part: the noise of this record is slow, so even the right model reduces the error only
 #   slightly;
 # - the *last sentence*: whether the remaining error is more than noise.
 #
@@ -141,9 +140,9 @@ if heating is not None:
     print(unnamed.misfit)
     with style():
         figure, axes = plt.subplots(figsize=(5.6, 2.4), layout="constrained")
-        time, held = heating.time(0) / 60, unnamed.held[0]
+        time, held = heating.time(0) / 60, unnamed.test[0]
         axes.plot(time, heating.values(unnamed.output) - unnamed.simulated[0])
-        axes.axvspan(time[np.argmax(held)], time[-1], color="#e6e6e6", label="held out")
+        axes.axvspan(time[np.argmax(held)], time[-1], color="#e6e6e6", label="test part")
         axes.set_xlabel("time [min]")
         axes.set_ylabel(f"error of the free run [{unnamed.unit}]")
         axes.legend()
@@ -160,6 +159,6 @@ if heating is not None:
 
 # %% [markdown]
 # **Try next:** all thirty effects on the lamp (leave out `effects` and `workers`; this takes longer), and look at the
-# confidence of the result; other sets of `smid.data.RECORDS`. [Measured records](../docs/measured.md) shows the
+# probability of the result; other sets of `smid.data.RECORDS`. [Measured records](../docs/measured.md) shows the
 # results on twelve records, with the failures. Then: [experiments that make intervals
 # narrow](10_experiment_design.ipynb).

@@ -221,7 +221,7 @@ def _further(results: Sequence[CaseResult]) -> str:
 
 def _calibration(results: Sequence[CaseResult]) -> str:
     """Say how many causes are right, by the probability that they are given."""
-    pairs = [(p, name in r.truth) for r in results for name, p in zip(r.named, r.probabilities, strict=True)]
+    pairs = [(p, name in r.truth) for r in results for name, p in zip(r.named, r.probabilities, strict=False)]
     parts = []
     for low, high in ((0.0, 0.8), (0.8, 0.95), (0.95, 0.99), (0.99, 1.01)):
         hits = [right for p, right in pairs if low <= p < high]
