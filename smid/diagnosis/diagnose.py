@@ -310,7 +310,7 @@ def _noise_effects(
     for effect in chosen:
         if effect.detect is not None and not effect.marks_glitches:
             detection = effect.detect(final.model, looked.record.site(final))
-            if detection is not None and detection.score_drop == 0:
+            if detection is not None and detection.score_drop is None:
                 result.append((effect, detection))
     return result
 

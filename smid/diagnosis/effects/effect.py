@@ -133,8 +133,8 @@ class Detection:
     evidence
         The figures that show it.
     score_drop
-        Twice the gain in log-likelihood of the residual over an autoregression, to compare with effects that free runs
-        show; 0 where it does not compete with them.
+        Twice the gain in log-likelihood of the residual over an autoregression of the largest order, by Schwarz's
+        criterion, to compare with effects that free runs show; None where it does not compete with them.
     glitches
         Shape (n,). Per experiment, samples to leave out of every fit.
 
@@ -150,7 +150,7 @@ class Detection:
     values: Mapping[str, float]
     confidence: float
     evidence: Mapping[str, float]
-    score_drop: float = 0.0
+    score_drop: float | None = None
     glitches: tuple[Mask, ...] | None = None
 
 

@@ -109,6 +109,6 @@ def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]
     for effect in effects:
         if effect.detect is not None and not effect.marks_glitches:
             found = effect.detect(one.fit.model, record.site(one.fit))
-            if found is not None and found.score_drop > 0:
+            if found is not None and found.score_drop is not None:
                 result.append(replace(one, detected=(effect, found)))
     return result

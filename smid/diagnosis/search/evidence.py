@@ -169,12 +169,12 @@ def _step(
 def evidence_with_noise_effect(
     record: Record, fit: Fit, errors: Errors, boxes: Mapping[str, float], score_drop: float
 ) -> Evidence:
-    """Return the evidence of a model whose noise has an effect: that effect, not the search, tells its spectrum.
+    """Return the evidence of a model whose noise has an effect, which takes the place of the noise model.
 
     Parameters
     ----------
     score_drop
-        Twice the log-likelihood that the effect gains over an autoregression of the model's own.
+        See `smid.diagnosis.effects.effect.Detection`.
     """
     plain = evidence(record, noise_model(errors, record.used), fit, boxes)
     return replace(plain, value=plain.value + score_drop / 2)

@@ -113,5 +113,6 @@ class Ranking:
 
     def _evidence(self, one: EffectSet, noise: NoiseModel) -> Evidence:
         if one.detected:
-            return evidence_with_noise_effect(self.record, one.fit, one.errors, one.boxes, one.detected[1].score_drop)
+            gained = one.detected[1].score_drop or 0.0
+            return evidence_with_noise_effect(self.record, one.fit, one.errors, one.boxes, gained)
         return evidence(self.record, noise, one.fit, one.boxes)
