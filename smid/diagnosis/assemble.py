@@ -112,6 +112,8 @@ def _why(name: str, behind: float, error: float, found: Posterior, one: Visited,
     if behind <= 0:
         return f"says the same in other words: RMSE of the fit {figures}"
     more = one.effects.fit.n_free - found.chosen.effects.fit.n_free
+    if error * _LIKE < chosen:
+        return f"less likely under the noise of this record, although its RMSE of the fit is smaller: {figures}"
     if error <= _LIKE * chosen and more > 0:
         return f"less likely: {more} more number{'s' if more > 1 else ''} to fit for the same RMSE, {figures}"
     if error <= _LIKE * chosen:

@@ -25,7 +25,7 @@ from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.gain import gain
 from smid.diagnosis.parts import Parts, free_run, split
-from smid.diagnosis.search.compare import rms, structure
+from smid.diagnosis.search.compare import rms, spread, structure
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
@@ -40,7 +40,6 @@ from smid.models.edit_lines import rename_channels
 _STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
-_DETAIL = 0.05  # chance, above which the test error does not show a cause
 
 
 def diagnose(
@@ -220,12 +219,13 @@ def _assemble(
     final = _likeliest(found.chosen, record)
     base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
     before, after = tested(base_run), tested(final_run)
+    noticed = spread(after)
     named: list[Cause] = []
     details: list[Cause] = []
     for trial, without in ordered(found, visited):
         missing = tested(free_run(without.effects.fit, data, parts)) if without is not None else before
         cause = cause_of(trial, found, without, visited, record, final, (missing, after))
-        (named if cause.evidence["chance"] <= _DETAIL else details).append(cause)
+        (named if rms(missing) - rms(after) > noticed else details).append(cause)
     detections = _noise_effects(looked, found, final, chosen)
     noise = [
         detected(e, d, record.site(final), found.probability.get(e.name, d.confidence), rms(after))

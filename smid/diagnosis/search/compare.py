@@ -53,14 +53,32 @@ def chance(worse: Sequence[Array], better: Sequence[Array], seed: int = 0) -> fl
     >>> chance([3 * noise], [noise]) < 0.01, chance([noise], [rng.normal(size=300)]) > 0.01
     (True, True)
     """
-    length = int(np.clip(np.ceil(2 * correlation_length([*worse])), 5, max(5, sum(map(len, worse)) // 8)))
-    blocks = [
-        float(np.mean(part))
-        for first, second in zip(worse, better, strict=True)
-        for part in np.array_split(first**2 - second**2, max(1, len(first) // length))
-    ]
-    drawn = np.random.default_rng(seed).choice(blocks, size=(_DRAWS, len(blocks)))
-    return max(float(np.mean(drawn.mean(axis=1) <= 0)), 1.0 / _DRAWS)
+    differences = [first**2 - second**2 for first, second in zip(worse, better, strict=True)]
+    return max(float(np.mean(_means(differences, worse, seed) <= 0)), 1.0 / _DRAWS)
+
+
+def spread(residuals: Sequence[Array], seed: int = 0) -> float:
+    """Return the standard deviation of the root mean square of residuals, by a block bootstrap.
+
+    Parameters
+    ----------
+    residuals
+        Shape (n,). Per experiment.
+
+    Examples
+    --------
+    >>> round(spread([np.random.default_rng(1).normal(size=800)]), 2)  # one over the root of 1600
+    0.03
+    """
+    with np.errstate(all="ignore"):
+        return float(np.std(np.sqrt(_means([r**2 for r in residuals], residuals, seed))))
+
+
+def _means(values: Sequence[Array], residuals: Sequence[Array], seed: int) -> Array:
+    """Return means of drawn blocks of values, as long as the correlation of the residuals asks, shape (draws,)."""
+    length = int(np.clip(np.ceil(2 * correlation_length(residuals)), 5, max(5, sum(map(len, residuals)) // 8)))
+    blocks = [float(np.mean(part)) for v in values for part in np.array_split(v, max(1, len(v) // length))]
+    return np.asarray(np.random.default_rng(seed).choice(blocks, size=(_DRAWS, len(blocks))).mean(axis=1))
 
 
 def rms(residuals: Sequence[Array]) -> float:

@@ -1,0 +1,106 @@
+"""The merit of fitted models, against what defines it: evidence of linear models, and blocks that were left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from smid import OutputError
+from smid.diagnosis.effects import sensor_bias
+from smid.diagnosis.search.evidence import bound_of_evidence, evidence
+from smid.diagnosis.search.noise_model import NoiseModel, log_density, noise_model, weights
+from smid.diagnosis.search.record import FOLDS, Record
+from smid.diagnosis.search.trial import fitted_base, try_effect
+from tests.smid.diagnosis.lag_records import LAG, lag, record, steps
+
+N, DEVIATION = 500, 0.05
+
+
+def noisy(seed: int, bias: float = 0.0) -> Record:
+    u = steps(seed, N)
+    data = record(u, lag(u) + bias + DEVIATION * np.random.default_rng(seed).normal(size=N), bound=0.0)
+    return Record(data, (np.ones(N, bool),), "u", "y")
+
+
+def test_the_noise_model_whitens_coloured_noise_to_deviation_one():
+    random = np.random.default_rng(0)
+    noise = np.zeros(4000)
+    for k, e in enumerate(random.normal(size=4000)):
+        noise[k] = 0.9 * noise[k - 1] + 0.3 * e
+    model = noise_model(((0, "y", noise, np.empty((4000, 0))),), (np.ones(4000, bool),))
+    white = model.innovations("y", noise)[model.past :]
+    assert model.taps["y"][1] / model.taps["y"][0] == pytest.approx(-0.9, abs=0.03)
+    assert np.mean(weights(white) * white**2) == pytest.approx(1.0, rel=1e-6), "the likeliest scale"
+    assert np.std(white) == pytest.approx(1.0, rel=0.2)
+
+
+def test_one_bad_sample_hardly_moves_the_noise_model():
+    noise = np.random.default_rng(1).normal(size=1000)
+    spoilt = noise.copy()
+    spoilt[500] = 40.0
+    plain, other = (noise_model(((0, "y", e, np.empty((1000, 0))),), (np.ones(1000, bool),)) for e in (noise, spoilt))
+    assert other.taps["y"][0] == pytest.approx(plain.taps["y"][0], rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_left_out_blocks_cost_little_where_the_model_is_right(seed):
+    """In theory each of the k fitted numbers costs about half a nat more than where all samples were seen."""
+    seen = noisy(seed)
+    base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+    noise = noise_model(base.errors, seen.used)
+    found = evidence(seen, noise, base.fit, {})
+    bound = bound_of_evidence(seen, noise, base.errors, {})
+    assert bound - 3 * base.fit.n_free < found.value <= bound + 0.5
+
+
+def test_occams_factor_is_that_of_the_gaussian_evidence():
+    """The log of the width of the prior over that of the posterior, for one number that the record tells."""
+    seen = noisy(0, bias=0.3)
+    base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+    trial = try_effect(sensor_bias.EFFECT, base)
+    assert trial is not None
+    (name,) = trial.parameters
+    noise = NoiseModel({"y": np.array([1 / DEVIATION])})
+    wide, wider = (evidence(seen, noise, trial.fit, {name: width}) for width in (10.0, 20.0))
+    assert wider.occam - wide.occam == pytest.approx(np.log(2.0), abs=1e-3)
+    place = [p.name for p in trial.fit.model.parameters if p.lower < p.upper].index(name)
+    assert wide.vector[place] == pytest.approx(0.3, abs=4 * wide.deviation[place])
+
+
+def test_a_bias_is_worth_it_where_it_is_and_not_where_it_is_not():
+    for bias, better in ((0.3, True), (0.0, False)):
+        seen = noisy(3, bias)
+        base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+        trial = try_effect(sensor_bias.EFFECT, base)
+        assert trial is not None
+        p = trial.fit.model.parameter(trial.parameters[0])
+        noise = noise_model(trial.errors, seen.used)
+        without = evidence(seen, noise, base.fit, {}).value
+        beside = evidence(seen, noise, trial.fit, {p.name: p.upper - p.lower}).value
+        assert (beside > without) == better
+
+
+def test_folds_leave_the_beginning_of_each_experiment_in():
+    u = steps(0, 100)
+    one = record(u, lag(u))
+    data = one.with_experiments((one.experiments[0], replace(one.experiments[0], name="again")))
+    (first, second) = Record(data, (np.ones(100, bool),) * 2, "u", "y").folds
+    assert (first[:10] == -1).all()
+    assert (second[:10] == -1).all()
+    joined = np.concatenate([first[10:], second[10:]])
+    assert (np.diff(joined) >= 0).all()
+    assert set(joined) == set(range(FOLDS))
+
+
+def test_a_run_that_diverges_has_no_evidence():
+    seen = noisy(0)
+    base = fitted_base(OutputError(), seen.data, seen.used, "u", "y")
+    broken = tuple((e, c, np.full_like(error, np.inf), slope) for e, c, error, slope in base.errors)
+    assert bound_of_evidence(seen, noise_model(base.errors, seen.used), broken, {}) == -np.inf
+
+
+def test_the_density_is_students():
+    from scipy.stats import t
+
+    x = np.linspace(-5, 5, 11)
+    assert log_density(x) - log_density(np.zeros(1)) == pytest.approx(t.logpdf(x, 10) - t.logpdf(0, 10))
