@@ -19,7 +19,7 @@ from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import Emptiness, prove_empty
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
-from smid.diagnosis.effects.effect import Detection, Effect
+from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
@@ -210,14 +210,20 @@ def _assemble(
     record, base, visited = looked.record, looked.base, looked.found.visited
     output, bound, measured = record.output, record.noise_bound, [run.values[record.output] for run in data.experiments]
 
-    def tested(runs: Sequence[Mapping[str, Array]]) -> list[Array]:
-        """Return the errors of a free run on the test part."""
-        pairs = zip(measured, runs, parts.test, strict=True)
-        return [(y - run[output])[mask] for y, run, mask in pairs if mask.any()]
-
-    # The only use of the test part: one free run of the base, of the extended model, and without each cause.
+    # The only use of the test part: one free run of the base, of the extended model, and without each cause. Glitches
+    # in it are no error of a model.
     final = _likeliest(found.chosen, record)
     base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
+    errors = tuple(y - run[output] for y, run in zip(measured, final_run, strict=True))
+    bad = _glitches_in(Site(data, record.input, output, errors), final.model, chosen)
+    glitches = bad[1].glitches if bad else None
+    counted = [t & ~g for t, g in zip(parts.test, glitches, strict=True)] if glitches else parts.test
+
+    def tested(runs: Sequence[Mapping[str, Array]]) -> list[Array]:
+        """Return the errors of a free run on the test part."""
+        pairs = zip(measured, runs, counted, strict=True)
+        return [(y - run[output])[mask] for y, run, mask in pairs if mask.any()]
+
     before, after = tested(base_run), tested(final_run)
     noticed = spread(after)
     named: list[Cause] = []
@@ -226,7 +232,9 @@ def _assemble(
         missing = tested(free_run(without.effects.fit, data, parts)) if without is not None else before
         cause = cause_of(trial, found, without, visited, record, final, (missing, after))
         (named if rms(missing) - rms(after) > noticed else details).append(cause)
-    detections = _noise_effects(looked, found, final, chosen)
+    # Where the search has left glitches out, those of the test part are told with them.
+    told = replace(looked, glitches=looked.glitches and (bad or looked.glitches))
+    detections = _noise_effects(told, found, final, chosen)
     noise = [
         detected(e, d, record.site(final), found.probability.get(e.name, d.confidence), rms(after))
         for e, d in detections
@@ -240,7 +248,7 @@ def _assemble(
         extended = detection.model if detection.glitches is None else extended
     if verdict is Verdict.NONE:
         final_run, after, extended = base_run, before, base.fit.model
-    held = [y[mask] for y, mask in zip(measured, parts.test, strict=True) if mask.any()]
+    held = [y[mask] for y, mask in zip(measured, counted, strict=True) if mask.any()]
     site = base.site()
     inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extensions(base.fit.model, site))]
     return Diagnosis(
@@ -365,11 +373,16 @@ def _base(model: Model, record: Record) -> Base:
 
 
 def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Return the glitches in a residual; None where there are none, or no effect detects them."""
+    """Return the glitches that a fit shows; None where there are none, or no effect detects them."""
+    return _glitches_in(record.site(fitted), fitted.model, chosen)
+
+
+def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
+    """Return the glitches in the residual of a site."""
     effect = next((e for e in chosen if e.marks_glitches), None)
-    if effect is None or effect.detect is None:
+    if effect is None or effect.detect is None or not all(np.isfinite(r).all() for r in site.residual):
         return None
-    detection = effect.detect(fitted.model, record.site(fitted))
+    detection = effect.detect(model, site)
     return None if detection is None or detection.glitches is None else (effect, detection)
 
 

@@ -83,6 +83,18 @@ def _coloured(spectrum: Array) -> float:
     return _best(spectrum, density, [np.array(s) for s in starts])[0]
 
 
+def _untold(samples: Array) -> float:
+    """Return the variance that the past of a signal leaves untold: white noise in it cannot have more.
+
+    By least squares: the Yule-Walker equations leave more of a smooth signal.
+    """
+    order = min(LARGEST_ORDER, len(samples) // 10)
+    windows = np.lib.stride_tricks.sliding_window_view(samples - samples.mean(), order + 1)
+    weights = np.linalg.lstsq(windows[:, :-1], windows[:, -1], rcond=None)[0]
+    rest = windows[:, -1] - windows[:, :-1] @ weights
+    return float(rest @ rest) / max(len(rest) - order, 1)
+
+
 def _detect(model: Model, site: Site) -> Detection | None:
     if any(m.channel == site.input for m in model.measurements):
         return None  # known to be noisy already
@@ -109,7 +121,7 @@ def _detect(model: Model, site: Site) -> Detection | None:
     if ratio < _LEAST_RATIO or min(rival, first_order) < 0:
         return None
     deviation = float(np.exp(log_gain / 2))
-    if deviation**2 > autoregression(site.data.experiments[longest].values[site.input]).innovation:
+    if deviation**2 > _untold(site.data.experiments[longest].values[site.input]):
         return None
     return Detection(
         model.with_input_noise(site.input),

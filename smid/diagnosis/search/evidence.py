@@ -65,10 +65,10 @@ def _whitened(record: Record, noise: NoiseModel, errors: Errors) -> _Whitened:
     counted = record.counted(noise.past)
     innovations, slopes, folds, scale = [], [], [], 0.0
     for e, channel, error, slope in errors:
-        kept = counted[e]
+        kept = counted[e][: len(error)]
         innovations.append(noise.innovations(channel, error)[kept])
         slopes.append(noise.innovations(channel, slope)[kept])
-        folds.append(record.folds[e][kept])
+        folds.append(record.folds[e][: len(error)][kept])
         scale += float(kept.sum() * np.log(noise.taps[channel][0]))
     return _Whitened(np.concatenate(innovations), np.concatenate(slopes), np.concatenate(folds), scale)
 

@@ -60,7 +60,7 @@ def test_demo_finds_the_truth_and_ends_with_the_path_of_its_report(folder, smid)
 @pytest.mark.usefixtures("_short")
 def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, monkeypatch):
     def interrupt(_self, line):
-        if line.startswith("named "):
+        if line.startswith("best so far: "):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Progress, "__call__", interrupt)

@@ -107,7 +107,7 @@ def test_bad_input_is_told_in_one_line(smid, monkeypatch, line, words):
         raise AssertionError("fitted before the mistake was told")
 
     # The package's name for this module is the function in it.
-    monkeypatch.setattr(sys.modules["smid.diagnosis.diagnose"], "fit", fit)
+    monkeypatch.setattr(sys.modules["smid.diagnosis.diagnose"], "fitted_base", fit)
     result = smid(f"diagnose {line}")
     assert result.exit_code == 2, (result.output, result.exception)
     assert result.stdout == ""

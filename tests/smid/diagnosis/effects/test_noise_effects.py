@@ -92,9 +92,10 @@ def test_glitches_are_named_and_no_fit_bends_to_them(size, order):
     assert [c.effect for c in found.causes] == effects[::order]
     assert found.model.values == pytest.approx(plain.model.values, abs=5e-3)
     values = {p.name: p.value for p in found.causes[::order][0].parameters}
-    assert values["count"] == sum(place < np.flatnonzero(found.test[0])[0] for place in places)
+    assert values["count"] == len(places)
     assert values["size"] == pytest.approx(size, rel=0.1)
-    assert found.extended[0] == pytest.approx(plain.extended[0], abs=5e-3)
+    # The glitch in the test part is not judged by.
+    assert found.gain.rmse_after == pytest.approx(plain.gain.rmse_after, rel=0.05)
     assert not found.unexplained
 
 
