@@ -231,7 +231,8 @@ def _assemble(
     for trial, without in ordered(found, visited):
         missing = tested(free_run(without.effects.fit, data, parts)) if without is not None else before
         cause = cause_of(trial, found, without, visited, record, final, (missing, after))
-        (named if rms(missing) - rms(after) > noticed else details).append(cause)
+        shows = rms(missing) - rms(after) > noticed or trial.effect in found.alternatives
+        (named if shows else details).append(cause)
     # Where the search has left glitches out, those of the test part are told with them.
     told = replace(looked, glitches=looked.glitches and (bad or looked.glitches))
     detections = _noise_effects(told, found, final, chosen)
