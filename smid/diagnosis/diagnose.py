@@ -250,8 +250,10 @@ def _assemble(
     if verdict is Verdict.NONE:
         final_run, after, extended = base_run, before, base.fit.model
     held = [y[mask] for y, mask in zip(measured, counted, strict=True) if mask.any()]
-    site = base.site()
-    inapplicable = [e for e in chosen if e.detect is None and not any(True for _ in e.extensions(base.fit.model, site))]
+    # What was tried applies, and what a search that ended early did not try may.
+    tried = {name for v in visited for name in v.names}
+    rest = [e for e in chosen if e.detect is None and e.name not in tried and not looked.found.interrupted]
+    inapplicable = [e for e in rest if not any(True for _ in e.extensions(base.fit.model, base.site()))]
     return Diagnosis(
         base=base.fit.model,
         model=extended,
