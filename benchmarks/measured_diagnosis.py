@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from smid import Dataset, Model, OutputError
 from smid.data import load_record
 from smid.diagnosis import Diagnosis, diagnose
+from smid.diagnosis.parts import free_run_of_new
 from smid.diagnosis.search.compare import rms
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fitting
 from smid.models import Line, Measurement, Parameter, signal, t
 
 START = 50  # samples of a test run that its initial states are fitted to
@@ -248,10 +248,8 @@ def tested(
         error = (found.data.experiments[e].values[found.output] - simulated[e])[held]
         return rms([error]) * case.factor
     part = full.select(case.test)
-    count = part.experiments[0].n_samples
-    start = Fitting(model, part, [np.arange(count) < START])
-    vector, cost = start.solve(start.start(model.values), held=start.run.parameters)
-    error = start.result(vector, cost).residual(part, found.output)[0]
+    free = free_run_of_new(model, part, START)[found.output]
+    error = part.experiments[0].values[found.output] - free
     return rms([error[part.n_init :]]) * case.factor
 
 

@@ -95,9 +95,20 @@ def free_run(fit: Fit, data: Dataset, parts: Parts) -> tuple[Mapping[str, Array]
         alone = data.with_experiments((run,))
         if run.name in initial:
             problem = Fitting(fit.model, alone, [~test], [initial[run.name]])
-            vector = problem.start(fit.model.values)
+            result.append(problem.simulate(problem.start(fit.model.values))[0])
         else:
-            problem = Fitting(fit.model, alone, [np.arange(run.n_samples) < (data.n_init or STARTING)])
-            vector, _ = problem.solve(problem.start(fit.model.values), held=problem.run.parameters)
-        result.append(problem.simulate(vector)[0])
+            result.append(free_run_of_new(fit.model, alone, data.n_init or STARTING))
     return tuple(result)
+
+
+def free_run_of_new(model: Model, data: Dataset, samples: int) -> dict[str, Array]:
+    """Return the output channels of a fitted model on one experiment that no fit has seen, shape (n,).
+
+    Parameters
+    ----------
+    samples
+        The first ones, which tell the initial states.
+    """
+    problem = Fitting(model, data, [np.arange(data.experiments[0].n_samples) < samples])
+    vector, _ = problem.solve(problem.start(model.values), held=problem.run.parameters)
+    return problem.simulate(vector)[0]

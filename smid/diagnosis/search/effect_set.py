@@ -64,7 +64,7 @@ def enlarged(
         effects, map_in_time(executor, partial(try_effect, base=start, least=least), effects), strict=True
     ):
         if trial is None or (trial.effect, trial.label) in there:
-            progress(f"{effect.name}: does not apply")
+            progress(f"{effect.name}: does not apply, or promises nothing")
             continue
         result.append(EffectSet((*one.trials, trial), trial.fit, trial.errors))
         progress(f"{effect.name}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")

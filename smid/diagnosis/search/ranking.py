@@ -61,7 +61,6 @@ class Ranking:
 
     def __init__(self, record: Record, count: int) -> None:
         self.record, self.count = record, count
-        self.noise = NoiseModel({})
         self._best: EffectSet | None = None
         self._tables: dict[EffectSet, _Table] = {}
 
@@ -70,8 +69,8 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
-        ranked, table = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
-        self._best, self.noise = ranked[0].effects, table.noise
+        ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
+        self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
 
@@ -79,7 +78,9 @@ class Ranking:
         """Rank under the noise model of the best set, beginning with that of a given one."""
         seen = [start]
         while True:
-            table = self._tables.setdefault(seen[-1], _Table(noise_model(seen[-1].errors, self.record.used)))
+            if seen[-1] not in self._tables:
+                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used))
+            table = self._tables[seen[-1]]
             ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.
             if ranked[0].effects in seen:

@@ -15,14 +15,13 @@ blocks left out in turn, `TAIL` degrees of freedom of the noise, and `SCREEN`, w
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from relaxations.deadline import Progress, TimeIsUp
 from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.effect_set import EffectSet, enlarged, put_again, reduced, with_noise_effects
-from smid.diagnosis.search.noise_model import NoiseModel
 from smid.diagnosis.search.ranking import REACH, Ranking, Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial
@@ -39,8 +38,6 @@ class Found:
     ----------
     visited
         All sets that were fitted, best first.
-    noise
-        The noise model that the merits share.
     led
         Every effect that the best set had at some time.
     interrupted
@@ -48,7 +45,6 @@ class Found:
     """
 
     visited: tuple[Visited, ...]
-    noise: NoiseModel
     led: frozenset[str]
     interrupted: bool
 
@@ -71,25 +67,27 @@ def search(
     by_name = {e.name: e for e in effects}
     fitted = [e for e in effects if e.detect is None]
     ranking = Ranking(record, len(effects))
-    empty = EffectSet((), base.fit, base.errors)
-    sets: dict[tuple[str, ...], EffectSet] = {(): empty}
+    leader = EffectSet((), base.fit, base.errors)
+    sets = {leader.names: leader}
+    parts: dict[EffectSet, list[EffectSet]] = {leader: []}
     grown: set[tuple[str, ...]] = set()
-    led: set[str] = set()
+    heard: set[EffectSet] = set()
     ranked = ranking.rank(sets.values())
     say = progress or (lambda _line: None)
     try:
         if begun and (again := put_again(begun, base, by_name, {})) is not None:
             _keep(sets, again)
         while True:
-            leader = ranked[0].names
             ranked = ranking.rank(sets.values())
             best = ranked[0].effects
-            led.update(best.names)
-            if best.names != leader:
+            if best.names != leader.names:
+                leader = best
                 say(f"best so far: {', '.join(best.names) or 'the base model'}")
-            # 1. to 3. above; effects on the noise need no fit, and are compared where nothing else is left.
-            smaller = reduced(best, base, by_name, sets)
-            _keep(sets, *smaller)
+            # The parts of the best set are ranked with it.
+            if best not in parts:
+                parts[best] = reduced(best, base, by_name, sets)
+                _keep(sets, *parts[best])
+                continue
             worth = [*_widest(ranked), best, *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
             if todo is not None:
@@ -97,12 +95,19 @@ def search(
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
                 _keep(sets, *enlarged(todo, base, fitted, executor, say))
                 continue
-            known = set(sets)
-            _keep(sets, *(noisy for one in (best, *smaller) for noisy in with_noise_effects(one, record, effects)))
-            if set(sets) == known:
-                return Found(ranked, ranking.noise, frozenset(led), False)
+            # Effects on the noise need no fit, and are compared where nothing else is left.
+            silent = [one for one in (best, *parts[best]) if one not in heard]
+            if not silent:
+                return Found(ranked, _led(parts), False)
+            heard.update(silent)
+            _keep(sets, *(noisy for one in silent for noisy in with_noise_effects(one, record, effects)))
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranked, ranking.noise, frozenset(led), True)
+        return Found(ranked, _led(parts), True)
+
+
+def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
+    """Return every effect of the sets that were best at some time: those whose parts were fitted."""
+    return frozenset(name for one in parts for name in one.names)
 
 
 def _keep(sets: dict[tuple[str, ...], EffectSet], *found: EffectSet) -> None:

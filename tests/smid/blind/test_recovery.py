@@ -18,13 +18,15 @@ SEEDS = 3
 NAMES = ("sensor_lag", "variable_delay", "elastic_coupling", "load_friction")
 # Play at seven samples a period of an undamped arm: the descent stops at 2.7 times the noise.
 STUCK = {("elastic_coupling", 62)}
+# Which minimum the descent ends in depends on the last digits of the processor's arithmetic, so it may pass elsewhere.
+STUCK_MARK = pytest.mark.xfail(raises=AssertionError, strict=False, reason="a descent that ends in a local minimum")
 
 
 def cases() -> Iterator[object]:
     """Yield each effect with the first seeds that hide it."""
     for name in NAMES:
         for seed in islice((seed for seed in count() if ranked(seed, "single")[0] == name), SEEDS):
-            marks = [pytest.mark.xfail(strict=False)] if (name, seed) in STUCK else []
+            marks = [STUCK_MARK] if (name, seed) in STUCK else []
             yield pytest.param(name, seed, marks=marks)
 
 
