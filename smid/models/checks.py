@@ -21,12 +21,17 @@ __all__ = ["check_integration", "check_names", "check_symbols"]
 
 
 def check_names(model: Model) -> None:
-    """Refuse a name that stands for two things, apart from a channel with the name of a parameter."""
+    """Refuse a name that stands for two things, apart from a channel with the name of a parameter.
+
+    Without noise, several signals may be readings of one channel.
+    """
     parameters = {parameter.name for parameter in model.parameters}
+    noisy = [item.channel for item in model.measurements if item.noise]
+    exact = list(dict.fromkeys(item.channel for item in model.measurements if not item.noise))
     names = (
         [("parameter", parameter.name) for parameter in model.parameters]
         + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]
-        + [("channel", item.channel) for item in model.measurements if item.channel not in parameters]
+        + [("channel", channel) for channel in (*noisy, *exact) if channel not in parameters]
         + [("noise", measurement.noise) for measurement in model.measurements if measurement.noise]
     )
     for signal_name, count in Counter(line.signal for line in model.lines).items():

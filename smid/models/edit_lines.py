@@ -37,9 +37,9 @@ Transformation = Callable[[sympy.Indexed], sympy.Expr]
 
 
 def _resolve(model: Model, name: str) -> str:
-    """Return the signal of that name, or the one that the channel of that name measures."""
+    """Return the signal of that name, or the first one that the channel of that name measures."""
     signals = (*model.inputs, *(line.signal for line in model.lines))
-    measured = {measurement.channel: measurement.signal for measurement in model.measurements}
+    measured = {measurement.channel: measurement.signal for measurement in reversed(model.measurements)}
     if name not in signals and name not in measured:
         raise ModelError(f"the model has no signal {name!r}: its signals are {', '.join(signals)}")
     return name if name in signals else measured[name]

@@ -85,8 +85,7 @@ def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extensi
     shape = _shape(model, site, "mode")
     weights = [fresh(model, f"mode_weight_{which}", (-10, 10), "", 0.0) for which in ("late", "later")]
     mode = free_name(model, f"{site.input}_mode")
-    measured = {item.channel: item.signal for item in model.measurements}
-    u = signal(measured.get(site.input, site.input))[t]
+    u = signal(signal_of(model, site.input))[t]
     scale = number(site.scale(site.output) / site.scale(site.input))
     x = signal(mode)
     extended = model.with_line(mode, _pair(*shape, mode, site.sampling_time, u), list(shape)).insert_sensor(
