@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import sympy
@@ -128,7 +129,7 @@ class Line:
         for name, value in (("target", target), ("expression", unpacked(parts)), ("rate", rate)):
             object.__setattr__(self, name, value)
 
-    @property
+    @cached_property
     def signal(self) -> str:
         """Name of the signal that the line defines."""
         return str(self.target.base.label)

@@ -314,10 +314,9 @@ def _varying(line: Line, free: Sequence[str], defined: set[str]) -> tuple[tuple[
 @lru_cache(maxsize=4096)
 def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[str, ...]) -> _Slopes:
     reads = tuple(sorted(references(line.expression)))
-    symbols = {read: sympy.Symbol(f"{read[0]}__{read[1]}", real=True) for read in reads}
-    expression = swapped(line.expression, {signal(name)[t - lag]: s for (name, lag), s in symbols.items()})
     names = tuple(sorted(plain_symbols(line.expression)))
     constants = [sympy.Symbol(name, real=True) for name in names]
-    by = [*(symbols[read] for read in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
-    function = derivatives([*constants, *(symbols[read] for read in reads)], expression, by)
+    read = {(name, lag): signal(name)[t - lag] for name, lag in reads}
+    by = [*(read[item] for item in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
+    function = derivatives([*constants, *read.values()], line.expression, by)
     return _Slopes(line.signal, names, reads, by_signal, by_parameter, function)
