@@ -17,7 +17,6 @@ from relaxations.algebra.arrays import Array
 from smid.models.machine_code import Loop, compile_loop
 from smid.models.parts import Line
 from smid.models.structure import first_samples, groups
-from smid.models.symbols import references
 
 __all__ = ["Group", "compile_lines"]
 
@@ -52,7 +51,7 @@ class Group:
             # time.
             for line in self.lines:
                 if line.signal not in given:
-                    reads = references(line.expression)
+                    reads = line.reads
                     depth = max((lag for _, lag in reads), default=0)
                     before = np.full((*known[line.signal].shape[:-1], depth), np.nan)
                     seen = {

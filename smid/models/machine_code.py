@@ -22,12 +22,12 @@ import numpy as np
 import sympy
 from llvmlite import ir
 from sympy.core.relational import Relational
-from sympy.logic.boolalg import BooleanFunction
+from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from relaxations.algebra.arrays import Array
 from smid.models.errors import ModelError
 from smid.models.parts import Line
-from smid.models.symbols import plain_symbols, references, signal, t
+from smid.models.symbols import plain_symbols, signal, t
 
 __all__ = ["Loop", "compile_loop"]
 
@@ -36,11 +36,8 @@ _VECTOR = _DOUBLE.as_pointer()
 _SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
 
 # Functions of the C library, by their names there.
-_LIBRARY = {
-    getattr(sympy, name): name
-    for name in ("exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh")
-    + ("asinh", "acosh", "atanh", "erf", "erfc", "floor")
-} | {sympy.ceiling: "ceil"}
+_SAME = "exp log sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf erfc floor"
+_LIBRARY = {sympy.ceiling: "ceil", **{getattr(sympy, name): name for name in _SAME.split()}}
 _RELATIONS = {sympy.Gt: ">", sympy.Ge: ">=", sympy.Lt: "<", sympy.Le: "<=", sympy.Eq: "==", sympy.Ne: "!="}
 _LARGEST_PRODUCT = 8  # a power up to here is a product
 
@@ -87,7 +84,7 @@ class Loop:
 def compile_loop(lines: tuple[Line, ...]) -> Loop:
     """Compile lines in causal order: what one reads at the same time is known or defined by a line before it."""
     parameters = tuple(sorted(set().union(*(plain_symbols(line.expression) for line in lines))))
-    reads = set().union(*(references(line.expression) for line in lines))
+    reads = set().union(*(line.reads for line in lines))
     rows = tuple(sorted({*(name for name, _ in reads), *(line.signal for line in lines)}))
     module = llvm.parse_assembly(str(_module(lines, parameters, sorted(reads), rows)))
     engine = llvm.create_mcjit_compiler(module, _target().create_target_machine(opt=1, jit=True))
@@ -134,7 +131,7 @@ def _module(
 
 @lru_cache(maxsize=1)
 def _target() -> Any:
-    """This machine's processor without the instructions that only some have, and the C library's functions."""
+    """Prepare for this kind of processor, without instructions that only some of it have, and find the C library."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
@@ -172,10 +169,10 @@ class _Writer:
         return getattr(self.once if fixed else self.each, f"fcmp_{kind}")(relation, a[0], b[0]), fixed
 
     def _written(self, node: sympy.Basic) -> Value:
-        if isinstance(node, sympy.logic.boolalg.BooleanAtom):
+        if isinstance(node, BooleanAtom):
             return ir.Constant(_BIT, int(bool(node))), True
-        if getattr(node, "is_number", False):
-            return _number(float(node))  # type: ignore[arg-type]
+        if isinstance(node, sympy.Expr) and node.is_number:
+            return _number(float(node))
         if isinstance(node, sympy.Add):
             return self._fold("fadd", node.args)
         if isinstance(node, sympy.Mul):
