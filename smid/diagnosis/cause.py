@@ -10,6 +10,19 @@ from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 
 
+def percent(probability: float) -> str:
+    """Return a probability as every result prints it: never 0 or 100 %, which no record gives.
+
+    Examples
+    --------
+    >>> percent(0.98765), percent(0.99999), percent(1e-9)
+    ('98.8 %', 'more than 99.9 %', 'less than 0.1 %')
+    """
+    if probability > 0.999:
+        return "more than 99.9 %"
+    return "less than 0.1 %" if probability < 0.001 else f"{100 * probability:.3g} %"
+
+
 @dataclass(frozen=True)
 class CauseParameter:
     """A parameter of a named effect.
@@ -118,14 +131,14 @@ class Cause(Result):
     def __str__(self) -> str:
         return "\n".join(
             (
-                f"{self.effect} ({self.confidence:.0%}): {self.sentence}",
+                f"{self.effect} ({percent(self.confidence)}): {self.sentence}",
                 *(f"  {p}" for p in self.parameters),
                 *(f"  {r.effect} {r.why}" for r in self.rivals[:3]),
             )
         )
 
     def _content(self) -> Iterator[Part]:
-        yield f"{self.effect} ({self.confidence:.0%}): {self.sentence}"
+        yield f"{self.effect} ({percent(self.confidence)}): {self.sentence}"
         if self.parameters:
             header = ("parameter", "value", "lower", "upper", "unit", "no effect at", "interval")
             yield Table("", header, tuple(p.cells for p in self.parameters), "lrrrlrl")

@@ -13,7 +13,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
-from smid.diagnosis.cause import Cause
+from smid.diagnosis.cause import Cause, percent
 from smid.diagnosis.certify import Emptiness
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
@@ -24,6 +24,11 @@ from smid.models import Model
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+ENDED_EARLY = (
+    "The search ended early (Ctrl-C, SIGTERM or the time limit): effects that were not tested yet may explain more."
+)
 
 
 class Verdict(StrEnum):
@@ -89,7 +94,7 @@ class Diagnosis(Tabular):
     test
         Shape (n,). Per experiment, the samples of the test part.
     interrupted
-        Whether Ctrl-C or the time limit ended the search early.
+        Whether Ctrl-C, SIGTERM or the time limit ended the search early.
     """
 
     base: Model
@@ -132,6 +137,8 @@ class Diagnosis(Tabular):
         if self.proof is not None:
             yield self.proof.sentence
         yield from (fault.sentence for fault in self.faults)
+        if self.interrupted:
+            yield ENDED_EARLY
         yield self.conclusion
 
     @property
@@ -143,7 +150,7 @@ class Diagnosis(Tabular):
             names = ", ".join(cause.effect for cause in self.details)
             yield f"Details, which the test error does not show: {names}."
         if self.doubts:
-            yield f"In doubt: {', '.join(f'{name} ({p:.0%})' for name, p in self.doubts.items())}."
+            yield f"In doubt: {', '.join(f'{name} ({percent(p)})' for name, p in self.doubts.items())}."
         if self.unexplained:
             yield "The remaining error is more than noise: no effect of the library explains it."
 

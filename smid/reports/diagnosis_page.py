@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from smid.diagnosis.cause import Cause, CauseParameter, Rival
-from smid.diagnosis.diagnosis import Diagnosis, Verdict
+from smid.diagnosis.cause import Cause, CauseParameter, Rival, percent
+from smid.diagnosis.diagnosis import ENDED_EARLY, Diagnosis, Verdict
 from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure, spoken
 from smid.display.table import Table
 from smid.models import Parameter
@@ -80,7 +80,7 @@ def _conclusion(diagnosis: Diagnosis) -> str:
 
 
 def _said(cause: Cause) -> str:
-    return f"{spoken(cause.effect)} (probability {_confidence(cause.confidence)}). {cause.sentence}"
+    return f"{spoken(cause.effect)} (probability {percent(cause.confidence)}). {cause.sentence}"
 
 
 def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
@@ -90,7 +90,7 @@ def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
     left = f" The remaining error is not only noise: {rest}." if diagnosis.unexplained else ""
     yield diagnosis.gain_sentence + left
     if diagnosis.interrupted:
-        yield coloured("Ended early: effects that were not tested yet may explain more.", "bad")
+        yield coloured(ENDED_EARLY, "bad")
     yield from notes
 
 
@@ -160,7 +160,7 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
 
 def _facts(cause: Cause, unit: str) -> Facts:
     evidence = cause.evidence
-    facts = {"probability": _confidence(cause.confidence)}
+    facts = {"probability": percent(cause.confidence)}
     if "chance" in evidence:
         before, after = evidence["rmse_before"], evidence["rmse_after"]
         facts["RMSE on the test part"] = f"{before:.4g} before, {_number(after, unit)} after ({_fall(before, after)})"
@@ -222,7 +222,7 @@ def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
 def _further(diagnosis: Diagnosis) -> Iterator[Section]:
     """Yield what the record shows beside the causes: details, and effects in doubt."""
     details = [(spoken(c.effect), f"{c.sentence} The test error does not show it.") for c in diagnosis.details]
-    doubts = [(spoken(name), f"probability {_confidence(p)}") for name, p in diagnosis.doubts.items()]
+    doubts = [(spoken(name), f"probability {percent(p)}") for name, p in diagnosis.doubts.items()]
     if details or doubts:
         yield Section("Details, and effects in doubt", (Facts((*details, *doubts)),))
 
@@ -323,10 +323,6 @@ def _not_proven(diagnosis: Diagnosis) -> Section:
 
 def _number(value: float | None, unit: str, digits: str = ".4g") -> str:
     return "unknown" if value is None else f"{value:{digits}} {unit}".rstrip()
-
-
-def _confidence(value: float) -> str:
-    return "more than 99.9 %" if value > 0.999 else f"{100 * value:.3g} %"
 
 
 def _chance(value: float) -> str:

@@ -6,6 +6,7 @@ import pytest
 import smid
 from smid.diagnosis import Fault, Verdict
 from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure
 from smid.reports import report, versions
@@ -113,10 +114,10 @@ def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
 
 
 def test_an_interrupted_search_says_so(named, tmp_path):
-    assert (
-        "Ended early: effects that were not tested"
-        in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
-    )
+    interrupted = replace(named, interrupted=True)
+    assert ENDED_EARLY in read(report(interrupted, tmp_path / "r.html")).text
+    assert ENDED_EARLY in str(interrupted)
+    assert ENDED_EARLY not in str(named)
 
 
 def test_before_and_after_shades_what_no_fit_has_seen(named, nothing):
