@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import nan
@@ -15,6 +15,7 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause, percent
 from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.evidence.correlation import Correlation, autocorrelation, cross_correlation
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
@@ -238,8 +239,26 @@ class Diagnosis(Tabular):
             "data": {"source": self.data.source, "checksum": self.data.checksum},
         }
 
-    def plot(self) -> Figure:
-        """Draw measured, base and extended output with their errors."""
-        from smid.diagnosis.figures import before_and_after
+    def correlations(self, simulated: Sequence[Array]) -> tuple[Correlation, ...]:
+        """Return the correlations of the test error of a free run with its own past, and with each input.
 
-        return before_and_after(self)
+        Parameters
+        ----------
+        simulated
+            Shape (n,). `simulated` or `extended`, per experiment.
+        """
+        tested = [
+            (run, free, mask)
+            for run, free, mask in zip(self.data.experiments, simulated, self.test, strict=True)
+            if mask.any()
+        ]
+        error = [(run.values[self.output] - free)[mask] for run, free, mask in tested]
+        inputs = {name: [run.values[name][mask] for run, _, mask in tested] for name in self.base.input_channels}
+        found = (autocorrelation(error), *(cross_correlation(error, u, name) for name, u in inputs.items()))
+        return tuple(one for one in found if one is not None)
+
+    def plot(self) -> Figure:
+        """Draw measured, base and extended output on the test part, with their errors."""
+        from smid.diagnosis.figures import on_test_part
+
+        return on_test_part(self)

@@ -1,7 +1,8 @@
 """Change: a parameter of the plant jumps at a time, ``p -> p + dp step(t - t0)``.
 
-The step is a ramp over one sample, so that t0 has a derivative: ``max(0, min(1, (time - t0) / Ts))``. t0 is a time of the
-record, which may begin later than zero; where experiments begin at different times, it counts from the start of each.
+The step is a ramp over one sample, so that t0 has a derivative: ``max(0, min(1, (time - t0) / Ts))``. t0 is a
+time of the record, which may begin later than zero; where experiments begin at different times, t0 counts from the
+start of each.
 Reference: Basseville and Nikiforov, Detection of Abrupt Changes (1993), chapter 1.
 """
 

@@ -5,8 +5,8 @@ With e and u of mean zero, over the samples of all stretches together,
 .. math::  r_{xy}(\tau) = \sum_t x_{t+\tau} y_t \Big/ \sqrt{\sum_t x_t^2 \, \sum_t y_t^2}.
 
 White errors of n samples keep :math:`|r_{ee}(\tau)| \le 2.58 / \sqrt n` at 99 % of the lags. Errors independent of the
-input keep :math:`|r_{eu}(\tau)| \le 2.58 \sqrt{P / n}` with :math:`P = \sum_k r_{ee}(k) r_{uu}(k)`: two slow signals look
-alike more often. An input correlated at negative lags reacts on the error: feedback.
+input keep :math:`|r_{eu}(\tau)| \le 2.58 \sqrt{P / n}` with :math:`P = \sum_k r_{ee}(k) r_{uu}(k)`: two slow signals
+look alike more often. An input correlated at negative lags reacts on the error: feedback.
 
 Reference: Ljung, System Identification, 2nd ed., section 16.6.
 """
@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import correlate
 from scipy.stats import norm
 
@@ -44,7 +45,7 @@ class Correlation:
     """
 
     against: str
-    lags: Array
+    lags: NDArray[np.int64]
     values: Array
     band: float
 
