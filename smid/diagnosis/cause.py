@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 from smid.display.result import Part, Result, plain
@@ -78,11 +79,11 @@ class Rival:
     odds
         Of the named effect against this one, by their merits; at most 1e12.
     why
-        Why it was rejected, in words.
+        Why it was rejected, in a short phrase.
 
     Examples
     --------
-    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: RMSE of the fit 0.31 against 0.12").effect
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: it leaves a larger error").effect
     'extra_lag'
     """
 
@@ -129,11 +130,12 @@ class Cause(Result):
     evidence: Mapping[str, float]
 
     def __str__(self) -> str:
+        own = self.evidence.get("fit_rmse_after", nan)
         return "\n".join(
             (
                 f"{self.effect} ({percent(self.confidence)}): {self.sentence}",
                 *(f"  {p}" for p in self.parameters),
-                *(f"  {r.effect} {r.why}" for r in self.rivals[:3]),
+                *(f"  {r.effect} {r.why} (RMSE of the fit {r.rmse:.4g} against {own:.4g})" for r in self.rivals[:3]),
             )
         )
 

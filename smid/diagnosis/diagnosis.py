@@ -170,12 +170,13 @@ class Diagnosis(Tabular):
     @property
     def conclusion(self) -> str:
         """One sentence with the verdict."""
-        names = ", then ".join(cause.effect for cause in self.causes)
-        if self.verdict is Verdict.NAMED:
-            return f"Cause: {names}."
+        sure = self.causes[:-1] if self.verdict is Verdict.AMBIGUOUS else self.causes
+        said = [f"Cause: {', then '.join(cause.effect for cause in sure)}."] if sure else []
+        if self.verdict is not Verdict.NAMED:
+            said.append(self.verdict.sentence)
         if self.verdict is Verdict.AMBIGUOUS:
-            return f"{self.verdict.sentence} It is {' or '.join(self.alternatives)}."
-        return self.verdict.sentence
+            said.append(f"It is {' or '.join(self.alternatives)}.")
+        return " ".join(said)
 
     @property
     def alternatives(self) -> tuple[str, ...]:

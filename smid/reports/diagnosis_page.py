@@ -79,18 +79,17 @@ def _alternatives(diagnosis: Diagnosis, word: str = "or") -> str:
 
 def _conclusion(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the verdict for the top of the page, a paragraph for each cause, in words that need no context."""
-    sure = list(diagnosis.causes)
+    ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
+    for number, cause in enumerate(diagnosis.causes[:-1] if ambiguous else diagnosis.causes):
+        yield f"{'Then' if number else 'Cause'}: {_said(cause)}"
+    if ambiguous:
+        yield (
+            f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}. "
+            f"One of them: {_said(diagnosis.causes[-1])}"
+        )
     if diagnosis.verdict is Verdict.NONE:
         rest = "" if diagnosis.unexplained else " The error of the base model looks like noise."
         yield f"{diagnosis.verdict.sentence}{rest}"
-    elif diagnosis.verdict is Verdict.AMBIGUOUS:
-        last = sure.pop()
-        yield (
-            f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}. "
-            f"One of them: {_said(last)}"
-        )
-    for number, cause in enumerate(sure):
-        yield f"{'Then' if number else 'Cause'}: {_said(cause)}"
 
 
 def _said(cause: Cause) -> str:
@@ -225,9 +224,9 @@ def _correlations(diagnosis: Diagnosis) -> Iterator[Section]:
             Picture(
                 correlation_figure(diagnosis),
                 "Correlation of the error on the test part with its own past, and with the input. Shaded: the band "
-                "that holds 99 % of the lags of a white error that is independent of the input. A positive lag outside "
-                "it: the error follows the input, so dynamics are missing. A negative lag outside it: the input reacts "
-                "on the output.",
+                "that holds 99 % of the lags if the error is white (own past), or independent of the input. A positive "
+                "lag outside it: the error follows the input, so dynamics are missing. A negative lag outside it: the "
+                "input reacts on the output.",
                 "Correlation of the error with its own past and with the input",
             ),
             Table("", ("lags outside the 99 % band", *found), tuple(rows), "l" + "r" * len(found)),
