@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import logging
 import shutil
+import signal
 import sys
-from collections.abc import Mapping
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from types import TracebackType
 from typing import Any, NoReturn, Self
@@ -17,6 +21,8 @@ from relaxations.errors import UserError
 EMPTY, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes other than 0; 130 is the shell's code for a program stopped by Ctrl-C."""
 
+_PAUSE = 15.0
+"""Seconds between lines of progress in a file: short work stays quiet."""
 
 LOGGER = logging.getLogger("smid")
 
@@ -60,7 +66,8 @@ class Face(Commands):
         """Run a command line and exit; see click's own documentation for the arguments."""
         settings["standalone_mode"] = False
         try:
-            code = super().main(*args, **settings)
+            with _ended_as_by_ctrl_c():
+                code = super().main(*args, **settings)
         except click.Abort:
             code = _fail("interrupted; there is no result yet", INTERRUPTED)
         except click.UsageError as error:
@@ -79,26 +86,46 @@ class Face(Commands):
         sys.exit(code if isinstance(code, int) else 0)
 
 
+@contextmanager
+def _ended_as_by_ctrl_c() -> Iterator[None]:
+    """Let SIGTERM (`kill`, `timeout`, a batch system) keep what was found, as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():  # only there a handler can be set
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def _fail(message: str, code: int = BAD_INPUT) -> int:
     click.echo(f"error: {' '.join(message.split())}", err=True)
     return code
 
 
 class Progress:
-    """One line on the terminal that each call overwrites; silent if standard error is not a terminal.
+    """One line on the terminal that each call overwrites; elsewhere a line of its own now and then.
 
     Each line also goes to the logger ``smid``. With ``--verbose`` the log replaces the progress line.
     """
 
     def __init__(self) -> None:
-        self._shown = sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO)
+        self._shown = not LOGGER.isEnabledFor(logging.INFO)
+        self._overwrites = sys.stderr.isatty()
+        self._began = self._last = time.monotonic()
 
     def __call__(self, line: str) -> None:
-        """Show a line in place of the previous one."""
+        """Show a line in place of the previous one, or after a pause."""
         LOGGER.info(line)
-        if self._shown:
+        if not self._shown:
+            return
+        if self._overwrites:
             width = shutil.get_terminal_size().columns - 1
             click.echo(f"\r\x1b[K{line[:width]}", nl=False, err=True)
+        elif (now := time.monotonic()) - self._last >= _PAUSE:
+            self._last = now
+            click.echo(f"after {now - self._began:.0f} s: {line}", err=True)
 
     def __enter__(self) -> Self:
         return self
@@ -106,5 +133,5 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._shown:
+        if self._shown and self._overwrites:
             click.echo("\r\x1b[K", nl=False, err=True)

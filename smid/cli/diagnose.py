@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import click
 
+from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Progress
 from smid.cli.loading import load_record
 from smid.cli.options import FILE, POSITIVE, Record, option, seconds_option, takes
@@ -14,7 +15,9 @@ from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.data import Dataset
 from smid.diagnosis import EFFECTS, Diagnosis, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
+from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.fitting.binding import bind
+from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, load_model
 from smid.reports import report as write_report
 from smid.reports.documents import diagnose_document
@@ -99,7 +102,8 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
     outputs.write(diagnose_document(diagnosis))
     outputs.write_report(lambda path: write_report(diagnosis, path, settings=search.settings(diagnosis.unit)))
     if diagnosis.interrupted:
-        click.echo("ended early: effects that were not tested yet may explain more", err=True)
+        if outputs.json == "-":
+            click.echo(ENDED_EARLY, err=True)
         context.exit(INTERRUPTED)
 
 
@@ -119,4 +123,8 @@ def _diagnosis(base: Model, data: Dataset, search: Search, seconds: float) -> Di
         )
         if search.prove is None or search.noise_bound is None or not diagnosis.causes or diagnosis.interrupted:
             return diagnosis
-        return prove_parameters(diagnosis, search.noise_bound, search.prove)
+        try:
+            return prove_parameters(diagnosis, search.noise_bound, search.prove)
+        except (UserError, EmptyFeasibleSetError) as error:  # a proof that fails costs only the proof
+            click.echo(f"warning: the intervals were not certified: {error}", err=True)
+            return diagnosis

@@ -105,20 +105,20 @@ def _rivals(trial: Trial, found: Posterior, visited: Sequence[Visited], record: 
 
 
 def _why(name: str, behind: float, error: float, found: Posterior, one: Visited, record: Record) -> str:
+    """Return in a short phrase why an effect is not named; its error stands beside the phrase."""
     chosen = _error(found.chosen, record)
-    figures = f"{error:.4g} against {chosen:.4g}"
     if name in found.alternatives:
-        return f"explains the data equally well: RMSE of the fit {figures}"
+        return "explains the data equally well"
     if behind <= 0:
-        return f"says the same in other words: RMSE of the fit {figures}"
+        return "says the same in other words"
     more = one.effects.fit.n_free - found.chosen.effects.fit.n_free
     if error * _LIKE < chosen:
-        return f"less likely under the noise of this record, although its RMSE of the fit is smaller: {figures}"
-    if error <= _LIKE * chosen and more > 0:
-        return f"less likely: {more} more number{'s' if more > 1 else ''} to fit for the same RMSE, {figures}"
-    if error <= _LIKE * chosen:
-        return f"less likely: the same RMSE {figures}, but blocks that were left out are predicted worse"
-    return f"rejected: RMSE of the fit {figures}"
+        return "less likely under the noise of this record, although its error is smaller"
+    if error > _LIKE * chosen:
+        return "rejected: it leaves a larger error"
+    if more > 0:
+        return f"less likely: it fits {more} more parameter{'s' if more > 1 else ''} for the same error"
+    return "less likely: it predicts blocks that were left out worse"
 
 
 def _error(one: Visited, record: Record) -> float:

@@ -4,10 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table
+
+
+def percent(probability: float) -> str:
+    """Return a probability as every result prints it: never 0 or 100 %, which no record gives.
+
+    Examples
+    --------
+    >>> percent(0.98765), percent(0.99999), percent(1e-9)
+    ('98.8 %', 'more than 99.9 %', 'less than 0.1 %')
+    """
+    if probability > 0.999:
+        return "more than 99.9 %"
+    return "less than 0.1 %" if probability < 0.001 else f"{100 * probability:.3g} %"
 
 
 @dataclass(frozen=True)
@@ -65,11 +79,11 @@ class Rival:
     odds
         Of the named effect against this one, by their merits; at most 1e12.
     why
-        Why it was rejected, in words.
+        Why it was rejected, in a short phrase.
 
     Examples
     --------
-    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: RMSE of the fit 0.31 against 0.12").effect
+    >>> Rival("extra_lag", rmse=0.31, odds=1e-6, why="rejected: it leaves a larger error").effect
     'extra_lag'
     """
 
@@ -116,16 +130,17 @@ class Cause(Result):
     evidence: Mapping[str, float]
 
     def __str__(self) -> str:
+        own = self.evidence.get("fit_rmse_after", nan)
         return "\n".join(
             (
-                f"{self.effect} ({self.confidence:.0%}): {self.sentence}",
+                f"{self.effect} ({percent(self.confidence)}): {self.sentence}",
                 *(f"  {p}" for p in self.parameters),
-                *(f"  {r.effect} {r.why}" for r in self.rivals[:3]),
+                *(f"  {r.effect} {r.why} (RMSE of the fit {r.rmse:.4g} against {own:.4g})" for r in self.rivals[:3]),
             )
         )
 
     def _content(self) -> Iterator[Part]:
-        yield f"{self.effect} ({self.confidence:.0%}): {self.sentence}"
+        yield f"{self.effect} ({percent(self.confidence)}): {self.sentence}"
         if self.parameters:
             header = ("parameter", "value", "lower", "upper", "unit", "no effect at", "interval")
             yield Table("", header, tuple(p.cells for p in self.parameters), "lrrrlrl")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import nan
@@ -13,8 +13,9 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
-from smid.diagnosis.cause import Cause
+from smid.diagnosis.cause import Cause, percent
 from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.evidence.correlation import Correlation, autocorrelation, cross_correlation
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
@@ -24,6 +25,11 @@ from smid.models import Model
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+ENDED_EARLY = (
+    "The search ended early (Ctrl-C, SIGTERM or the time limit): effects that were not tested yet may explain more."
+)
 
 
 class Verdict(StrEnum):
@@ -89,7 +95,7 @@ class Diagnosis(Tabular):
     test
         Shape (n,). Per experiment, the samples of the test part.
     interrupted
-        Whether Ctrl-C or the time limit ended the search early.
+        Whether Ctrl-C, SIGTERM or the time limit ended the search early.
     """
 
     base: Model
@@ -132,6 +138,8 @@ class Diagnosis(Tabular):
         if self.proof is not None:
             yield self.proof.sentence
         yield from (fault.sentence for fault in self.faults)
+        if self.interrupted:
+            yield ENDED_EARLY
         yield self.conclusion
 
     @property
@@ -143,7 +151,7 @@ class Diagnosis(Tabular):
             names = ", ".join(cause.effect for cause in self.details)
             yield f"Details, which the test error does not show: {names}."
         if self.doubts:
-            yield f"In doubt: {', '.join(f'{name} ({p:.0%})' for name, p in self.doubts.items())}."
+            yield f"In doubt: {', '.join(f'{name} ({percent(p)})' for name, p in self.doubts.items())}."
         if self.unexplained:
             yield "The remaining error is more than noise: no effect of the library explains it."
 
@@ -162,12 +170,13 @@ class Diagnosis(Tabular):
     @property
     def conclusion(self) -> str:
         """One sentence with the verdict."""
-        names = ", then ".join(cause.effect for cause in self.causes)
-        if self.verdict is Verdict.NAMED:
-            return f"Cause: {names}."
+        sure = self.causes[:-1] if self.verdict is Verdict.AMBIGUOUS else self.causes
+        said = [f"Cause: {', then '.join(cause.effect for cause in sure)}."] if sure else []
+        if self.verdict is not Verdict.NAMED:
+            said.append(self.verdict.sentence)
         if self.verdict is Verdict.AMBIGUOUS:
-            return f"{self.verdict.sentence} It is {' or '.join(self.alternatives)}."
-        return self.verdict.sentence
+            said.append(f"It is {' or '.join(self.alternatives)}.")
+        return " ".join(said)
 
     @property
     def alternatives(self) -> tuple[str, ...]:
@@ -231,8 +240,26 @@ class Diagnosis(Tabular):
             "data": {"source": self.data.source, "checksum": self.data.checksum},
         }
 
-    def plot(self) -> Figure:
-        """Draw measured, base and extended output with their errors."""
-        from smid.diagnosis.figures import before_and_after
+    def correlations(self, simulated: Sequence[Array]) -> tuple[Correlation, ...]:
+        """Return the correlations of the test error of a free run with its own past, and with each input.
 
-        return before_and_after(self)
+        Parameters
+        ----------
+        simulated
+            Shape (n,). `simulated` or `extended`, per experiment.
+        """
+        tested = [
+            (run, free, mask)
+            for run, free, mask in zip(self.data.experiments, simulated, self.test, strict=True)
+            if mask.any()
+        ]
+        error = [(run.values[self.output] - free)[mask] for run, free, mask in tested]
+        inputs = {name: [run.values[name][mask] for run, _, mask in tested] for name in self.base.input_channels}
+        found = (autocorrelation(error), *(cross_correlation(error, u, name) for name, u in inputs.items()))
+        return tuple(one for one in found if one is not None)
+
+    def plot(self) -> Figure:
+        """Draw measured, base and extended output on the test part, with their errors."""
+        from smid.diagnosis.figures import on_test_part
+
+        return on_test_part(self)

@@ -1,4 +1,4 @@
-"""The figures of a diagnosis: before and after, a cause and its rivals, and the experiment to do next."""
+"""The figures of a diagnosis: before and after, correlations, a cause and its rivals, and the experiment to do next."""
 
 from __future__ import annotations
 
@@ -10,57 +10,102 @@ from matplotlib.figure import Figure
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.cause import Cause
-from smid.diagnosis.diagnosis import Diagnosis, Verdict
+from smid.diagnosis.diagnosis import Diagnosis
+from smid.diagnosis.evidence.correlation import Correlation
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
 
 _LONG = 400  # samples; in longer records two close curves cannot be distinguished
-_CLOSE = 120  # samples of the close view
+_CLOSE = 200  # samples of the close view
+
+
+def on_test_part(diagnosis: Diagnosis) -> Figure:
+    """Draw the free runs of base and extended model on the test part, and their errors below.
+
+    Of a long test part, or of several, the stretch where the base model misses most.
+    """
+    number, part = _worst_stretch(diagnosis)
+    run, several = diagnosis.data.experiments[number], len(diagnosis.data.experiments) > 1
+    curves = [run.values[diagnosis.output], diagnosis.simulated[number], diagnosis.extended[number]]
+    measured, base, extended = (curve[part] for curve in curves)
+    with style():
+        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+        top, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        _draw(diagnosis, top, below, diagnosis.data.time(number)[part], (measured, base, extended))
+        below.set_xlabel(f"time in {run.name} [s]" if several else "time [s]")
+        _legend(figure, top, below)
+    return figure
 
 
 def before_and_after(diagnosis: Diagnosis) -> Figure:
-    """Draw the measured output with the free runs of base and extended model, and their errors below."""
-    measured, held = _joined(_measured(diagnosis)), np.concatenate(diagnosis.test)
-    base, extended = _joined(diagnosis.simulated), _joined(diagnosis.extended)
-    better = diagnosis.model is not diagnosis.base
+    """Draw the whole record with the free runs of base and extended model, and their errors below."""
     time, ends = _time(diagnosis)
-    unit = f" [{diagnosis.unit}]" if diagnosis.unit else ""
-    wrong = diagnosis.verdict is not Verdict.NONE or diagnosis.unexplained
-    close = _worst_stretch(measured - base, held) if wrong and len(time) > _LONG else None
+    measured, held = _joined(_measured(diagnosis)), np.concatenate(diagnosis.test)
     with style():
-        rows = 2 if close is None else 3
-        figure = Figure(figsize=(WIDTH, 1.75 * rows + 0.3), layout="constrained")
-        axes = figure.subplots(rows, 1)
-        top, below = axes[0], axes[-1]
-        for panel in (top, axes[1]) if close is not None else (top,):
-            panel.plot(time, measured, color=INK, linewidth=2.2, alpha=0.3, label="measured")
-            panel.plot(time, base, color=ORANGE, linewidth=1.0, label="base model")
-            if better:
-                panel.plot(time, extended, color=BLUE, linewidth=1.0, label="extended model")
-            panel.set_ylabel(f"{diagnosis.output}{unit}")
+        figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+        top, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        _draw(diagnosis, top, below, time, (measured, _joined(diagnosis.simulated), _joined(diagnosis.extended)))
         _shade(top, time, held, "test part")
         _shade(below, time, held, "_")
-        bound = diagnosis.misfit.noise_bound
-        if bound is not None:
-            below.axhspan(-bound, bound, color=SKY, alpha=0.45, linewidth=0, label="± noise bound")
-        below.plot(time, measured - base, color=ORANGE, linewidth=0.7)
-        if better:
-            below.plot(time, measured - extended, color=BLUE, linewidth=0.7)
-        below.set_ylabel(f"error{unit}")
         below.set_xlabel("time [s]" if not ends else "time, one experiment after the other [s]")
-        for panel in axes:
-            panel.grid(True, linewidth=0.4, color=GRID)
-            panel.margins(x=0.01)
         for panel in (top, below):
             for end in ends:
                 panel.axvline(end, color=INK, linewidth=0.6, linestyle=":")
-        if close is not None:
-            _zoom(axes[1], time, (measured, base, extended), close)
-        figure.align_ylabels()
-        handles, labels = top.get_legend_handles_labels()
-        more = below.get_legend_handles_labels()
-        figure.legend([*handles, *more[0]], [*labels, *more[1]], loc="outside upper center", ncols=5, columnspacing=1.2)
+        _legend(figure, top, below)
     return figure
+
+
+def correlation_figure(diagnosis: Diagnosis) -> Figure:
+    """Draw the correlations of the test error with its past and with each input, for base and extended model."""
+    models = [("base model", diagnosis.correlations(diagnosis.simulated), ORANGE)]
+    if diagnosis.model is not diagnosis.base:
+        models.append(("extended model", diagnosis.correlations(diagnosis.extended), BLUE))
+    rows = max(len(found) for _, found, _ in models)
+    step = diagnosis.data.sampling_time
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.4 + 1.35 * rows), layout="constrained")
+        panels = figure.subplots(rows, len(models), sharey=True, squeeze=False)
+        for column, (name, found, colour) in zip(panels.T, models, strict=True):
+            for axes, one in zip(column, found, strict=False):
+                _stems(axes, one, step, colour)
+            column[0].set_title(name, loc="left", fontsize=8)
+        for axes, one in zip(panels[:, 0], models[0][1], strict=False):
+            axes.set_ylabel(f"with {one.against}" if one.against else "with its past")
+    return figure
+
+
+def _stems(axes: Axes, found: Correlation, step: float, colour: str) -> None:
+    lags = step * found.lags
+    axes.axhspan(-found.band, found.band, color=SKY, alpha=0.3, linewidth=0)
+    axes.vlines(lags, 0, found.values, color=colour, linewidth=1.2)
+    axes.axhline(0, color=INK, linewidth=0.6)
+    axes.set_ylim(-1, 1)
+    axes.set_xlabel("lag [s]")
+
+
+def _draw(diagnosis: Diagnosis, top: Axes, below: Axes, time: Array, curves: tuple[Array, Array, Array]) -> None:
+    """Draw measured, base and extended output on top, and the errors below."""
+    measured, base, extended = curves
+    better, bound = diagnosis.model is not diagnosis.base, diagnosis.misfit.noise_bound
+    unit = f" [{diagnosis.unit}]" if diagnosis.unit else ""
+    if bound is not None:
+        below.axhspan(-bound, bound, color=SKY, alpha=0.45, linewidth=0, label="± noise bound")
+    top.plot(time, measured, color=INK, linewidth=2.2, alpha=0.3, label="measured")
+    for free, colour, name in [(base, ORANGE, "base model"), (extended, BLUE, "extended model")][: 1 + better]:
+        top.plot(time, free, color=colour, linewidth=1.0, label=name)
+        below.plot(time, measured - free, color=colour, linewidth=0.7)
+    top.set_ylabel(f"{diagnosis.output}{unit}")
+    below.set_ylabel(f"error{unit}")
+    for panel in (top, below):
+        panel.grid(True, linewidth=0.4, color=GRID)
+        panel.margins(x=0.01)
+
+
+def _legend(figure: Figure, top: Axes, below: Axes) -> None:
+    figure.align_ylabels()
+    found = [axes.get_legend_handles_labels() for axes in (top, below)]
+    handles, labels = ([*first, *second] for first, second in zip(*found, strict=True))
+    figure.legend(handles, labels, loc="outside upper center", ncols=5, columnspacing=1.2)
 
 
 def rivals_figure(cause: Cause, unit: str) -> Figure:
@@ -146,17 +191,19 @@ def _shade(axes: Axes, time: Array, held: Mask, label: str) -> None:
         label = "_"
 
 
-def _worst_stretch(error: Array, held: Mask) -> slice:
-    """Return the part of the test part with the largest error."""
-    count = min(_CLOSE, int(held.sum()))
-    power = np.convolve(np.where(held, np.nan_to_num(error), 0.0) ** 2, np.ones(count), "valid")
-    first = int(np.argmax(power))
-    return slice(first, first + count)
-
-
-def _zoom(axes: Axes, time: Array, curves: Sequence[Array], close: slice) -> None:
-    axes.set_xlim(time[close][0], time[close][-1])
-    inside = np.concatenate([curve[close] for curve in curves])
-    margin = 0.06 * float(np.ptp(inside)) or 1.0
-    axes.set_ylim(float(inside.min()) - margin, float(inside.max()) + margin)
-    axes.set_title("close view: where the base model misses most on the test part", loc="left", fontsize=8)
+def _worst_stretch(diagnosis: Diagnosis) -> tuple[int, slice]:
+    """Return the experiment and the part of its test part with the largest error of the base model."""
+    found = []
+    for number, (run, free, held) in enumerate(
+        zip(diagnosis.data.experiments, diagnosis.simulated, diagnosis.test, strict=True)
+    ):
+        inside = np.flatnonzero(held)
+        if not inside.size:
+            continue
+        count = inside.size if inside.size <= _LONG else _CLOSE
+        error = np.where(held, run.values[diagnosis.output] - free, 0.0)[inside[0] : inside[-1] + 1]
+        power = np.convolve(np.nan_to_num(error) ** 2, np.ones(count), "valid") / count
+        first = int(inside[0] + np.argmax(power))
+        found.append((float(power.max()), number, slice(first, first + count)))
+    _, number, part = max(found, key=lambda one: one[0])
+    return number, part

@@ -32,7 +32,6 @@ from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.hybrid.topology import topology_named
 from smid.models import Model, ModelError, simulate
 from smid.models.linear_block import DELAY, RATE, exact_values, response
-from smid.models.symbols import references
 
 __all__ = ["Requirement", "learned_response", "network_alone", "pulse_transfer", "required", "transfer"]
 
@@ -264,7 +263,7 @@ def _solved(model: Model) -> sympy.Expr:
         )
     values = {p.name: p.lower for p in model.parameters if p.lower == p.upper} | dict(model.values)
     for line in model.lines if model.continuous else ():
-        if any(lag for _, lag in references(line.expression)):
+        if any(lag for _, lag in line.reads):
             raise ModelError(f"the line of {line.signal!r} reads past samples: use derivatives only")
     try:
         return response(model.lines, model.inputs[0], outputs[0], exact_values(values))[0]

@@ -41,7 +41,7 @@ Derivatives = dict[str, str]
 class _Writer:
     """Statements that compute every node of a tree once, with its derivatives."""
 
-    def __init__(self, inputs: dict[sympy.Symbol, str], by: dict[sympy.Symbol, str]) -> None:
+    def __init__(self, inputs: dict[sympy.Expr, str], by: dict[sympy.Expr, str]) -> None:
         self.lines: list[str] = []
         self._known: dict[sympy.Expr, tuple[str, Derivatives]] = {
             symbol: (name, {by[symbol]: "1.0"} if symbol in by else {}) for symbol, name in inputs.items()
@@ -131,9 +131,9 @@ class _Writer:
 
 
 def derivatives(
-    arguments: Sequence[sympy.Symbol], expression: sympy.Expr, by: Sequence[sympy.Symbol]
+    arguments: Sequence[sympy.Expr], expression: sympy.Expr, by: Sequence[sympy.Expr]
 ) -> Callable[..., list[Any]]:
-    """Compile the derivatives of an expression.
+    """Compile the derivatives of an expression by some of its arguments, which are symbols or signals.
 
     Examples
     --------

@@ -94,7 +94,7 @@ def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, s
     memory = {line.signal for group, recursive in groups(plain) if recursive for line in group}
     moving: dict[sympy.Expr, sympy.Expr] = {}
     for line in plain:
-        now = {name for name, lag in references(line.expression) if lag == 0}
+        now = {name for name, lag in line.reads if lag == 0}
         if line.signal not in memory and any(name in rates or signal(name)[t] in moving for name in now):
             moving[line.target] = swapped(line.expression, moving)
     result = {}

@@ -103,7 +103,7 @@ def response(
     symbols = {name: sympy.Dummy(name) for name in (*(line.signal for line in lines), begin)}
     equations = []
     for line in lines:
-        swap = {signal(name)[t - lag]: symbols[name] * DELAY**lag for name, lag in references(line.expression)}
+        swap = {signal(name)[t - lag]: symbols[name] * DELAY**lag for name, lag in line.reads}
         equations.append(
             exact(line.expression.xreplace(swap), numbers) - symbols[line.signal] * (RATE if line.rate else 1)
         )
@@ -130,7 +130,7 @@ def _is_float(value: sympy.Rational) -> bool:
 
 
 def _is_linear(line: Line, numbers: Mapping[sympy.Symbol, sympy.Expr]) -> bool:
-    reads = {signal(name)[t - lag]: sympy.Dummy(name) for name, lag in references(line.expression)}
+    reads = {signal(name)[t - lag]: sympy.Dummy(name) for name, lag in line.reads}
     try:
         sympy.linear_eq_to_matrix([exact(line.expression.xreplace(reads), numbers)], list(reads.values()))
     except NonlinearError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import sympy
@@ -114,7 +115,7 @@ class Line:
         object.__setattr__(self, "target", target)
         object.__setattr__(self, "expression", canonical(self.expression))
         _check_name(self.signal, "signal")
-        for name, lag in references(self.expression):
+        for name, lag in self.reads:
             if lag < 0:
                 raise ModelError(
                     f"the line of {self.signal!r} reads {name}[t + {-lag}], the future: shift the line by {-lag}"
@@ -128,10 +129,15 @@ class Line:
         for name, value in (("target", target), ("expression", unpacked(parts)), ("rate", rate)):
             object.__setattr__(self, name, value)
 
-    @property
+    @cached_property
     def signal(self) -> str:
         """Name of the signal that the line defines."""
         return str(self.target.base.label)
+
+    @cached_property
+    def reads(self) -> frozenset[tuple[str, int]]:
+        """Signals that the expression reads, each with its lag."""
+        return references(self.expression)
 
     def __str__(self) -> str:
         return f"{'d/dt ' if self.rate else ''}{self.target} = {shown(self.expression)}"

@@ -38,7 +38,7 @@ def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, 
     for line in lines:
         delayed = {
             atom: signal(past[name])[t - lag]
-            for name, lag in references(line.expression)
+            for name, lag in line.reads
             if lag > 0 and name in past
             for atom in (signal(name)[t - lag],)
         }

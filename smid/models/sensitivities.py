@@ -33,7 +33,7 @@ from smid.models.differentiate import derivatives
 from smid.models.model import Model
 from smid.models.parts import Line
 from smid.models.structure import exogenous, groups, state_lags
-from smid.models.symbols import plain_symbols, references, signal, swapped, t
+from smid.models.symbols import plain_symbols, references, signal, t
 
 __all__ = ["FreeRun", "Initial", "compile_free_run"]
 
@@ -269,13 +269,13 @@ def _compiled(model: Model) -> FreeRun:
     lines = model.discretised().lines
     free = tuple(p.name for p in model.parameters if p.lower < p.upper)
     fixed = {p.name: p.lower for p in model.parameters if p.lower == p.upper}
-    history = max((lag for line in lines for _, lag in references(line.expression)), default=0)
+    history = max((lag for line in lines for _, lag in line.reads), default=0)
     history = max(history, 1)
     parts = []
     clocks = set()
     symbolic = [group for group, _ in groups(lines)]
     # With one lag only, the state at sample 0 already contains the effect of earlier inputs.
-    deep = {name for line in lines for name, lag in references(line.expression) if lag > 1}
+    deep = {name for line in lines for name, lag in line.reads if lag > 1}
     before = tuple(name for name in exogenous(lines) if name in deep)
     defined = {*(line.signal for line in lines), *before}
     for group, own in zip(compile_lines(lines), symbolic, strict=True):
@@ -306,18 +306,17 @@ def _is_clock(group: Sequence[Line]) -> bool:
 
 def _varying(line: Line, free: Sequence[str], defined: set[str]) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
     """Return the reads and parameters of a line that may vary with the fitted numbers."""
-    reads = tuple(sorted(read for read in references(line.expression) if read[0] in defined))
+    reads = tuple(sorted(read for read in line.reads if read[0] in defined))
     return reads, tuple(sorted(plain_symbols(line.expression) & set(free)))
 
 
 # Of an edited model one line is new; the others were differentiated before.
 @lru_cache(maxsize=4096)
 def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[str, ...]) -> _Slopes:
-    reads = tuple(sorted(references(line.expression)))
-    symbols = {read: sympy.Symbol(f"{read[0]}__{read[1]}", real=True) for read in reads}
-    expression = swapped(line.expression, {signal(name)[t - lag]: s for (name, lag), s in symbols.items()})
+    reads = tuple(sorted(line.reads))
     names = tuple(sorted(plain_symbols(line.expression)))
     constants = [sympy.Symbol(name, real=True) for name in names]
-    by = [*(symbols[read] for read in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
-    function = derivatives([*constants, *(symbols[read] for read in reads)], expression, by)
+    read = {(name, lag): signal(name)[t - lag] for name, lag in reads}
+    by = [*(read[item] for item in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
+    function = derivatives([*constants, *read.values()], line.expression, by)
     return _Slopes(line.signal, names, reads, by_signal, by_parameter, function)

@@ -11,7 +11,6 @@ from scipy.sparse.csgraph import connected_components
 
 from smid.models.errors import ModelError
 from smid.models.parts import Line
-from smid.models.symbols import references
 
 __all__ = ["causal_order", "exogenous", "first_samples", "groups", "state_lags"]
 
@@ -31,8 +30,7 @@ def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
     given = list(lines)
     defined = {line.signal for line in given}
     needs = [
-        set() if line.rate else {name for name, lag in references(line.expression) if lag == 0 and name in defined}
-        for line in given
+        set() if line.rate else {name for name, lag in line.reads if lag == 0 and name in defined} for line in given
     ]
     users: dict[str, list[int]] = {name: [] for name in defined}
     for k, names in enumerate(needs):
@@ -64,7 +62,7 @@ def exogenous(lines: Sequence[Line]) -> tuple[str, ...]:
     ('u',)
     """
     defined = {line.signal for line in lines}
-    used = (name for line in lines for name, _ in sorted(references(line.expression)))
+    used = (name for line in lines for name, _ in sorted(line.reads))
     return tuple(dict.fromkeys(name for name in used if name not in defined))
 
 
@@ -81,7 +79,7 @@ def groups(lines: Sequence[Line]) -> tuple[tuple[tuple[Line, ...], bool], ...]:
     [False, True]
     """
     place = {line.signal: k for k, line in enumerate(lines)}
-    reads = [{place[name] for name, _ in references(line.expression) if name in place} for line in lines]
+    reads = [{place[name] for name, _ in line.reads if name in place} for line in lines]
     pairs = [(k, other) for k, read in enumerate(reads) for other in read]
     rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
     graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(len(lines), len(lines)))
@@ -123,7 +121,7 @@ def state_lags(lines: Sequence[Line]) -> dict[str, int]:
     for group, recursive in groups(lines):
         members = {line.signal for line in group}
         for line in group if recursive else ():
-            for name, lag in sorted(references(line.expression)):
+            for name, lag in sorted(line.reads):
                 if name in members and lag > 0:
                     result[name] = max(lag, result.get(name, 0))
     return result
@@ -145,7 +143,7 @@ def first_samples(lines: Sequence[Line]) -> dict[str, int]:
     first: dict[str, int] = {}
     known: dict[str, int] = {}
     for group, recursive in groups(lines):
-        reads = [read for line in group for read in references(line.expression)]
+        reads = [read for line in group for read in line.reads]
         start = max((known.get(name, 0) + lag for name, lag in reads), default=0)
         first.update({line.signal: start for line in group})
         known.update({line.signal: 0 if recursive else start for line in group})

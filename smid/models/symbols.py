@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
-from functools import lru_cache
+from functools import cmp_to_key, lru_cache
 from typing import Any
 
 import sympy
@@ -162,13 +162,15 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
     ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}
-    return swapped(expression, {theirs: own for theirs, own in ours.items() if theirs != own})
+    other = {theirs: own for theirs, own in ours.items() if theirs != own}
+    return swapped(expression, other) if other else expression
 
 
 def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sympy.Expr:
     """Replace parts of an expression as ``xreplace`` does, without evaluating functions, extremes and powers again.
 
-    Sympy's evaluation of their arguments takes longer than a simulation.
+    Sympy's evaluation of their arguments takes longer than a simulation. Where symbols and signals only get other
+    names, nothing is evaluated.
 
     Examples
     --------
@@ -176,7 +178,16 @@ def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sy
     >>> swapped(sympy.Max(0, a + 1), {a: b})
     Max(0, b + 1)
     """
-    return rewritten(expression, dict(swap), _as_written)
+    return rewritten(expression, dict(swap), _renamed if _only_renames(expression, swap) else _as_written)
+
+
+def _only_renames(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> bool:
+    names = set(swap.values())
+    if len(names) < len(swap) or not all(isinstance(own, sympy.Symbol | sympy.Indexed) for own in names):
+        return False
+    return all(isinstance(old, sympy.Symbol | sympy.Indexed) for old in swap) and not names & (
+        (expression.atoms(sympy.Indexed) | _outside_signals(expression)) - swap.keys()
+    )
 
 
 def rewritten(
@@ -198,10 +209,27 @@ def rewritten(
 def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
     if all(new is old for new, old in zip(arguments, node.args, strict=True)):
         return node
-    is_curve = isinstance(node, Application) or (isinstance(node, sympy.Pow) and not arguments[1].is_number)
+    is_power = isinstance(node, sympy.Pow) and (arguments[0].is_Add or not arguments[1].is_number)
+    is_curve = isinstance(node, Application) or is_power
     if is_curve and not all(argument.is_number for argument in arguments):
         return node.func(*arguments, evaluate=False)
     return node.func(*arguments)
+
+
+def _renamed(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+    if all(new is old for new, old in zip(arguments, node.args, strict=True)):
+        return node
+    if node.is_Add or node.is_Mul:
+        # Sympy's own order, by which sums of the same terms are equal.
+        arguments.sort(key=_SYMPY_ORDER)
+    return node.func(*arguments, evaluate=False)
+
+
+def _compare(a: sympy.Expr, b: sympy.Expr) -> int:
+    return int(b.is_number) - int(a.is_number) or int(a.compare(b))
+
+
+_SYMPY_ORDER = cmp_to_key(_compare)
 
 
 def packed(expression: sympy.Expr) -> tuple[Any, ...]:

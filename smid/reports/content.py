@@ -97,7 +97,15 @@ class Picture:
     label: str = ""
 
 
-Block = str | Remark | Heading | Items | Facts | Equations | Table | Picture
+@dataclass(frozen=True)
+class Folded:
+    """Blocks behind one line, which a click opens."""
+
+    summary: str
+    blocks: tuple[Block, ...]
+
+
+Block = str | Remark | Heading | Items | Facts | Equations | Table | Picture | Folded
 
 
 @dataclass(frozen=True)
@@ -124,6 +132,8 @@ class Page:
         The user's options; shown at the end.
     links
         Text -> address, relative to the page.
+    lead
+        What stands below the result, on the first screen.
     """
 
     title: str
@@ -133,6 +143,7 @@ class Page:
     simulated: bool = False
     settings: Mapping[str, str] = field(default_factory=dict)
     links: Mapping[str, str] = field(default_factory=dict)
+    lead: tuple[Block, ...] = ()
     written: str = field(default_factory=lambda: f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC")
 
     @property

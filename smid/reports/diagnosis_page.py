@@ -5,12 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from smid.diagnosis.cause import Cause, CauseParameter, Rival
-from smid.diagnosis.diagnosis import Diagnosis, Verdict
-from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure, spoken
+from smid.diagnosis.cause import Cause, CauseParameter, Rival, percent
+from smid.diagnosis.diagnosis import ENDED_EARLY, Diagnosis, Verdict
+from smid.diagnosis.figures import (
+    before_and_after,
+    correlation_figure,
+    experiment_figure,
+    on_test_part,
+    rivals_figure,
+    spoken,
+)
 from smid.display.table import Table
 from smid.models import Parameter
-from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
+from smid.reports.content import Block, Facts, Folded, Heading, Items, Page, Picture, Remark, Section, coloured, joined
 from smid.reports.documents import diagnose_document
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter
 
@@ -33,6 +40,7 @@ def diagnosis_page(
         *_experiment(diagnosis),
         _misfit(diagnosis),
         Section("The evidence", tuple(_evidence(diagnosis))),
+        *_correlations(diagnosis),
         *_rivals(diagnosis),
         *_further(diagnosis),
         Section("Faults in the data", (_faults(diagnosis),)),
@@ -50,6 +58,7 @@ def diagnosis_page(
         is_simulated([diagnosis.data.source]),
         settings or {},
         links or {},
+        (_lead(diagnosis),),
     )
 
 
@@ -68,30 +77,42 @@ def _alternatives(diagnosis: Diagnosis, word: str = "or") -> str:
     return f" {word} ".join(map(spoken, diagnosis.alternatives))
 
 
-def _conclusion(diagnosis: Diagnosis) -> str:
-    """Return the verdict for the top of the page, in sentences that need no context."""
-    if diagnosis.verdict is Verdict.AMBIGUOUS:
-        last = f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}."
-        return " ".join([f"Cause: {_said(c)}" for c in diagnosis.causes[:-1]] + [last])
+def _conclusion(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield the verdict for the top of the page, a paragraph for each cause, in words that need no context."""
+    ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
+    for number, cause in enumerate(diagnosis.causes[:-1] if ambiguous else diagnosis.causes):
+        yield f"{'Then' if number else 'Cause'}: {_said(cause)}"
+    if ambiguous:
+        yield (
+            f"{diagnosis.verdict.sentence} These data do not decide between {_alternatives(diagnosis, 'and')}. "
+            f"One of them: {_said(diagnosis.causes[-1])}"
+        )
     if diagnosis.verdict is Verdict.NONE:
         rest = "" if diagnosis.unexplained else " The error of the base model looks like noise."
-        return f"{diagnosis.verdict.sentence}{rest}"
-    return " ".join(f"{'Then' if k else 'Cause'}: {_said(c)}" for k, c in enumerate(diagnosis.causes))
+        yield f"{diagnosis.verdict.sentence}{rest}"
 
 
 def _said(cause: Cause) -> str:
-    return f"{spoken(cause.effect)} (probability {_confidence(cause.confidence)}). {cause.sentence}"
+    return f"{spoken(cause.effect)} (probability {percent(cause.confidence)}). {cause.sentence}"
 
 
 def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
-    yield _conclusion(diagnosis)
+    if diagnosis.interrupted:
+        yield coloured(ENDED_EARLY, "bad")
+    yield from _conclusion(diagnosis)
     ambiguous = diagnosis.verdict is Verdict.AMBIGUOUS
     rest = "the experiment below can decide between the causes" if ambiguous else "no effect of the library explains it"
     left = f" The remaining error is not only noise: {rest}." if diagnosis.unexplained else ""
     yield diagnosis.gain_sentence + left
-    if diagnosis.interrupted:
-        yield coloured("Ended early: effects that were not tested yet may explain more.", "bad")
     yield from notes
+
+
+def _lead(diagnosis: Diagnosis) -> Picture:
+    return Picture(
+        on_test_part(diagnosis),
+        "Free runs on the test part, which no fit and no choice has seen: the models use only the input.",
+        f"{diagnosis.output} measured and simulated on the test part, and the errors",
+    )
 
 
 def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
@@ -116,7 +137,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             diagnosis.misfit.sentence,
             Picture(
                 before_and_after(diagnosis),
-                "Free runs: the models use only the input. Shaded: the test part, which no fit and no choice has seen.",
+                "The whole record. Shaded: the test part.",
                 f"{diagnosis.output} measured and simulated, and the errors",
             ),
             Picture(
@@ -160,7 +181,7 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
 
 def _facts(cause: Cause, unit: str) -> Facts:
     evidence = cause.evidence
-    facts = {"probability": _confidence(cause.confidence)}
+    facts = {"probability": percent(cause.confidence)}
     if "chance" in evidence:
         before, after = evidence["rmse_before"], evidence["rmse_after"]
         facts["RMSE on the test part"] = f"{before:.4g} before, {_number(after, unit)} after ({_fall(before, after)})"
@@ -188,6 +209,31 @@ def _parameter(p: CauseParameter) -> tuple[str, ...]:
     )
 
 
+def _correlations(diagnosis: Diagnosis) -> Iterator[Section]:
+    runs = {"base model": diagnosis.simulated, "extended model": diagnosis.extended}
+    found = {name: diagnosis.correlations(free) for name, free in list(runs.items())[: 1 + _is_better(diagnosis)]}
+    if not all(found.values()):
+        return
+    rows = []
+    for row in zip(*found.values(), strict=True):
+        what = f"with {row[0].against}" if row[0].against else "with its own past"
+        rows.append((what, *(f"{int(one.outside.sum())} of {one.lags.size}" for one in row)))
+    yield Section(
+        "Correlation of the error",
+        (
+            Picture(
+                correlation_figure(diagnosis),
+                "Correlation of the error on the test part with its own past, and with the input. Shaded: the band "
+                "that holds 99 % of the lags if the error is white (own past), or independent of the input. A positive "
+                "lag outside it: the error follows the input, so dynamics are missing. A negative lag outside it: the "
+                "input reacts on the output.",
+                "Correlation of the error with its own past and with the input",
+            ),
+            Table("", ("lags outside the 99 % band", *found), tuple(rows), "l" + "r" * len(found)),
+        ),
+    )
+
+
 def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
     blocks: list[Block] = []
     for number, cause in enumerate(diagnosis.causes):
@@ -205,7 +251,7 @@ def _rivals(diagnosis: Diagnosis) -> Iterator[Section]:
             Table(
                 "",
                 (f"effect in place of {spoken(cause.effect)}", "RMSE of the fit", "odds against it", "why"),
-                tuple(_rival(rival, diagnosis.unit) for rival in cause.rivals),
+                tuple(_rival(rival, diagnosis.unit) for rival in sorted(cause.rivals, key=lambda r: r.odds)),
                 "lrrl",
             ),
         ]
@@ -222,9 +268,19 @@ def _rival(rival: Rival, unit: str) -> tuple[str, ...]:
 def _further(diagnosis: Diagnosis) -> Iterator[Section]:
     """Yield what the record shows beside the causes: details, and effects in doubt."""
     details = [(spoken(c.effect), f"{c.sentence} The test error does not show it.") for c in diagnosis.details]
-    doubts = [(spoken(name), f"probability {_confidence(p)}") for name, p in diagnosis.doubts.items()]
-    if details or doubts:
-        yield Section("Details, and effects in doubt", (Facts((*details, *doubts)),))
+    doubts = [(spoken(name), f"probability {percent(p)}") for name, p in _sorted(diagnosis.doubts)]
+    if details:
+        yield Section("Details", (Facts(tuple(details)),))
+    if doubts:
+        yield Section("Effects in doubt", (Folded(_counted(len(doubts), "not significant"), (Facts(tuple(doubts)),)),))
+
+
+def _sorted(doubts: Mapping[str, float]) -> list[tuple[str, float]]:
+    return sorted(doubts.items(), key=lambda pair: -pair[1])
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} effect{'s' if count > 1 else ''} {what}"
 
 
 def _faults(diagnosis: Diagnosis) -> Block:
@@ -306,7 +362,8 @@ def _skipped(diagnosis: Diagnosis) -> Iterator[Section]:
     ]
     rows += [(spoken(name), "withdrawn: not needed with the later effects") for name in diagnosis.dropped]
     if rows:
-        yield Section("Effects not tested, and effects withdrawn", (Facts(tuple(rows)),))
+        folded = Folded(_counted(len(rows), "not tested, or withdrawn"), (Facts(tuple(rows)),))
+        yield Section("Effects not tested, and effects withdrawn", (folded,))
 
 
 def _not_proven(diagnosis: Diagnosis) -> Section:
@@ -323,10 +380,6 @@ def _not_proven(diagnosis: Diagnosis) -> Section:
 
 def _number(value: float | None, unit: str, digits: str = ".4g") -> str:
     return "unknown" if value is None else f"{value:{digits}} {unit}".rstrip()
-
-
-def _confidence(value: float) -> str:
-    return "more than 99.9 %" if value > 0.999 else f"{100 * value:.3g} %"
 
 
 def _chance(value: float) -> str:

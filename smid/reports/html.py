@@ -9,9 +9,9 @@ from markupsafe import Markup
 
 from smid.display.style import inline_svg
 from smid.display.table import Table
-from smid.reports.content import Equations, Facts, Heading, Items, Page, Picture, Remark
+from smid.reports.content import Equations, Facts, Folded, Heading, Items, Page, Picture, Remark
 
-_BLOCKS = (Equations, Facts, Heading, Items, Picture, Remark, Table)
+_BLOCKS = (Equations, Facts, Folded, Heading, Items, Picture, Remark, Table)
 
 
 def as_html(page: Page) -> str:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from html import escape
 
 from smid.display.table import Table
-from smid.reports.content import Block, Equations, Facts, Heading, Items, Page, Picture, Remark, Section
+from smid.reports.content import Block, Equations, Facts, Folded, Heading, Items, Page, Picture, Remark, Section
 
 
 def as_markdown(page: Page, keep: Callable[[Picture], str]) -> str:
@@ -18,6 +19,7 @@ def as_markdown(page: Page, keep: Callable[[Picture], str]) -> str:
     blocks = [f"# {_plain(page.title)}", f"{head} **Simulated data, not measured.**" if page.simulated else head]
     blocks += [f"[{_plain(words)}](<{address}>)" for words, address in page.links.items()]
     blocks.append("\n>\n".join(f"> {_plain(sentence)}" for sentence in page.result))
+    blocks += [_block(block, keep) for block in page.lead]
     for section in (*page.sections, page.closing):
         blocks += _section(section, keep)
     return "\n\n".join(blocks) + "\n"
@@ -46,6 +48,9 @@ def _block(block: Block, keep: Callable[[Picture], str]) -> str:
             return f"{_plain(caption)}\n\n{table}" if caption else table
         case Picture(_, caption, label):
             return f"![{_plain(label or caption)}](<{keep(block)}>)\n\n{_plain(caption)}"
+        case Folded(summary, inner):
+            head = f"<details>\n<summary>{escape(summary)}</summary>"
+            return "\n\n".join([head, *(_block(one, keep) for one in inner), "</details>"])
 
 
 def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], align: str) -> str:

@@ -17,7 +17,6 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.models import Model
-from smid.models.symbols import references
 
 Describe = Callable[[Mapping[str, float], "Site"], str]
 
@@ -240,9 +239,7 @@ def _at(describe: Describe, input: str, output: str, values: Mapping[str, float]
 
 def _shape(item: Extension) -> Hashable:
     """Return what an extension is but for its numbers, which may differ with the site: where it acts, and its names."""
-    reads = frozenset(
-        (line.signal, frozenset(name for name, _ in references(line.expression))) for line in item.model.lines
-    )
+    reads = frozenset((line.signal, frozenset(name for name, _ in line.reads)) for line in item.model.lines)
     return item.label, tuple(p.name for p in item.model.parameters), reads, item.model.measurements
 
 

@@ -1,7 +1,7 @@
 """Output curve: a static nonlinearity of the sensor (Wiener).
 
 Besides polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign), ``w |w/S|^(x-1)`` (a square root),
-``(1 - c) w + b sin(k w + phi)`` (a resolver).
+``(1 - c) w + d + b sin(k w + phi)`` (a resolver; about a level, as in the hybrid thesis's table 2).
 
 Where the output is a magnitude, its signs are needed to start the fit. First guess: the signs of the lagged input. Then
 the model is fitted to the signed output, which gives better signs, and so on.
@@ -78,15 +78,18 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield Extension(seen(curve, parameters), starts, label)
     less = fresh(model, "output_sine_instead", (-1, 2), "", 0.0)
     height = fresh(model, "output_sine_height", (-3 * size, 3 * size), site.unit(site.output), 0.0)
+    level = fresh(model, "output_sine_level", (-3 * size, 3 * size), site.unit(site.output), 0.0)
     turns = fresh(model, "output_sine_rate", (0.1 / reach, 40 / reach))
     phase = fresh(model, "output_sine_phase", (-math.pi, math.pi), "rad")
     yield Extension(
         seen(
-            lambda w: (1 - less.symbol) * w + height.symbol * sympy.sin(turns.symbol * w + phase.symbol),
-            [less, height, turns, phase],
+            lambda w: (
+                (1 - less.symbol) * w + level.symbol + height.symbol * sympy.sin(turns.symbol * w + phase.symbol)
+            ),
+            [less, level, height, turns, phase],
         ),
         tuple(
-            {less.name: c, height.name: 0.5 * c * size, turns.name: k / reach, phase.name: 0.0}
+            {less.name: c, level.name: 0.0, height.name: 0.5 * c * size, turns.name: k / reach, phase.name: 0.0}
             for k in (1.5, 3.0, 6.0, 12.0)
             for c in (0.9, 0.3)
         ),

@@ -1,6 +1,8 @@
 """Change: a parameter of the plant jumps at a time, ``p -> p + dp step(t - t0)``.
 
-The step is a ramp over one sample, so that t0 has a derivative: ``max(0, min(1, (time - t0) / Ts))``.
+The step is a ramp over one sample, so that t0 has a derivative: ``max(0, min(1, (time - t0) / Ts))``. t0 is a
+time of the record, which may begin later than zero; where experiments begin at different times, t0 counts from the
+start of each.
 Reference: Basseville and Nikiforov, Detection of Abrupt Changes (1993), chapter 1.
 """
 
@@ -26,11 +28,13 @@ _TIMES = 9
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Let each parameter of the plant jump."""
-    moment = fresh(model, "change_time", (0, site.duration), "s")
+    starts = {run.start_time for run in site.data.experiments}
+    start = starts.pop() if len(starts) == 1 else 0.0
+    moment = fresh(model, "change_time", (start, start + site.duration), "s")
     timed, now = with_clock(model, site.sampling_time)
     name = free_name(timed, "change_step")
-    ramp = sympy.Max(0, sympy.Min(1, (now - moment.symbol) / number(site.sampling_time)))
-    times = tuple(site.duration * k / (_TIMES + 1) for k in range(1, _TIMES + 1))
+    ramp = sympy.Max(0, sympy.Min(1, (now + number(start) - moment.symbol) / number(site.sampling_time)))
+    times = tuple(start + site.duration * k / (_TIMES + 1) for k in range(1, _TIMES + 1))
     # The line needs its parameter before `extensions` adds it beside each amount.
     stepped = timed.with_line(name, ramp, [moment])
     described = partial(_describe, moment.name)

@@ -15,6 +15,7 @@ from smid.cli.demo import ACTUATOR, show
 from smid.data import DataError
 from smid.data.bundled import load_clutch, record_path, true_parameters
 from smid.diagnosis import diagnose
+from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.theses.clutch.plant import simulate_clutch
 
 ROOT = Path(__file__).parents[3]
@@ -66,7 +67,7 @@ def test_interrupted_in_the_diagnosis_the_demo_keeps_both_pages(folder, smid, mo
     monkeypatch.setattr(Progress, "__call__", interrupt)
     result = smid("demo")
     assert result.exit_code == 130
-    assert "Ended early: effects that were not tested yet" in (folder / "smid-report.html").read_text(encoding="utf-8")
+    assert ENDED_EARLY in (folder / "smid-report.html").read_text(encoding="utf-8")
     assert (folder / "smid-report-identification.html").exists()
 
 

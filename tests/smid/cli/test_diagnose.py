@@ -1,4 +1,5 @@
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -6,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from smid.cli.console import Progress
+from smid.cli.console import INTERRUPTED, Progress
 from smid.diagnosis import EFFECTS
+from smid.diagnosis.diagnosis import ENDED_EARLY
 from tests.smid.cli.test_json_schema import check_object
 
 FEW = "--effects input_dead_zone,input_delay,missing_input --workers 1"
@@ -125,12 +127,56 @@ def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
     monkeypatch.setattr(Progress, "__call__", interrupt)
     result = smid(f"diagnose {COMMON} {FEW} --no-certify --json out.json --report out.html")
     assert result.exit_code == 130
-    assert "effects that were not tested yet may explain more" in result.stderr
+    assert ENDED_EARLY in result.stdout
     assert "Cause: input_dead_zone." in result.stdout
     document = written()
     assert document["interrupted"]
     assert document["causes"][0]["effect"] == "input_dead_zone"
-    assert "Ended early: effects that were not tested yet" in Path("out.html").read_text(encoding="utf-8")
+    assert ENDED_EARLY in Path("out.html").read_text(encoding="utf-8")
+
+
+def test_a_program_that_reads_the_json_is_told_of_the_interrupt_too(smid, monkeypatch):
+    def interrupt(_self, line):
+        if line.startswith("best so far: "):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Progress, "__call__", interrupt)
+    result = smid(f"diagnose {COMMON} {FEW} --no-certify --json -")
+    assert json.loads(result.stdout)["interrupted"]
+    assert ENDED_EARLY in result.stderr
+
+
+def test_sigterm_keeps_what_was_found_as_ctrl_c_does():
+    effects = "--effects input_dead_zone,input_delay,input_curve,input_saturation,extra_lag,hysteresis"
+    line = f"diagnose {COMMON} {effects} --workers 1 --no-certify --verbose --json out.json".split()
+    with subprocess.Popen(
+        [sys.executable, "-m", "smid", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert any("best so far: " in logged for logged in process.stderr), "it ended before it could be stopped"
+        process.send_signal(signal.SIGTERM)
+        said, _ = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED
+    assert ENDED_EARLY in said
+    document = written()
+    assert document["interrupted"]
+    assert document["causes"]
+
+
+def test_progress_in_a_file_is_a_line_now_and_then(monkeypatch, capsys):
+    now = iter((0.0, 1.0, 16.0, 20.0, 40.0))
+    monkeypatch.setattr("smid.cli.console.time.monotonic", lambda: next(now))
+    with Progress() as progress:
+        for line in ("first", "second", "third", "fourth"):
+            progress(line)
+    assert capsys.readouterr().err == "after 16 s: second\nafter 40 s: fourth\n"
+
+
+def test_a_proof_that_fails_costs_only_the_proof(smid):
+    """Two samples are too few for an interval."""
+    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove 2 --json out.json")
+    assert result.exit_code == 0, result.output
+    assert "the intervals were not certified" in result.stderr
+    assert written()["causes"][0]["effect"] == "input_dead_zone"
 
 
 def test_interrupted_before_the_search_there_is_no_result(smid, monkeypatch):

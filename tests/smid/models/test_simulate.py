@@ -1,4 +1,4 @@
-"""Simulation against plain loops written by hand, and the three computing paths against each other."""
+"""Simulation against plain loops written by hand, and functions against NumPy's."""
 
 import time
 from dataclasses import replace
@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy
+from scipy.signal import lfilter, lfiltic
 
 from smid.models import (
     VALUE,
@@ -24,8 +25,8 @@ from smid.models import (
     simulate,
     t,
 )
-from smid.models.compiled import compile_lines
 
+U = sympy.Symbol("U", real=True)
 CLUTCH = {"alpha": -0.65, "gamma1": -0.0027, "gamma2": 0.03, "gamma3": -0.05}
 
 
@@ -64,27 +65,54 @@ def test_output_error_of_higher_order_equals_loop_by_hand(rng):
     np.testing.assert_allclose(run["y"], w, rtol=1e-12, atol=1e-12)
 
 
-def _on_loop_path(model):
-    """The same recursion, hidden from the linear filter by a Max that never acts."""
-    w = model.lines[-1].expression
-    return model.replace_line("w", sympy.Max(w, -(10**9)))
-
-
-def test_filter_loop_and_batch_paths_agree(rng):
+def test_a_batch_is_its_runs_one_by_one_and_a_linear_filter(rng):
     model = OutputError(2, 1)
-    hidden = _on_loop_path(model)
-    assert compile_lines(model.lines)[-1].filter is not None
-    assert compile_lines(hidden.lines)[-1].filter is None
     u = rng.normal(size=300)
-    first = {"w": [0.4, -0.3]}
     batch = {"a1": rng.uniform(-1, 0, 4), "a2": rng.uniform(0, 0.5, 4), "b0": rng.normal(size=4), "b1": 0.7}
-    runs = [simulate(kind, {"u": u}, batch, first)["y"] for kind in (model, hidden)]
-    assert runs[0].shape == (4, 300)
-    np.testing.assert_allclose(runs[0], runs[1], rtol=1e-10, atol=1e-12)
+    runs = simulate(model, {"u": u}, batch, {"w": [0.4, -0.3]})["y"]
+    assert runs.shape == (4, 300)
     for row in range(4):
         one = {name: np.broadcast_to(value, 4)[row] for name, value in batch.items()}
-        for kind in (model, hidden):
-            np.testing.assert_allclose(simulate(kind, {"u": u}, one, first)["y"], runs[0][row], rtol=1e-10, atol=1e-12)
+        np.testing.assert_array_equal(simulate(model, {"u": u}, one, {"w": [0.4, -0.3]})["y"], runs[row])
+        top, bottom = [0.0, one["b0"], one["b1"]], [1.0, one["a1"], one["a2"]]
+        state = lfiltic(top, bottom, y=[-0.3, 0.4], x=[u[1], u[0]])
+        filtered = lfilter(top, bottom, u[2:], zi=state)[0]
+        np.testing.assert_allclose(runs[row, 2:], filtered, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        (sympy.Piecewise((1, U > 0.5), (sympy.floor(U), True)), lambda u: np.where(u > 0.5, 1.0, np.floor(u))),
+        (sympy.Piecewise((U**3, sympy.And(U >= -0.5, U < 0.5)), (0, True)), lambda u: np.where(abs(u) < 0.5, u**3, 0)),
+        (sympy.atan2(U, 2) + sympy.tanh(U) / U, lambda u: np.arctan2(u, 2) + np.tanh(u) / u),
+        (sympy.sign(U) * sympy.Abs(U) ** sympy.Float(1.7), lambda u: np.sign(u) * abs(u) ** 1.7),
+        (2 / (1 + U**2) ** 3 + sympy.exp(-U), lambda u: 2 / (1 + u**2) ** 3 + np.exp(-u)),
+        (sympy.Max(U, -U, sympy.Rational(1, 4)), lambda u: np.maximum(abs(u), 0.25)),
+        (1 / sympy.sqrt(U**2) + sympy.pi, lambda u: 1 / abs(u) + np.pi),
+    ],
+)
+def test_functions_equal_those_of_numpy(line, expected, rng):
+    u = rng.normal(size=60)
+    model = Model(
+        "curve", (), (Line(signal("w")[t], line.xreplace({U: signal("u")[t]})),), (Measurement("y", "w", "eta"),)
+    )
+    np.testing.assert_allclose(simulate(model, {"u": u})["y"], expected(u), rtol=1e-13)
+
+
+def test_extremes_pass_nan_on():
+    root = sympy.sqrt(signal("u")[t])
+    for line in (sympy.Max(root, 0), sympy.Max(0, root), sympy.Min(root, 3), sympy.sign(root)):
+        model = Model("nan", (), (Line(signal("w")[t], line),), (Measurement("y", "w", "eta"),))
+        with pytest.raises(ModelError, match="finite range at sample 1"):
+            simulate(model, {"u": np.array([1.0, -1.0, 1.0])})
+
+
+def test_an_unknown_function_is_refused_by_name():
+    line = Line(signal("w")[t], sympy.zeta(signal("u")[t]))
+    model = Model("zeta", (), (line,), (Measurement("y", "w", "eta"),))
+    with pytest.raises(ModelError, match="zeta: the functions known are Abs, Max"):
+        simulate(model, {"u": np.ones(3)})
 
 
 def test_batch_may_leave_the_recursion_scalar(rng):

@@ -1,7 +1,10 @@
 """A model refuses what makes no sense, sorts its lines, and prints itself."""
 
+import numpy as np
 import pytest
 import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from smid.models import (
     ErrorsInVariables,
@@ -17,6 +20,7 @@ from smid.models import (
     t,
 )
 from smid.models.expressions import from_text
+from smid.models.symbols import swapped
 
 U, V, W = signal("u"), signal("v"), signal("w")
 SEEN = (Measurement("y", "w", "eta"),)
@@ -104,3 +108,29 @@ def test_a_stored_model_without_a_field_says_which():
     del content["lines"]
     with pytest.raises(ModelError, match="lacks 'lines'"):
         Model.from_dict(content)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+def test_new_names_give_what_sympy_gives(seed):
+    generator = np.random.default_rng(seed)
+    atoms = [sympy.Symbol(name, real=True) for name in "abc"] + [signal("u")[t - k] for k in range(3)]
+
+    def drawn(depth):
+        if depth == 0:
+            return atoms[generator.integers(len(atoms))] + int(generator.integers(-1, 2))
+        first, second = drawn(depth - 1), drawn(depth - 1)
+        kinds = (first + second, first * second, first**2, sympy.Max(first, second), sympy.exp(first), 3 * first)
+        return kinds[generator.integers(len(kinds))]
+
+    expression = drawn(4)
+    names = generator.permutation(["p", "q", "r", "x", "y", "z"])
+    new = [sympy.Symbol(name, real=True) for name in names[:3]] + [signal(names[3])[t - k] for k in range(3)]
+    swap = dict(zip(atoms, new, strict=True))
+    expected = expression.xreplace(swap)
+    assert swapped(expression, swap) == expected
+    # Two names that become one are terms of one kind.
+    merged = {atoms[0]: atoms[1]}
+    difference = swapped(expression, merged) - expression.xreplace(merged)
+    point = {atom: sympy.Rational(k + 2, 7) for k, atom in enumerate(atoms)}
+    assert sympy.expand(difference.subs(point)) == 0

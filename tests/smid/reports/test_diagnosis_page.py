@@ -6,8 +6,15 @@ import pytest
 import smid
 from smid.diagnosis import Fault, Verdict
 from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.diagnosis.experiment import SeparatingExperiment
-from smid.diagnosis.figures import before_and_after, experiment_figure, rivals_figure
+from smid.diagnosis.figures import (
+    before_and_after,
+    correlation_figure,
+    experiment_figure,
+    on_test_part,
+    rivals_figure,
+)
 from smid.reports import report, versions
 from smid.reports.mathml import equations
 from tests.smid.reports.dead_zone_records import diagnosis_of, record
@@ -113,23 +120,72 @@ def test_what_belongs_to_an_estimate_is_refused(named, tmp_path):
 
 
 def test_an_interrupted_search_says_so(named, tmp_path):
-    assert (
-        "Ended early: effects that were not tested"
-        in read(report(replace(named, interrupted=True), tmp_path / "r.html")).text
-    )
+    interrupted = replace(named, interrupted=True)
+    assert ENDED_EARLY in read(report(interrupted, tmp_path / "r.html")).text
+    assert ENDED_EARLY in str(interrupted)
+    assert ENDED_EARLY not in str(named)
 
 
-def test_before_and_after_shades_what_no_fit_has_seen(named, nothing):
-    top, close, below = before_and_after(named).axes
+def test_before_and_after_shades_what_no_fit_has_seen(named):
+    top, below = before_and_after(named).axes
     assert [line.get_label() for line in top.lines] == ["measured", "base model", "extended model"]
     (shade,) = top.patches
     begin = top.transData.inverted().transform(shade.get_extents().p0)[0]  # a rectangle, or a polygon in old versions
     assert begin == pytest.approx(0.01 * np.flatnonzero(named.test[0])[0])
     assert len(below.patches) == 2, "the test part and the noise bound"
-    inside = close.get_xlim()
-    assert inside[0] >= begin - 1e-9, "the close view shows the test part"
-    assert len(before_and_after(nothing).axes) == 2
+
+
+def test_the_first_picture_shows_miss_and_cure_on_the_test_part(named, nothing, tmp_path):
+    top, below = on_test_part(named).axes
+    (held,) = named.test
+    assert top.lines[0].get_xdata() == pytest.approx(named.data.time()[held])
+    missed, cured = (np.sqrt(np.mean(np.square(line.get_ydata()))) for line in below.lines)
+    assert (missed, cured) == pytest.approx((named.gain.rmse_before, named.gain.rmse_after))
+    assert [line.get_label() for line in on_test_part(nothing).axes[0].lines] == ["measured", "base model"]
     assert named.plot().axes[0].get_ylabel() == "pressure [bar]"
+    page = read(report(named, tmp_path / "r.html"))
+    assert "on the test part" in page.labels[0]
+    headings(page, named.gain_sentence, "Free runs on the test part", "What the simulation gets wrong")
+
+
+def test_of_a_long_test_part_the_stretch_with_the_largest_error_is_drawn():
+    count, miss = 3000, 2600
+    u = np.sin(0.1 * np.arange(count))
+    w = np.convolve(u, 0.5 ** np.arange(20))[:count]
+    y = w + 0.01 * np.random.default_rng(0).standard_normal(count)
+    y[miss : miss + 50] += 2.0
+    data = smid.Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+    found = smid.diagnose(smid.OutputError(), data, effects=["sensor_bias"], certify=False, workers=1)
+    time = found.plot().axes[0].lines[0].get_xdata()
+    assert len(time) < 500
+    assert time[0] <= 0.1 * miss < 0.1 * (miss + 49) <= time[-1]
+
+
+def test_correlations_of_the_error_are_cured_too(named, tmp_path):
+    before, after = (named.correlations(free) for free in (named.simulated, named.extended))
+    assert [one.against for one in before] == ["", "current"]
+    assert before[0].outside.mean() > 0.2, "the error of the base model is slow"
+    assert all(cured.outside.mean() < 0.1 for cured in after)
+    figure = correlation_figure(named)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["base model", "extended model", "", ""]
+    assert figure.axes[2].get_xlim()[1] >= 0.01 * before[1].lags[-1], "lags in seconds"
+    page = read(report(named, tmp_path / "r.html"))
+    outside = [f"{int(one.outside.sum())} of {one.lags.size}" for one in (before[0], after[0])]
+    headings(page, "Correlation of the error", "lags outside the 99 % band", *outside)
+
+
+def test_rivals_stand_in_the_order_of_their_odds_and_what_is_not_significant_is_folded(named, tmp_path):
+    first = named.causes[0]
+    worse = replace(first.rivals[0], effect="extra_lag", odds=50.0, why="predicts worse")
+    shuffled = replace(first, rivals=(first.rivals[0], worse))
+    doubtful = replace(named, causes=(shuffled,), doubts={"gain": 0.02, "hysteresis": 0.2})
+    path = report(doubtful, tmp_path / "r.html")
+    headings(read(path), "50 to 1", "more than a million to 1")
+    folded = path.read_text(encoding="utf-8").split("<details>")[1].split("</details>")[0]
+    assert "2 effects not significant" in folded
+    assert folded.index("hysteresis") < folded.index("gain")
+    text = report(doubtful, tmp_path / "r.md").read_text(encoding="utf-8")
+    assert text.count("<details>") == text.count("</details>") == 2
 
 
 def test_several_experiments_stand_one_after_the_other(named):

@@ -122,7 +122,7 @@ def output_signal(model: Model, site: Site) -> str:
     """Return the state behind the main output, before any sensor curve or lag; without one, the measured signal."""
     measured = signal_of(model, site.output)
     owns = {state.own for state in state_lines(model)}
-    now = {line.signal: {name for name, lag in references(line.expression) if lag == 0} for line in model.lines}
+    now = {line.signal: {name for name, lag in line.reads if lag == 0} for line in model.lines}
     waiting = [measured]
     seen: set[str] = set()
     while waiting:
@@ -145,7 +145,7 @@ def static_end(model: Model, name: str) -> str:
     """Return the last signal in a chain of static functions that are the only readers of each other."""
     readers: dict[str, list[Line]] = {}
     for line in model.lines:
-        for read in {read for read, _ in references(line.expression)}:
+        for read in {read for read, _ in line.reads}:
             readers.setdefault(read, []).append(line)
     while len(readers.get(name, ())) == 1:
         (curve,) = readers[name]
@@ -162,13 +162,13 @@ def state_lines(model: Model) -> tuple[StateLine, ...]:
     numbers = {p.symbol: number(p.lower) for p in model.parameters if p.lower == p.upper}
     for line in model.lines:
         own = None if line.signal in model.origins else _own(model, line)
-        if own is not None and references(line.expression):
+        if own is not None and line.reads:
             found.append(StateLine(line, own, numbers))
     return tuple(found)
 
 
 def _own(model: Model, line: Line) -> str | None:
-    past = {name for name, lag in references(line.expression) if lag > 0}
+    past = {name for name, lag in line.reads if lag > 0}
     if line.rate or line.signal in past:
         return line.signal
     # What is computed from this line at the same time, step by step.
