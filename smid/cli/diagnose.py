@@ -8,7 +8,7 @@ import click
 
 from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Progress
-from smid.cli.loading import load_record
+from smid.cli.loading import load_record, plain
 from smid.cli.options import FILE, POSITIVE, Record, option, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
@@ -37,7 +37,10 @@ def _list_effects(context: click.Context, _parameter: click.Parameter, asked: bo
 class Search:
     """What a diagnosis tests, and how."""
 
-    model: str = option(required=True, type=FILE, metavar="TOML", help="File with the model class and its settings.")
+    model: str | None = option(type=FILE, metavar="TOML", help="File with the model class and its settings.")
+    simulated: str | None = option(
+        metavar="COL", help="Column with the output of a simulator, to diagnose it instead of a model."
+    )
     channels: tuple[str, ...] = option(
         "--channel", multiple=True, metavar="COL", help="Further column to consider; repeatable."
     )
@@ -70,6 +73,7 @@ class Search:
             "noise bound": "none" if self.noise_bound is None else f"{self.noise_bound:g} {unit}".rstrip(),
             "effects": "all" if self.chosen is None else ", ".join(self.chosen),
             "test part": f"{self.test:g} of the record, at its end",
+            **({} if self.simulated is None else {"simulation": self.simulated}),
             "command": "smid diagnose",
         }
 
@@ -93,10 +97,15 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
 
     DATA is the record (a CSV file).
     """
+    if (search.model is None) == (search.simulated is None):
+        raise click.UsageError("give --model TOML, or --simulated COL for a recorded simulation")
     if search.prove is not None and search.noise_bound is None:
         raise click.UsageError("--prove needs a noise bound: give --noise-bound D")
-    data = load_record(record, search.channels)
-    diagnosis = _diagnosis(bind(load_model(search.model), data), data, search, seconds)
+    if search.prove is not None and search.simulated is not None:
+        raise click.UsageError("--prove needs a model: of a simulator only the recorded output is known")
+    data = load_record(record, search.channels if search.simulated is None else (*search.channels, search.simulated))
+    base = None if search.model is None else bind(load_model(search.model), data)
+    diagnosis = _diagnosis(base, data, search, seconds)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
@@ -107,7 +116,7 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
         context.exit(INTERRUPTED)
 
 
-def _diagnosis(base: Model, data: Dataset, search: Search, seconds: float) -> Diagnosis:
+def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float) -> Diagnosis:
     """Return the diagnosis, with certified intervals of the added parameters if the user asked for them."""
     with Progress() as progress:
         diagnosis = diagnose_model(
@@ -116,6 +125,7 @@ def _diagnosis(base: Model, data: Dataset, search: Search, seconds: float) -> Di
             search.noise_bound,
             search.chosen,
             search.test,
+            simulated=None if search.simulated is None else plain(search.simulated),
             certify=not search.no_certify,
             workers=search.workers,
             seconds=seconds,

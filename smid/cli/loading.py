@@ -36,14 +36,14 @@ def load_data(
     keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
     names = read_csv(Path(path)).cells
-    by_plain_name = {_plain(name): name for name in names}
+    by_plain_name = {plain(name): name for name in names}
     input, output, *others = (
         name if name in names else by_plain_name.get(name, name)
         for name in (columns.input, columns.output, *(channels or ()))
     )
     kept = None if channels is None else list(dict.fromkeys(others))
     data = Dataset.from_csv(path, input, output, columns.sampling_time, columns.time, others=kept)
-    data = data.rename({name: _plain(name) for name in data.names})
+    data = data.rename({name: plain(name) for name in data.names})
     source = data.source
     if start is not None or stop is not None:
         count = data.n_samples
@@ -56,7 +56,7 @@ def load_data(
     return replace(data, source=f"{source} ({comment[1].strip().rstrip('.')})" if comment else source)
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
     """Return a name that an equation can hold; a column without header is named ``c0``, for example."""
     plain = re.sub(r"\W", "_", name)
     return plain if plain.isidentifier() else f"c{plain}"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,7 @@ from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
+from smid.diagnosis.simulator import simulator
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
@@ -39,16 +40,17 @@ from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed
-_LEAST_PROVING = 0.1  # seconds
+_LEAST_TIME = 0.1  # seconds
 
 
 def diagnose(
-    model: Model,
+    model: Model | None,
     data: Dataset,
     noise_bound: float | Mapping[str, float] | None = None,
     effects: Sequence[str | Effect] | None = None,
     test: float | Sequence[str] = 0.2,
     *,
+    simulated: str | None = None,
     certify: bool = True,
     workers: int | None = None,
     seconds: float = np.inf,
@@ -63,7 +65,8 @@ def diagnose(
     Parameters
     ----------
     model
-        The base model; values it carries are a first guess, all its free parameters are fitted.
+        The base model; values it carries are a first guess, all its free parameters are fitted. None with
+        ``simulated``.
     noise_bound
         In the channel's unit.
     effects
@@ -71,6 +74,9 @@ def diagnose(
     test
         Share of each experiment, at its end, or names of the experiments, that no fit and no choice may see. Of a
         whole experiment, the first ``data.n_init`` samples, or 50, tell the initial states and do not count.
+    simulated
+        Channel with the output of a simulator under the recorded input. The simulation is diagnosed as it is recorded,
+        without a model: a linear model, fitted to this channel, tells how an effect at the input passes through.
     certify
         Whether to prove, with a noise bound, that the base model cannot explain the data.
     workers
@@ -85,10 +91,11 @@ def diagnose(
     Raises
     ------
     ModelError
-        For an unknown effect, a bad noise bound, too little time to fit the base model, or a model that is no match for
-        the data.
+        For an unknown effect, a bad noise bound, too little time to fit the base model, a model that is no match for
+        the data, or not one of ``model`` and ``simulated``.
     DataError
-        For missing channels, a part too short to judge, or a model that cannot be simulated on the data.
+        For missing channels, a part too short to judge, a model that cannot be simulated on the data, or a simulated
+        channel that is constant or not beside one input and one output.
 
     Examples
     --------
@@ -104,11 +111,13 @@ def diagnose(
     """
     began = time.monotonic()
     check_seconds(seconds)
-    # Rename signals with the name of a further channel, so that effects can read the channel.
-    model = rename_channels(bind(model, data), {}, (c.name for c in data.channels))
     chosen = _chosen(effects)
     if workers is not None and workers < 1:
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
+    with _time_to_fit(seconds, began):
+        model = _given(model, data, simulated)
+    # Rename signals with the name of a further channel, so that effects can read the channel.
+    model = rename_channels(bind(model, data), {}, (c.name for c in data.channels))
     if not model.input_channels or not model.output_channels:
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_data(model, data)
@@ -120,25 +129,43 @@ def diagnose(
     for fault in faults:
         say(fault.sentence)
 
-    with time_limit(_SEARCHING * seconds), _pool(executor, workers, chosen) as pool:
-        try:
-            say("fitting the base model")
-            base = _base(model, record)
-            # The test part lends its input, not its output.
-            for run, free in zip(data.experiments, free_run(base.fit, data, parts), strict=True):
-                check_finite(run.name, free[record.output][data.n_init :])
-            looked = _look(model, record, base, None, chosen, pool, progress)
-        except TimeIsUp:
-            raise ModelError(
-                f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
-            ) from None
+    with _time_to_fit(seconds, began), _pool(executor, workers, chosen) as pool:
+        say("fitting the base model")
+        base = _base(model, record)
+        # The test part lends its input, not its output.
+        for run, free in zip(data.experiments, free_run(base.fit, data, parts), strict=True):
+            check_finite(run.name, free[record.output][data.n_init :])
+        looked = _look(model, record, base, None, chosen, pool, progress)
     found = posterior(looked.found.visited, looked.same)
-    left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
+    left_over = max(seconds - (time.monotonic() - began), _LEAST_TIME)
     proof = None
     if certify and bound is not None:
         with time_limit(left_over):
             proof = prove_empty(model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit))
     return _assemble(data, parts, looked, found, chosen, faults=faults, proof=proof, began=began)
+
+
+@contextmanager
+def _time_to_fit(seconds: float, began: float) -> Iterator[None]:
+    """Limit a block to what is left of the time for the search, and say so where not even the base model is fitted."""
+    try:
+        with time_limit(max(_SEARCHING * seconds - (time.monotonic() - began), _LEAST_TIME)):
+            yield
+    except TimeIsUp:
+        raise ModelError(
+            f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
+        ) from None
+
+
+def _given(model: Model | None, data: Dataset, simulated: str | None) -> Model:
+    """Return the model given, or the one of a recorded simulation."""
+    if model is not None and simulated is None:
+        return model
+    if model is not None or simulated is None:
+        raise ModelError(
+            "a diagnosis is of a model or of a simulated channel: give a model, or None and simulated='the channel'"
+        )
+    return simulator(data, simulated)
 
 
 @dataclass(frozen=True, eq=False)

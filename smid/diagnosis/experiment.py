@@ -15,6 +15,7 @@ from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.fitting.fit import Fit
 from smid.models.simulate import simulate
+from smid.models.simulated import standalone
 from smid.signals import multisine, noise, prbs, ramp, staircase
 
 _LENGTH = 600
@@ -52,11 +53,12 @@ def separating_experiment(
     """Return the input on which the rivals' free runs differ most."""
     values = np.concatenate([run.values[input] for run in data.experiments])
     held = {c.name: float(np.mean(np.concatenate([r.values[c.name] for r in data.experiments]))) for c in data.channels}
+    models = [standalone(fit.model) for fit in rivals.values()]
     best: tuple[float, str, Array] | None = None
     for name, candidate in _candidates(float(values.min()), float(values.max())).items():
         channels = {c: np.full(len(candidate), level) for c, level in held.items()} | {input: candidate}
         with np.errstate(all="ignore"):
-            difference = _difference([simulate(fit.model, channels, check=False)[output] for fit in rivals.values()])
+            difference = _difference([simulate(model, channels, check=False)[output] for model in models])
         if np.isfinite(difference) and (best is None or difference > best[0]):
             best = (difference, name, candidate)
     if best is None:

@@ -9,6 +9,8 @@ from smid.diagnosis.cause import Cause, CauseParameter
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.identification.estimate import ParameterInterval
 from smid.identification.identify import identify
+from smid.models import ModelError
+from smid.models.simulated import SIMULATION
 
 
 def prove_parameters(
@@ -31,7 +33,7 @@ def prove_parameters(
     Raises
     ------
     ModelError
-        Where the extended model has no semialgebraic form.
+        Where the extended model has no semialgebraic form, or extends a recorded simulation.
     DataError
         Where the samples are too few.
     EmptyFeasibleSetError
@@ -53,6 +55,11 @@ def prove_parameters(
     >>> bias.proven, bias.lower < 0.5 < bias.upper
     (True, True)
     """
+    if SIMULATION in diagnosis.model.origins.values():
+        raise ModelError(
+            "the intervals of a diagnosed simulation cannot be certified: of the simulator only its recorded output is "
+            "known; diagnose a model instead"
+        )
     estimate = identify(diagnosis.model, diagnosis.data.crop(0, samples), noise_bound, progress=progress)
     proven = {interval.name: interval for interval in estimate.intervals}
     return replace(diagnosis, causes=tuple(_proven(cause, proven) for cause in diagnosis.causes))

@@ -18,10 +18,12 @@ from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, signal, t
 from smid.models.symbols import number, rename_signals, swapped, unused
 
-__all__ = ["SIMULATION", "Simulated"]
+__all__ = ["SIMULATION", "Simulated", "standalone"]
 
 SIMULATION = "simulation"
-"""The origin of the signals that the simulator gives: they are no part of the plant."""
+"""The origin of the simulated output and of the remainder: they are no part of the plant."""
+
+_FOLLOWER = "follower"  # the origin of the inputs as the simulator had them, and of constants that no plant has
 
 
 def Simulated(follower: Model, simulated: str) -> Model:
@@ -83,5 +85,25 @@ def Simulated(follower: Model, simulated: str) -> Model:
             *(Measurement(channels[name], read, None) for role in (acting, given) for name, read in role.items()),
             Measurement(simulated, output, None),
         ),
-        origins=dict.fromkeys((output, remainder, *given.values()), SIMULATION),
+        origins=dict.fromkeys((output, remainder), SIMULATION) | dict.fromkeys((*given.values(), *follower.values), _FOLLOWER),
     )
+
+
+def standalone(model: Model) -> Model:
+    """Return the model with the follower in place of the recorded simulation, for inputs that the simulator never had.
+
+    A model without a simulation is returned as it is.
+
+    Examples
+    --------
+    >>> follower = OutputError().with_values({"a1": -0.5, "b0": 2.0})
+    >>> print(standalone(Simulated(follower, "y_sim")).lines[0])
+    simulation[t] = simulation[t - 1]/2 + 2*u_simulated[t - 1]
+    """
+    given = {name for name, origin in model.origins.items() if origin == SIMULATION}
+    remainder = next((line for line in model.lines if line.signal in given), None)
+    if remainder is None:
+        return model
+    (output,) = given - {remainder.signal}
+    now = signal(output)[t]
+    return replace(model, lines=(Line(now, now - remainder.expression), *model.lines))

@@ -47,7 +47,7 @@ def test_a_limit_at_the_input_is_the_plants_and_not_the_simulators():
 
 
 def test_what_the_simulator_gives_is_no_part_of_the_plant():
-    assert set(MODEL.origins) == {"simulation", "remainder", "u_simulated"}
+    assert set(MODEL.origins) == {"simulation", "remainder", "u_simulated", *VALUES}
     assert set(MODEL.channels) == {"y_sim", "u", "y"}
     assert all(p.lower == p.upper == VALUES[p.name] for p in MODEL.parameters)
 

@@ -9,16 +9,19 @@ import sympy
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.parts.naming import read_channel
 from smid.models import Model, signal, t
+from smid.models.simulated import SIMULATION
 from smid.models.symbols import number
 
 __all__ = ["further", "usable"]
 
 
 def further(model: Model, site: Site) -> Iterator[tuple[str, float, float]]:
-    """Yield each channel that moves and that the model does not compute, with its span."""
+    """Yield each channel that moves, and that neither the model nor a simulator computes, with its span."""
+    computed = {m.channel for m in model.measurements if model.origins.get(m.signal) == SIMULATION}
+    computed.update(model.output_channels)
     for channel in site.other_channels:
         low, high = site.span(channel)
-        if low < high and channel not in model.output_channels:
+        if low < high and channel not in computed:
             yield channel, low, high
 
 

@@ -1,0 +1,81 @@
+"""The base model of a simulation made elsewhere: a linear follower of the simulated channel, chosen and fitted.
+
+The follower is fitted to the free run of the simulation, never to the measurement: it says how a change at the input or
+in the state passes through the simulator, and the measurement is what the simulation is judged by. The smallest of a few
+output-error models is taken whose error is near the least; see `smid.models.simulated` for what it is used for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from smid.data import DataError, Dataset
+from smid.data.channel import name_hint
+from smid.feasible.feasible_set import check_data
+from smid.fitting.binding import bind
+from smid.fitting.fit import fit
+from smid.models import Model, OutputError
+from smid.models.simulated import Simulated
+
+__all__ = ["simulator"]
+
+_ORDERS = ((1, 0, 1), (1, 1, 0), (2, 1, 1), (2, 2, 0))  # poles, degree of the numerator, delay
+_NEAR, _EXACT = 1.1, 1e-3  # times the least error, and of the standard deviation
+
+
+def simulator(data: Dataset, simulated: str) -> Model:
+    """Return the base model around the recorded output of a simulator.
+
+    Parameters
+    ----------
+    simulated
+        Channel with the simulated output, at the samples of the measurement.
+
+    Raises
+    ------
+    DataError
+        If the channel is missing, constant, an input or an output, or the record has several inputs or outputs.
+
+    Examples
+    --------
+    >>> u = np.random.default_rng(0).uniform(-1, 1, 100)
+    >>> from smid.models.simulate import simulate
+    >>> s = simulate(OutputError(), {"u": u}, {"a1": -0.8, "b0": 1.0})["y"]
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": 2 * s}, sampling_time=1.0, y_sim=s)
+    >>> {name: round(value, 6) + 0.0 for name, value in simulator(data, "y_sim").values.items()}
+    {'a1': -0.8, 'b0': 1.0, 'offset': 0.0}
+    """
+    _check(data, simulated)
+    (input,), (output,) = data.inputs, data.outputs
+
+    def candidate(order: tuple[int, int, int], output: str) -> Model:
+        return OutputError(*order, input=input, output=output, offset=True)
+
+    check_data(bind(candidate(_ORDERS[-1], simulated), data), data)
+    fits = [fit(candidate(order, simulated), data) for order in _ORDERS]
+    enough = max(_NEAR**2 * min(found.cost for found in fits), _EXACT**2 * data.n_samples)
+    order, found = next(pair for pair in zip(_ORDERS, fits, strict=True) if pair[1].cost <= enough)
+    return Simulated(candidate(order, output).with_values(found.model.values), simulated)
+
+
+def _check(data: Dataset, simulated: str) -> None:
+    """Refuse a record or a channel that no simulation can be judged by."""
+    if simulated not in data.names:
+        raise DataError(f"the simulated channel {simulated!r} is not in the data; {name_hint(simulated, data.names)}")
+    if len(data.inputs) != 1 or len(data.outputs) != 1:
+        raise DataError(
+            f"the data have the inputs {', '.join(data.inputs)} and the outputs {', '.join(data.outputs)}: a recorded "
+            "simulation is diagnosed with one input and one measured output; name these, and leave the simulation and "
+            "all else as further channels"
+        )
+    if simulated in (*data.inputs, *data.outputs):
+        raise DataError(
+            f"the simulated channel {simulated!r} is the input or the measured output: name the channel that holds the "
+            "output of the simulator"
+        )
+    samples = np.concatenate([run.values[simulated] for run in data.experiments])
+    if np.ptp(samples) == 0:
+        raise DataError(
+            f"the simulated channel {simulated!r} is {samples[0]:g} at every sample: record the output of the simulator "
+            "under the recorded input"
+        )
