@@ -1,8 +1,8 @@
 """The base model of a simulation made elsewhere: a linear follower of the simulated channel, chosen and fitted.
 
-The follower is fitted to the free run of the simulation, never to the measurement: it says how a change at the input or
-in the state passes through the simulator, and the measurement is what the simulation is judged by. The smallest of a few
-output-error models is taken whose error is near the least; see `smid.models.simulated` for what it is used for.
+The follower gives the response of the simulator to an effect at its input or in its state; see `smid.models.simulated`.
+It is fitted to the simulated channel, never to the measurement. Of a few output-error models, the smallest whose error
+is near the least is taken.
 """
 
 from __future__ import annotations
@@ -64,9 +64,8 @@ def _check(data: Dataset, simulated: str) -> None:
         raise DataError(f"the simulated channel {simulated!r} is not in the data; {name_hint(simulated, data.names)}")
     if len(data.inputs) != 1 or len(data.outputs) != 1:
         raise DataError(
-            f"the data have the inputs {', '.join(data.inputs)} and the outputs {', '.join(data.outputs)}: a recorded "
-            "simulation is diagnosed with one input and one measured output; name these, and leave the simulation and "
-            "all else as further channels"
+            f"the data have the inputs {', '.join(data.inputs)} and the outputs {', '.join(data.outputs)}: to diagnose "
+            "a recorded simulation, name one input and the measured output, and give the rest as further channels"
         )
     if simulated in (*data.inputs, *data.outputs):
         raise DataError(
@@ -76,6 +75,6 @@ def _check(data: Dataset, simulated: str) -> None:
     samples = np.concatenate([run.values[simulated] for run in data.experiments])
     if np.ptp(samples) == 0:
         raise DataError(
-            f"the simulated channel {simulated!r} is {samples[0]:g} at every sample: record the output of the simulator "
-            "under the recorded input"
+            f"the simulated channel {simulated!r} is {samples[0]:g} at every sample: record the output of the "
+            "simulator under the recorded input"
         )

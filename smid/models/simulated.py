@@ -85,7 +85,8 @@ def Simulated(follower: Model, simulated: str) -> Model:
             *(Measurement(channels[name], read, None) for role in (acting, given) for name, read in role.items()),
             Measurement(simulated, output, None),
         ),
-        origins=dict.fromkeys((output, remainder), SIMULATION) | dict.fromkeys((*given.values(), *follower.values), _FOLLOWER),
+        origins=dict.fromkeys((output, remainder), SIMULATION)
+        | dict.fromkeys((*given.values(), *follower.values), _FOLLOWER),
     )
 
 

@@ -19,7 +19,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.lag import lag_line, lag_parameters, time_constant
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
-from smid.models import Model, Parameter, signal, t
+from smid.models import Model, Parameter
 
 __all__ = ["EFFECT"]
 
@@ -46,9 +46,8 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 def _behind_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: _Lag) -> Model:
     raw, name, bent = signal_of(model, channel), free_name(model, f"{channel}_lag"), free_name(model, f"{channel}_bent")
-    curved = model.insert_before(channel, lambda _: curve(signal(name)[t]), [*parameters, *lag], new_name=bent)
-    # Added after the insertion, the lag reads the input itself.
-    return curved.with_line(name, lag_line(*lag, name, raw))
+    curved = model.insert_before(channel, curve, parameters, new_name=bent)
+    return curved.insert_before(channel, lambda _: lag_line(*lag, name, raw), lag, new_name=name)
 
 
 def _before_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Parameter], lag: _Lag) -> Model:

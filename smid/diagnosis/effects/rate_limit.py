@@ -52,11 +52,10 @@ def _limited(model: Model, site: Site, name: str, slowness: list[Parameter]) -> 
         return (slowness[0].symbol * sympy.Abs(gap) if len(slowness) == 1 else slow(gap)) / step
 
     gone = free_name(model, f"{site.input}_gone")
-    left = signal(site.input)[t] - last
-    mean = last + signal(gone)[t] * (1 - time(signal(gone)[t]) / 2)
-    # First redirect the readers of the input: the lines added below must still read the command.
-    model = model.insert_before(site.input, lambda _: mean, slowness, new_name=f"{name}_mean")
-    model = model.with_line(gone, left / sympy.Max(1, time(left)))
+    model = model.insert_before(
+        site.input, lambda u: (u - last) / sympy.Max(1, time(u - last)), slowness, new_name=gone
+    )
+    model = model.insert_before(gone, lambda way: last + way * (1 - time(way) / 2), new_name=f"{name}_mean")
     return model.with_line(name, last + signal(gone)[t])
 
 

@@ -211,3 +211,42 @@ def test_intervals_are_proven_on_demand(smid):
     (threshold,) = written()["causes"][0]["parameters"].values()
     assert threshold["proven"]
     assert threshold["lower"] <= 0.4 <= threshold["upper"]
+
+
+def simulated_record() -> None:
+    """Write a record whose sensor has a bias, beside what a simulator gave."""
+    random = np.random.default_rng(0)
+    u = np.repeat(random.uniform(-1, 1, 30), 10)
+    w = np.zeros(u.size)
+    for k in range(1, u.size):
+        w[k] = 0.7 * w[k - 1] + 0.5 * u[k - 1]
+    y = w + 0.3 + random.uniform(-0.02, 0.02, u.size)
+    rows = [f"{0.1 * k:.1f},{u[k]:.6f},{y[k]:.6f},{w[k]:.6f}" for k in range(u.size)]
+    Path("beside.csv").write_text("\n".join(["time [s],u [V],y [bar],Simulink out [bar]", *rows]) + "\n")
+
+
+def test_a_recorded_simulation_takes_the_place_of_the_model(smid):
+    simulated_record()
+    columns = "beside.csv --input u --output y --simulated Simulink_out"
+    result = smid(f"diagnose {columns} --effects sensor_bias,missing_input --workers 1 --json out.json")
+    assert result.exit_code == 0, result.output
+    assert "Cause: sensor_bias." in result.stdout
+    document = written()
+    check_object(document, "smid.diagnose/1", "diagnose")
+    assert "simulation" in document["base"]["origins"].values()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("", "give --model TOML, or --simulated COL"),
+        ("--model model.toml --simulated Simulink_out", "give --model TOML, or --simulated COL"),
+        ("--simulated Simulink_out --prove 30 --noise-bound 0.02", "--prove needs a model"),
+        ("--simulated Simscape_out", "no column 'Simscape_out'"),
+    ],
+)
+def test_a_recorded_simulation_is_asked_for_in_one_way(smid, options, words):
+    simulated_record()
+    result = smid(f"diagnose beside.csv --input u --output y {options}")
+    assert result.exit_code == 2
+    assert words in result.stderr
