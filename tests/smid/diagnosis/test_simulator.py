@@ -76,12 +76,20 @@ def test_an_input_that_the_simulator_never_had_is_given_to_the_follower():
     assert np.abs(simulate(standalone(exact), {"u": new})["y"] - lag(new))[5:].max() < 1e-6
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=[effect.name for effect in EFFECTS])
-def test_every_effect_can_be_put_on_a_simulation(effect: Effect):
-    data = tank_record(0)
+@pytest.fixture(scope="module")
+def rested() -> Case:
+    """Return a simulation whose input rests for longer than any effect looks back."""
+    u = 2 * steps(0, 400, 8)
+    u[:60] = 0.0
+    data = record(u, tank(u), y_sim=tank(u))
     (run,) = data.experiments
     residual = run.values["y"] - run.values["y_sim"]
-    check_on(effect, Case("a simulation", simulator(data, "y_sim"), Site(data, "u", "y", (residual,))))
+    return Case("a simulation", simulator(data, "y_sim"), Site(data, "u", "y", (residual,)))
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=[effect.name for effect in EFFECTS])
+def test_every_effect_keeps_the_contract_on_a_simulation(effect: Effect, rested: Case):
+    check_on(effect, rested)
 
 
 U = steps(0)
@@ -97,7 +105,7 @@ GOOD = record(U, lag(U), y_sim=lag(U), still=np.full(U.size, 2.0))
         (GOOD, {"simulated": "u"}, DataError, ["'u' is the input or the measured output"]),
         (GOOD, {"simulated": None}, ModelError, ["give a model, or None and simulated="]),
         (GOOD, {"seconds": 1e-9}, ModelError, ["too short to fit the base model"]),
-        (record(U[:5], lag(U[:5]), y_sim=U[:5]), {}, DataError, ["5 samples", "longer record"]),
+        (record(U[:8], lag(U[:8]), y_sim=U[:8]), {}, DataError, ["8 samples", "longer record"]),
         (record(np.ones(300), U, y_sim=U), {}, DataError, ["'u' does not excite"]),
         (
             Dataset.from_arrays(input={"u": U}, output={"y": U, "y_sim": U}, sampling_time=0.1),
