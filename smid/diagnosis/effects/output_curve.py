@@ -83,9 +83,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     phase = fresh(model, "output_sine_phase", (-math.pi, math.pi), "rad")
     yield Extension(
         seen(
-            lambda w: (
-                (1 - less.symbol) * w + level.symbol + height.symbol * sympy.sin(turns.symbol * w + phase.symbol)
-            ),
+            lambda w: (1 - less.symbol) * w + level.symbol + height.symbol * sympy.sin(turns.symbol * w + phase.symbol),
             [less, level, height, turns, phase],
         ),
         tuple(
