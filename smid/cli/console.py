@@ -27,6 +27,18 @@ _PAUSE = 15.0
 LOGGER = logging.getLogger("smid")
 
 
+class Command(click.Command):
+    """A command that refuses an option given twice, where click would take the last one in silence."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """Parse arguments as click does."""
+        _, _, given = self.make_parser(context).parse_args(list(args))
+        for one in given:
+            if isinstance(one, click.Option) and not (one.multiple or one.is_flag) and given.count(one) > 1:
+                raise click.UsageError(f"{one.opts[0]} is given twice, and takes one value", context)
+        return super().parse_args(context, args)
+
+
 class Commands(click.Group):
     """A group that imports a command only when it runs, so that the help page appears at once.
 

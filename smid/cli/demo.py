@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from relaxations.search.enclosure import Reason
-from smid.cli.console import INTERRUPTED, Progress
+from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.options import json_option
 from smid.cli.outputs import Outputs, pdf_warnings_printed
 from smid.data import Dataset
@@ -63,7 +63,7 @@ class Identified:
     truth: dict[str, float]
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option(
     "--report",
     type=click.Path(dir_okay=False),

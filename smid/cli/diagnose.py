@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import click
 
 from relaxations.errors import UserError
-from smid.cli.console import INTERRUPTED, Progress
+from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.loading import load_record, plain
 from smid.cli.options import FILE, POSITIVE, Record, option, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
@@ -78,7 +78,7 @@ class Search:
         }
 
 
-@click.command()
+@click.command(cls=Command)
 @takes(record=Record, search=Search)
 @click.option(
     "--list-effects",

@@ -17,7 +17,7 @@ import numpy as np
 from relaxations.errors import ProblemError
 from relaxations.search.enclosure import Proof, Reason
 from relaxations.solvers.interface import available_solvers
-from smid.cli.console import BAD_INPUT
+from smid.cli.console import BAD_INPUT, Command
 from smid.cli.documents import DOCTOR
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
@@ -64,7 +64,7 @@ class SmallProblem:
     seconds: float
 
 
-@click.command()
+@click.command(cls=Command)
 @writes("json")
 @click.pass_context
 def doctor(context: click.Context, outputs: Outputs) -> None:

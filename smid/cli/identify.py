@@ -10,7 +10,7 @@ import numpy as np
 
 from relaxations.deadline import time_limit
 from relaxations.search.enclosure import Reason
-from smid.cli.console import EMPTY, INTERRUPTED, Progress
+from smid.cli.console import EMPTY, INTERRUPTED, Command, Progress
 from smid.cli.loading import load_data, load_problem, load_record
 from smid.cli.options import (
     POSITIVE,
@@ -99,7 +99,7 @@ class Task:
         return identify_model(self.model, self.data, bounds, **how, progress=progress, certificate=certificate)
 
 
-@click.command()
+@click.command(cls=Command)
 @takes(record=Record, problem=Problem)
 @click.option(
     "--noise-bound",

@@ -12,7 +12,7 @@ from typing import TypeVar
 import click
 
 from relaxations.search.enclosure import Reason
-from smid.cli.console import INTERRUPTED, Progress
+from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.loading import load_data, load_problem
 from smid.cli.options import FILE, SOLVER, Columns, NoiseBound, Problem, argument, option, read_noise_bound, takes
 from smid.cli.outputs import Outputs, writes
@@ -145,7 +145,7 @@ class Run:
         return f"continue with --resume {kept}" if kept else "with --folder DIR a study can be resumed"
 
 
-@click.command()
+@click.command(cls=Command)
 @takes(files=Records, problem=Problem, grid=Grid, run=Run)
 @writes("json", "report")
 @click.pass_context

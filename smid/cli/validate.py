@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from smid.cli.console import Command
 from smid.cli.documents import read_estimate
 from smid.cli.loading import load_data
 from smid.cli.options import FILE, Columns, argument, option, takes
@@ -44,7 +45,7 @@ class Records:
         return [load_data(path, columns) for path in self.paths]
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("estimate", type=FILE)
 @takes(records=Records)
 @writes("json", "report")

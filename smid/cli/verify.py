@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from smid.cli.console import EMPTY
+from smid.cli.console import EMPTY, Command
 from smid.cli.loading import load_data
 from smid.cli.options import FILE, Columns, argument, option, takes
 from smid.cli.outputs import Outputs, writes
@@ -49,7 +49,7 @@ class Claim:
         return load_data(self.data, columns, start=self.start, stop=self.stop)
 
 
-@click.command()
+@click.command(cls=Command)
 @takes(claim=Claim)
 @writes("json")
 @click.pass_context

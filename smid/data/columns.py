@@ -14,13 +14,19 @@ Names = str | int | Sequence[str | int]
 """One or several column names; a column without a header is named by its number from 0."""
 
 _NAME_AND_UNIT = re.compile(r"^(?P<name>.*?\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
+_TAG = re.compile(r"^[A-Z]{1,5}[- ]?\d{2,}[A-Z]?$")
 _PRINTED_NUMBER = re.compile(r"^[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?$")
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Return name and unit of a header such as `pressure [bar]` or `pressure (bar)`."""
+    """Return name and unit of a header such as `pressure [bar]` or `pressure (bar)`.
+
+    The tag of an instrument in brackets, as in `pressure (Y-101)`, is no unit and stays in the name.
+    """
     match = _NAME_AND_UNIT.match(header.strip())
-    return (match["name"], match["unit"].strip()) if match else (header.strip(), "")
+    if match is None or _TAG.match(match["unit"].strip()):
+        return header.strip(), ""
+    return match["name"], match["unit"].strip()
 
 
 def as_names(names: Names) -> tuple[str, ...]:

@@ -152,6 +152,7 @@ class Dataset(Result):
         units: Mapping[str, str] | None = None,
         delimiter: str | None = None,
         others: Names | None = None,
+        decimal: str | None = None,
     ) -> "Dataset":
         r"""Read text files of columns: one experiment per file, named by the stem of the file.
 
@@ -164,15 +165,17 @@ class Dataset(Result):
         sampling_time
             In seconds. A file with time stamps is interpolated to it.
         time
-            Column of time stamps; by default a column named `time`. The stamps are in seconds, unless the header or
-            `units` say ms, us, min or h. Stamps that are not uniform are resampled linearly, at `sampling_time` or at
-            their median interval; `resampling` records it.
+            Column of time stamps; by default a column named `time`. The stamps are in seconds, unless the header,
+            `units` or a name such as `t_ms` say ns, us, ms, min or h. Stamps that are not uniform are resampled
+            linearly, at `sampling_time` or at their median interval; `resampling` records it.
         units
             By column; they replace the units of the header.
         delimiter
             The separator: ",", ";", "\t" or " " (any blanks).
         others
             Further columns to keep; by default every column of numbers. `source` names the columns that were left out.
+        decimal
+            The sign before the decimals, "." or ",". Needed where the numbers do not tell, as 1,000 alone does not.
 
         Raises
         ------
@@ -192,7 +195,7 @@ class Dataset(Result):
         from smid.data.load import dataset_of_tables
         from smid.data.read_csv import read_csv
 
-        tables = [read_csv(file, delimiter) for file in _paths(path)]
+        tables = [read_csv(file, delimiter, decimal) for file in _paths(path)]
         return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
 
     @staticmethod

@@ -15,8 +15,9 @@ from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing,
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
     **dict.fromkeys(("", "s", "sec", "seconds"), 1.0),
-    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
+    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
+_LATEST = 4e9  # seconds since 1970 in the year 2096: larger stamps without a unit are not in seconds
 
 
 def _time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
@@ -50,6 +51,12 @@ def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str],
     return kept, left_out
 
 
+def _time_unit(column: str, units: Mapping[str, str]) -> str:
+    """Return the unit of time stamps: the known one, or that in a name such as `t_ms`; otherwise the empty string."""
+    ending = column.rpartition("_")[2]
+    return units.get(column) or (ending if ending in SECONDS_PER_UNIT and ending != column else "")
+
+
 def _stamps(table: Table, column: str, unit: str) -> tuple[NDArray[np.float64], float]:
     """Return the time stamps of a table and the unit of their last printed digit, both in seconds."""
     if unit not in SECONDS_PER_UNIT:
@@ -57,7 +64,13 @@ def _stamps(table: Table, column: str, unit: str) -> tuple[NDArray[np.float64], 
             f"{table.origin}: the time unit {unit!r} is not known; "
             f"give units={{{column!r}: 's'}} ({', '.join(filter(None, SECONDS_PER_UNIT))} are known)"
         )
-    stamps = table.numbers(column) * SECONDS_PER_UNIT[unit]
+    stamps = table.numbers(column)
+    if not unit and stamps.size and abs(stamps[0]) > _LATEST:
+        raise DataError(
+            f"{table.origin}: the time stamps in {column!r} begin at {stamps[0]:g}, which are no seconds; give their "
+            f"unit in the header, as in '{column} [ms]', or units={{{column!r}: 'ms'}}"
+        )
+    stamps = stamps * SECONDS_PER_UNIT[unit]
     check_increasing(stamps, table.origin)
     return stamps, table.resolution(column) * SECONDS_PER_UNIT[unit]
 
@@ -143,7 +156,7 @@ def _uniform(
     named = [column for column in time_columns if column is not None]
     if len(named) < len(tables):
         raise DataError("some files have a column of time stamps and some have none; name it with time=...")
-    stamped = [_stamps(table, column, units.get(column, "")) for table, column in zip(tables, named, strict=True)]
+    stamped = [_stamps(table, column, _time_unit(column, units)) for table, column in zip(tables, named, strict=True)]
     # A bad sample is refused before interpolation, which would spread it over its neighbours.
     for table, channels, (stamps, _) in zip(tables, values, stamped, strict=True):
         for name, array in channels.items():

@@ -35,7 +35,10 @@ def bind(model: Model, data: Dataset) -> Model:
             f"channel {clumsy[0]!r} is not a valid name: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
         )
     sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
-    if not names.issuperset(model.channels) and all(len(own) == len(given) == 1 for own, given in sides):
+    single = all(len(own) == len(given) == 1 for own, given in sides)
+    # A further channel that a model names is the one that its user wants.
+    wanted = names.difference(data.inputs, data.outputs).intersection(model.channels)
+    if single and not wanted and not names.issuperset(model.channels):
         # Rename both: the model's name for one channel may be the data's name for the other.
         renamed = {own[0]: given[0] for own, given in sides}
     # Otherwise rename the single missing channel of a side.

@@ -4,7 +4,8 @@ A lag of order one and a curve come on top of the model: the lag, then the curve
 the lag, at the sensor. The lag is that of `smid.diagnosis.effects.parts.lag`. The curve is a *saturation*; a *dead
 zone* about zero; or that of a *diode*, which blocks the share c of what is beyond a knee q: for c > 0 below it, for c <
 0 above, ``x + min(c, 0) max(0, x - q) - max(c, 0) min(0, x - q)``, moved so that zero stays zero. Without the effect
-the limits lie one span beyond the signal, and thresholds, share and pole are zero.
+the limits lie one span beyond the signal, and thresholds, share and pole are zero. A knee near an end of the span is
+none: the diode would be a gain.
 References: Billings and Fakhouri, Automatica 18 (1982) 15-26; Schoukens and Tiels, Automatica 85 (2017) 272-292;
 Schoukens, Suykens and Ljung, 15th IFAC Symposium on System Identification (2009) (a diode between two filters).
 """
@@ -25,6 +26,7 @@ __all__ = ["EFFECT"]
 
 _POLES = (0.6, 0.9)
 _SHARES = (0.15, 0.3)  # of the span
+_END = 0.1  # of the span
 
 _Map = Callable[[sympy.Expr], sympy.Expr]
 _Lag = tuple[Parameter, Parameter]
@@ -35,11 +37,12 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     for channel, stem, put in ((site.input, "input", _behind_a_lag), (site.output, "sensor", _before_a_lag)):
         lag = lag_parameters(model, f"inner_{stem}")
         pole, share = lag
-        for label, curve, parameters, starts in _curves(model, site, channel):
+        for label, curve, parameters, starts, inside in _curves(model, site, channel):
             yield Extension(
                 put(model, channel, curve, parameters, lag),
                 tuple({**start, pole.name: p, share.name: 0.5} for start in starts for p in _POLES),
                 f"{label} at the {stem}",
+                inside,
                 describe=partial(_describe, channel, stem),
             )
 
@@ -58,8 +61,8 @@ def _before_a_lag(model: Model, channel: str, curve: _Map, parameters: list[Para
 
 def _curves(
     model: Model, site: Site, channel: str
-) -> Iterator[tuple[str, _Map, list[Parameter], list[dict[str, float]]]]:
-    """Yield each curve: label, map, parameters, and where a fit may begin."""
+) -> Iterator[tuple[str, _Map, list[Parameter], list[dict[str, float]], dict[str, tuple[float, float]]]]:
+    """Yield each curve: label, map, parameters, where a fit may begin, and where it must end."""
     low, high = site.span(channel)
     unit, span = site.unit(channel), high - low
     if not span:
@@ -71,6 +74,7 @@ def _curves(
         lambda x: sympy.Max(bottom.symbol, sympy.Min(top.symbol, x)),
         [bottom, top],
         [{bottom.name: low + share * span, top.name: high - share * span} for share in _SHARES],
+        {},
     )
     knee = fresh(model, "inner_knee", (low, high), unit)
     blocked = fresh(model, "inner_blocked", (-1, 1), "", 0.0)
@@ -81,7 +85,13 @@ def _curves(
         return x + above * up - below * down
 
     middle = (low + high) / 2
-    yield "diode", diode, [blocked, knee], [{blocked.name: c, knee.name: middle} for c in (0.6, -0.6)]
+    yield (
+        "diode",
+        diode,
+        [blocked, knee],
+        [{blocked.name: c, knee.name: middle} for c in (0.6, -0.6)],
+        {knee.name: (low + _END * span, high - _END * span)},
+    )
     ends = {"upper": high, "lower": low}
     zone = {
         end: fresh(model, f"inner_zone_{end}", (min(0, value), max(0, value)), unit, 0.0)
@@ -94,6 +104,7 @@ def _curves(
         lambda x: sympy.Max(0, x - upper) + sympy.Min(0, x - lower),
         list(zone.values()),
         [{p.name: share * ends[end] for end, p in zone.items()} for share in _SHARES],
+        {},
     )
 
 

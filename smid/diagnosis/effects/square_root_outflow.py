@@ -32,7 +32,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import fresh, quantity
 from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
-from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines, with_increment
+from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines, with_increment, without_effects
 from smid.models import Model
 from smid.models.symbols import number
 
@@ -49,6 +49,9 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     states = state_lines(model)
     for vessels in cascades(states):
         if not vessels[0].line.rate and vessels[0].order > 1:
+            continue
+        # A vessel of the base model empties; a decay that an effect brought is friction, say.
+        if any(without_effects(model, vessel.leak) == 0 for vessel in vessels):
             continue
         share = fresh(model, "root_share", (0, 1), "", 0.0)
         shown = shown_at(model, site, vessels[0])

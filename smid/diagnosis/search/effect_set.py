@@ -12,7 +12,9 @@ from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
-from smid.fitting.fit import Errors, Fit
+from smid.fitting.fit import Errors, Fit, Fitting
+
+_BETTER = 1e-6  # a smaller reduction of the error is no other minimum
 
 SCREEN = 5.0
 """Nats that the first step of an effect has to promise; over blind cases, what was hidden promised 67 at least."""
@@ -88,7 +90,7 @@ def put_again(
 def reduced(
     one: EffectSet, base: Base, effects: Mapping[str, Effect], known: Mapping[tuple[str, ...], EffectSet]
 ) -> list[EffectSet]:
-    """Return the sets that have one effect less, fitted anew where they are not known."""
+    """Return the sets that have one effect less, fitted also from the values of the set that has it."""
     if one.detected:
         return [replace(one, detected=None)]
     result = []
@@ -97,8 +99,31 @@ def reduced(
         names = tuple(sorted(t.effect for t in rest))
         found = known.get(names) or put_again(rest, base, effects, one.fit.model.values)
         if found is not None:
-            result.append(found)
+            result.append(_fitted_from(found, rest, one, base))
     return result
+
+
+def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: Base) -> EffectSet:
+    """Fit a set from the values that another one has for it, which may lie below a pass that its own fit did not take.
+
+    Parameters
+    ----------
+    rest
+        The effects of `found`, as the other set has them.
+    """
+    left, values = list(found.trials), dict(one.fit.model.values)
+    for old in rest:
+        new = next((t for t in left if (t.effect, t.label) == (old.effect, old.label)), None)
+        if new is None:
+            return found
+        left.remove(new)
+        values |= {name: one.fit.model.values[was] for name, was in zip(new.parameters, old.parameters, strict=True)}
+    problem = Fitting(found.fit.model, base.data, base.used, one.fit.initial, difference=base.difference)
+    known = dict(found.fit.model.values)
+    vector, cost = problem.solve(problem.start(known | {name: v for name, v in values.items() if name in known}))
+    if not cost < found.fit.cost * (1 - _BETTER):
+        return found
+    return replace(found, fit=problem.result(vector, cost), errors=tuple(problem.errors(vector, True)))
 
 
 def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]) -> list[EffectSet]:

@@ -5,10 +5,11 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 
 1. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 2. the best set;
-3. sets within `REACH` of it that are better than each of their parts.
+3. its parts, the sets that lack one of its effects: every other effect is tried in the place of each;
+4. sets within `REACH` of it that are better than each of their parts.
 
-Each set that lacks one effect of the best set is fitted as well, so that an effect that is not needed drops out. The
-search ends where nothing is left to grow.  Six numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
+The parts are fitted with the best set, so that an effect that is not needed drops out. The search ends where nothing is
+left to grow.  Six numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
 blocks left out in turn, `TAIL` degrees of freedom of the noise, and `SCREEN`, what an effect has to promise.
 """
 
@@ -88,7 +89,7 @@ def search(
                 parts[best] = reduced(best, base, by_name, sets)
                 _keep(sets, *parts[best])
                 continue
-            worth = [*_widest(ranked), best, *(v.effects for v in _ahead_of_their_parts(ranked))]
+            worth = [*_widest(ranked), best, *parts[best], *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
             if todo is not None:
                 grown.add(todo.names)

@@ -35,6 +35,7 @@ def refused(result):
         ),
         (f"identify {DATA} {MODEL} --solver gurobbi", ["gurobbi"]),
         (f"identify {DATA} {MODEL} --method magic", ["magic", "sparse"]),
+        (f"identify {DATA} {MODEL} --noise-bound 0.1 --input T", ["--input is given twice"]),
         (f"identify {DATA} {MODEL} --noise-bound 0", ["not positive"]),
         (f"identify {DATA} {MODEL} --noise-bound -0.1", ["not positive"]),
         (f"identify {DATA} {MODEL} --noise-bound nan", ["is not a noise bound"]),

@@ -217,3 +217,55 @@ def test_pandas_frames():
         Dataset.from_pandas(frame, "u", "note", sampling_time=1)
     with pytest.raises(DataError, match="several levels"):
         Dataset.from_pandas(frame.set_index(["u [A]", "y"]), "u", "y", sampling_time=1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t\tu\ty\n1,000\t0\t5,950\n2,000\t1\t5.5\n3,000\t0\t1,234,567.5\n",
+        't,u,y\n"1,000",0,5950\n"2,000",1,5.5\n"3,000",0,"1,234,567.5"\n',
+        "t;u;y\n1.000;0;5.950\n2.000;1;5,5\n3.000;0;1.234.567,5\n",
+    ],
+    ids=["tabs", "quoted", "points between groups"],
+)
+def test_thousands(write, text):
+    data = Dataset.from_csv(write(text), "u", "y", time="t")
+    assert data.sampling_time == 1000
+    assert data.values("y").tolist() == [5950, 5.5, 1234567.5]
+
+
+def test_a_comma_that_may_mean_either_is_asked(write):
+    path = write("t\tu\ty\n1,000\t0\t5,950\n2,000\t1\t6,100\n")
+    with pytest.raises(DataError, match=r"line 2: '1,000' is one number with a decimal comma and another"):
+        Dataset.from_csv(path, "u", "y", time="t")
+    assert Dataset.from_csv(path, "u", "y", time="t", decimal=".").values("y").tolist() == [5950, 6100]
+    assert Dataset.from_csv(path, "u", "y", time="t", decimal=",").values("y").tolist() == [5.95, 6.1]
+
+
+def test_decimal_signs_that_contradict_are_refused(write):
+    with pytest.raises(DataError, match="does not have the same decimal sign"):
+        Dataset.from_csv(write("u;y\n1,5;2.25\n2,5;3.5\n"), "u", "y", sampling_time=1)
+    with pytest.raises(DataError, match="decimal = 'x'"):
+        Dataset.from_csv(write("u;y\n1,5;2\n"), "u", "y", sampling_time=1, decimal="x")
+
+
+def test_utf_16(write):
+    data = Dataset.from_csv(write("u,y [µm]\n1,2\n", encoding="utf-16"), "u", "y", sampling_time=1)
+    assert data.channel("y").unit == "µm"
+
+
+def test_the_name_of_a_time_column_says_its_unit(write):
+    assert Dataset.from_csv(write("t_ms,u,y\n0,0,1\n10,1,2\n"), "u", "y", time="t_ms").sampling_time == 0.01
+
+
+def test_unix_milliseconds_are_no_seconds(write):
+    path = write("stamp,u,y\n1700000000000,0,1\n1700000000005,1,2\n")
+    with pytest.raises(DataError, match=r"which are no seconds; give their unit in the header, as in 'stamp \[ms\]'"):
+        Dataset.from_csv(path, "u", "y", time="stamp")
+    data = Dataset.from_csv(path, "u", "y", time="stamp", units={"stamp": "ms"})
+    assert data.sampling_time == pytest.approx(0.005)
+
+
+def test_the_tag_of_an_instrument_is_no_unit(write):
+    data = Dataset.from_csv(write("flow (Y-101),y (kPa)\n1,2\n3,4\n"), "flow (Y-101)", "y", sampling_time=1)
+    assert [(c.name, c.unit) for c in data.channels] == [("flow (Y-101)", ""), ("y", "kPa")]

@@ -105,6 +105,12 @@ def test_a_sampling_time_is_needed_and_comes_from_the_data():
         bent_pair().simulate(data)
 
 
+def test_a_further_channel_that_a_model_names_is_its_input():
+    data = Dataset.from_arrays(input={"u1": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=0.2, u2=np.ones(3))
+    assert bind(OutputError(input="u2", output="level"), data).input_channels == ("u2",)
+    assert bind(OutputError(), data).input_channels == ("u1",)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -31,6 +31,7 @@ __all__ = [
     "state_lines",
     "static_end",
     "with_increment",
+    "without_effects",
 ]
 
 
@@ -108,6 +109,12 @@ class StateLine:
             return sympy.expand(-self.own_coefficient(0))
         total = sum((self.own_coefficient(lag) for lag in range(1, self.order + 1)), sympy.Integer(0))
         return sympy.expand(1 - total)
+
+
+def without_effects(model: Model, expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression of the model where the parameters that effects added do nothing."""
+    nulls = {p.symbol: number(p.null) for p in model.parameters if p.name in model.origins and p.null is not None}
+    return sympy.expand(swapped(expression, nulls))
 
 
 def multiplied_out(expression: sympy.Expr) -> sympy.Expr:

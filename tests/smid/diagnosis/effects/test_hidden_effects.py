@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 from smid import Dataset, OutputError
 from smid.diagnosis.effects import EFFECTS
+from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.search.trial import Trial, fitted_base, try_effect
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 
@@ -230,6 +232,22 @@ def test_a_channel_multiplies_the_state_or_the_input(of: str) -> None:
     assert trial.label == f"flow times {of}"
     law = -0.4 * STEP if of == "w" else -0.4 / 2
     assert trial.values[f"{'w' if of == 'w' else 'input'}_bilinear"] == pytest.approx(law, rel=0.05)
+
+
+def test_friction_that_an_effect_brought_is_no_outflow() -> None:
+    mass = Model(
+        "mass",
+        (Parameter("gain", 0, 10),),
+        (Line(signal("v")[t], sympy.Symbol("gain", real=True) * signal("u")[t], rate=True),),
+        (Measurement("y", "v", "eta"),),
+        sampling_time=STEP,
+    )
+    y = walked(held(3), lambda x, v: 2 * v - 1.5 * x)[:, 0]
+    trial, _, after = tried("viscous_friction", mass, held(3), y, 0.01)
+    assert after < 1.2
+    assert trial.fit.model.origins
+    data = Dataset.from_arrays(input={"u": held(3)}, output={"y": y}, sampling_time=STEP)
+    assert not list(BY_NAME["square_root_outflow"].extensions(trial.fit.model, Site(data, "u", "y")))
 
 
 CURVES = {
