@@ -13,7 +13,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import Emptiness, prove_empty
@@ -31,7 +31,7 @@ from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
-from smid.feasible.feasible_set import check_data, check_noise_bound
+from smid.feasible.feasible_set import check_noise_bound, check_samples, is_constant
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model, ModelError
@@ -111,9 +111,10 @@ def diagnose(
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
     if not model.input_channels or not model.output_channels:
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
-    check_data(model, data)
+    check_samples(model, data)
     bound = _bound(model, noise_bound)
     parts = split(model, data, test)
+    _check_moving(model, parts.seen)
     record = _record(model, parts.seen, bound)
     say = progress or _silent
     faults = data_faults(parts.seen)
@@ -360,6 +361,26 @@ def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> flo
             "has noise"
         )
     return check_noise_bound(model, noise_bound, None)[outputs[0]]
+
+
+def _check_moving(model: Model, data: Dataset) -> None:
+    """Raise an error if a channel of the model is constant before the test part."""
+    still = {
+        channel: data.experiments[0].values[channel][0] for channel in model.channels if is_constant(data, channel)
+    }
+    for channel in model.output_channels:
+        if channel in still:
+            raise DataError(
+                f"the output {channel!r} is constant: it is {still[channel]:g} at every sample before the test part; "
+                "check the sensor, or crop the record to where it moves"
+            )
+    for channel in model.input_channels:
+        if channel in still:
+            raise DataError(
+                f"the input {channel!r} does not excite: it is {still[channel]:g} at every sample before the test "
+                "part; measure with an input that moves (a step, a ramp, a PRBS), crop the record to where it does, or "
+                "leave it out of the model"
+            )
 
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
