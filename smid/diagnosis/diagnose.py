@@ -38,6 +38,7 @@ from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
+_STEP = 0.5  # of the range: a step response without damping swings over twice its step
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
@@ -374,13 +375,20 @@ def _check_moving(model: Model, data: Dataset) -> None:
                 f"the output {channel!r} is constant: it is {still[channel]:g} at every sample before the test part; "
                 "check the sensor, or crop the record to where it moves"
             )
+    from_rest = still.keys() >= set(model.input_channels) and any(_steps(data, c) for c in model.output_channels)
     for channel in model.input_channels:
-        if channel in still:
+        if channel in still and not from_rest:
             raise DataError(
                 f"the input {channel!r} does not excite: it is {still[channel]:g} at every sample before the test "
                 "part; measure with an input that moves (a step, a ramp, a PRBS), crop the record to where it does, or "
                 "leave it out of the model"
             )
+
+
+def _steps(data: Dataset, channel: str) -> bool:
+    """Return whether an output ends far from where it begins, as after a step from rest at the first sample."""
+    runs = [run.values[channel] for run in data.experiments]
+    return all(abs(np.median(y[-(len(y) // 10) - 1 :]) - y[0]) >= _STEP * np.ptp(y) for y in runs)
 
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
