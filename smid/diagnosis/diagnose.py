@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -26,6 +27,7 @@ from smid.diagnosis.experiment import SeparatingExperiment, separating_experimen
 from smid.diagnosis.gain import gain
 from smid.diagnosis.parts import Parts, free_run, split
 from smid.diagnosis.search.compare import rms, spread, structure
+from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
@@ -218,6 +220,9 @@ def _assemble(
     base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
     errors = tuple(y - run[output] for y, run in zip(measured, final_run, strict=True))
     bad = _glitches_in(Site(data, record.input, output, errors), final.model, chosen)
+    failed = dict(looked.found.failed)
+    if isinstance(bad, Failure):
+        failed, bad = {**failed, bad.effect: bad.reason}, None
     glitches = bad[1].glitches if bad else None
     counted = [t & ~g for t, g in zip(parts.test, glitches, strict=True)] if glitches else parts.test
 
@@ -254,8 +259,10 @@ def _assemble(
     held = [y[mask] for y, mask in zip(measured, counted, strict=True) if mask.any()]
     # What was tried applies, and what a search that ended early did not try may.
     tried = {name for v in visited for name in v.names}
-    rest = [e for e in chosen if e.detect is None and e.name not in tried and not looked.found.interrupted]
-    inapplicable = [e for e in rest if not any(True for _ in e.extensions(base.fit.model, base.site()))]
+    failed = {name: why for name, why in failed.items() if name not in tried}
+    rest = [e for e in chosen if e.detect is None and e.name not in {*tried, *failed}]
+    interrupted = looked.found.interrupted
+    inapplicable = [e for e in rest if not interrupted and not any(e.extensions(base.fit.model, base.site()))]
     return Diagnosis(
         base=base.fit.model,
         model=extended,
@@ -271,13 +278,14 @@ def _assemble(
         gain=gain(held, before, after, bound),
         proof=proof,
         experiment=_experiment(found, looked),
-        skipped={e.name: e.needs or "does not apply" for e in inapplicable},
+        skipped={**{e.name: e.needs or "does not apply" for e in inapplicable}, **failed},
+        failed=tuple(failed),
         dropped=tuple(sorted(looked.found.led - set(found.chosen.names))),
         unexplained=not noise and _is_more_than_noise(after, bound),
         simulated=tuple(run[output] for run in base_run),
         extended=tuple(run[output] for run in final_run),
         test=parts.test,
-        interrupted=looked.found.interrupted,
+        interrupted=interrupted,
         seconds=time.monotonic() - began,
     )
 
@@ -322,8 +330,8 @@ def _noise_effects(
         return result
     for effect in chosen:
         if effect.detect is not None and not effect.marks_glitches:
-            detection = effect.detect(final.model, looked.record.site(final))
-            if detection is not None and detection.score_drop is None:
+            detection = guarded(effect.name, effect.detect, final.model, looked.record.site(final))
+            if isinstance(detection, Detection) and detection.score_drop is None:
                 result.append((effect, detection))
     return result
 
@@ -406,15 +414,18 @@ def _base(model: Model, record: Record) -> Base:
 
 def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
     """Return the glitches that a fit shows; None where there are none, or no effect detects them."""
-    return _glitches_in(record.site(fitted), fitted.model, chosen)
+    found = _glitches_in(record.site(fitted), fitted.model, chosen)
+    return None if isinstance(found, Failure) else found
 
 
-def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Return the glitches in the residual of a site."""
+def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | Failure | None:
+    """Return the glitches in the residual of a site, or why the effect that detects them failed."""
     effect = next((e for e in chosen if e.marks_glitches), None)
     if effect is None or effect.detect is None or not all(np.isfinite(r).all() for r in site.residual):
         return None
-    detection = effect.detect(model, site)
+    detection = guarded(effect.name, effect.detect, model, site)
+    if isinstance(detection, Failure):
+        return detection
     return None if detection is None or detection.glitches is None else (effect, detection)
 
 
@@ -439,7 +450,14 @@ def _pool(
     if executor is not None:
         return nullcontext(executor)
     count = min(workers or os.cpu_count() or 1, len(effects))
-    # Other processes cannot import the functions of an effect from a notebook cell.
-    if count <= 1 or any(e.extend.__module__ == "__main__" for e in effects):
+    if count <= 1 or not all(_travels(effect) for effect in effects):
         return nullcontext(None)
     return ProcessPoolExecutor(count)
+
+
+def _travels(effect: Effect) -> bool:
+    """Return whether other processes can import the functions of an effect: not from a notebook cell, or a closure."""
+    try:
+        return b"__main__" not in pickle.dumps(effect)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return False
