@@ -82,7 +82,7 @@ def _tried(effect: Effect, base: Base, least: float) -> Trial | Failure | None:
 def put_again(
     trials: Sequence[Trial], base: Base, effects: Mapping[str, Effect], values: Mapping[str, float]
 ) -> EffectSet | None:
-    """Put effects on a base model again, from the values that they had elsewhere; None where one does not apply, or fails."""
+    """Put effects on a base model again, from the values that they had elsewhere; None where one cannot be put."""
     done: list[Trial] = []
     for trial in trials:
         again = guarded(trial.effect, refit, effects[trial.effect], trial, base, values)

@@ -128,7 +128,7 @@ def test_one_whose_sentence_fails_is_named_all_the_same():
 
 
 def test_one_whose_model_diverges_from_every_start_is_skipped_with_the_cure():
-    def extend(model, site):
+    def extend(model, _site):
         grows = Parameter("grows", 0.0, 9.0, "", 0.0)
         w = signal("w")
         yield Extension(model.add_term("w", grows.symbol * (1 + w[t - 1] ** 2), [grows]), ({"grows": 9.0},))
