@@ -40,7 +40,7 @@ from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
-_STEP = 0.5  # of the range: a step response without damping swings over twice its step
+_STEP = 0.5  # of the range: a step response with little damping swings over nearly twice its step
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
@@ -394,9 +394,13 @@ def _check_moving(model: Model, data: Dataset) -> None:
 
 
 def _steps(data: Dataset, channel: str) -> bool:
-    """Return whether an output ends far from where it begins, as after a step from rest at the first sample."""
+    """Return whether an output ends far from where it begins and moves little by then, as a step response does."""
     runs = [run.values[channel] for run in data.experiments]
-    return all(abs(np.median(y[-(len(y) // 10) - 1 :]) - y[0]) >= _STEP * np.ptp(y) for y in runs)
+    ends = [y[-max(1, len(y) // 4) :] for y in runs]
+    return all(
+        abs(np.median(end) - y[0]) >= _STEP * np.ptp(y) and np.ptp(end) <= _STEP * np.ptp(y)
+        for y, end in zip(runs, ends, strict=True)
+    )
 
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
