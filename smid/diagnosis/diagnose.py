@@ -91,7 +91,7 @@ def diagnose(
         For an unknown effect, a bad noise bound, too little time to fit the base model, or a model that is no match for
         the data.
     DataError
-        For missing channels, a part too short to judge, or a model that cannot be simulated on the data.
+        For missing or constant channels, a part too short to judge, or a model that cannot be simulated on the data.
 
     Examples
     --------
