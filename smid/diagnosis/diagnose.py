@@ -41,7 +41,7 @@ from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
-_STEP = 0.5  # of the range: a step response without damping swings over twice its step
+_STEP = 0.5  # of the range: a step response with little damping swings over nearly twice its step
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_TIME = 0.1  # seconds
 
@@ -97,8 +97,8 @@ def diagnose(
         For an unknown effect, a bad noise bound, too little time to fit the base model, a model that is no match for
         the data, or not one of ``model`` and ``simulated``.
     DataError
-        For missing channels, a part too short to judge, a model that cannot be simulated on the data, or a simulated
-        channel that is constant or not beside one input and one output.
+        For missing or constant channels, a part too short to judge, a model that cannot be simulated on the data, or a
+        record of a simulation that has not one input and one output.
 
     Examples
     --------
@@ -421,9 +421,13 @@ def _check_moving(model: Model, data: Dataset) -> None:
 
 
 def _steps(data: Dataset, channel: str) -> bool:
-    """Return whether an output ends far from where it begins, as after a step from rest at the first sample."""
+    """Return whether an output ends far from where it begins and moves little by then, as a step response does."""
     runs = [run.values[channel] for run in data.experiments]
-    return all(abs(np.median(y[-(len(y) // 10) - 1 :]) - y[0]) >= _STEP * np.ptp(y) for y in runs)
+    ends = [y[-max(1, len(y) // 4) :] for y in runs]
+    return all(
+        abs(np.median(end) - y[0]) >= _STEP * np.ptp(y) and np.ptp(end) <= _STEP * np.ptp(y)
+        for y, end in zip(runs, ends, strict=True)
+    )
 
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:

@@ -97,7 +97,7 @@ def test_the_effects_are_listed(smid):
         (f"{COMMON} --effects ,", ["at least one"]),
         (f"{COMMON} --noise-bound 0", ["--noise-bound"]),
         (f"{COMMON} --test 0.99", ["--test"]),
-        (f"{COMMON} --stop 50", ["too few", "longer record"]),
+        (f"{COMMON} --stop 50", ["too short", "longer record"]),
         (f"{COMMON} --channel junk", ["no column 'junk'"]),
         (f"{COMMON} --workers 0", ["--workers"]),
         (f"{COMMON} --report missing/r.html", ["there is no folder missing"]),

@@ -80,7 +80,7 @@ def unfitted(monkeypatch):
             DataError,
             ["'heat' does not excite", "20", "leave it out"],
         ),
-        ({"data": record(LATE, lag(LATE))}, DataError, ["'u' does not excite", "before the test part"]),
+        ({"data": record(LATE, lag(U))}, DataError, ["'u' does not excite", "before the test part"]),
         ({"data": record(U, HELD, bound=0.0)}, DataError, ["output 'y' is constant", "20", "check the sensor"]),
         ({"data": record(U[:3], lag(U)[:3])}, DataError, ["3 samples", "longer record"]),
     ],
@@ -207,7 +207,7 @@ def test_a_record_of_noise_names_nothing(seed):
 def test_on_the_command_line_it_is_one_line_and_exit_code_2(tmp_path, monkeypatch, fields, held_input, words):
     monkeypatch.chdir(tmp_path)
     u = np.full(200, 0.5) if held_input else U
-    rows = [f"{0.1 * k:.1f},{u[k]:.6f},{y:.6f}" for k, y in enumerate(lag(u))]
+    rows = [f"{0.1 * k:.1f},{u[k]:.6f},{y:.6f}" for k, y in enumerate(lag(U))]
     (tmp_path / "run.csv").write_text("\n".join(["time [s],u [V],y [bar]", *rows]) + "\n")
     (tmp_path / "model.toml").write_text(f'class = "OutputError"\n{fields}\n')
     line = "diagnose run.csv --input u --output y --model model.toml --effects sensor_bias --workers 1"

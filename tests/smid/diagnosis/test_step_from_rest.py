@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from smid import DataError, identify
 from smid.diagnosis import diagnose
-from tests.smid.diagnosis.lag_records import BOUND, LAG, lag, record
+from tests.smid.diagnosis.lag_records import BOUND, LAG, lag, record, steps
 
 LEVEL = np.full(300, 1.5)
 
@@ -29,10 +29,10 @@ def test_a_step_that_the_model_explains_names_nothing(level):
     assert found.failed == ()
 
 
-def test_an_output_that_comes_back_was_moved_by_something_else():
-    pulses = np.where(np.arange(300) % 80 < 40, 1.0, 0.0)
+@pytest.mark.parametrize("moves", [np.where(np.arange(300) % 80 < 40, 1.0, 0.0), steps(0), steps(1)])
+def test_an_output_that_does_not_settle_was_moved_by_something_else(moves):
     with pytest.raises(DataError, match="'u' does not excite"):
-        diagnose(LAG, record(LEVEL, lag(pulses)), BOUND, ["sensor_bias"], workers=1)
+        diagnose(LAG, record(LEVEL, lag(moves)), BOUND, ["sensor_bias"], workers=1)
 
 
 def test_identify_refuses_it_as_before():

@@ -6,11 +6,13 @@ import pytest
 from smid import Dataset, Model, OutputError, Parameter
 from smid.diagnosis import diagnose
 from smid.diagnosis.effects import coulomb_friction, load_friction, stribeck_friction, viscous_friction
+from smid.diagnosis.effects.check import Case, check_on
 from smid.diagnosis.effects.effect import Site
 from smid.models import Line, Measurement, signal, t
 
 FRICTIONS = ["coulomb_friction", "load_friction", "stribeck_friction", "viscous_friction"]
 OTHERS = ["sensor_bias", "input_delay", "input_dead_zone", "gain"]
+EFFECTS = [coulomb_friction, load_friction, stribeck_friction, viscous_friction]
 K, C, LOSS, BOUND, N, STEP = 40.0, 2.0, 3.0, 0.2, 500, 0.01
 SPRING, DAMPER = Parameter("p1", -1e3, 1e3), Parameter("p2", -1e3, 1e3)
 
@@ -84,7 +86,17 @@ def test_a_missing_damper_is_viscous_friction():
     assert found.causes[0].parameters[0].value * STEP == pytest.approx(C, rel=0.02)
 
 
-@pytest.mark.parametrize("effect", [coulomb_friction, load_friction, stribeck_friction, viscous_friction])
+@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("speed", ["v", None])
+def test_friction_keeps_the_contract_on_a_force_balance(effect, speed):
+    data = record(rubbed(), speed=bool(speed), load=1.5 + np.sin(np.arange(N)))
+    model = balance(speed=speed).with_values({"p1": K, "p2": C})
+    applies = check_on(effect.EFFECT, Case("a force balance", model, Site(data, "x", "F", (np.zeros(N),))))
+    # The position, and the speed where it is a channel, have a difference that the model lacks.
+    assert applies == (effect is not viscous_friction or speed == "v")
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
 def test_a_difference_equation_is_no_force_balance(effect):
     """Only the output of a static model takes the force; a plant with a state has motions."""
     data = record(rubbed(), ("u", "v"))
