@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.cause import Cause, CauseParameter, Rival
-from smid.diagnosis.effects.effect import Detection, Effect, Site
+from smid.diagnosis.effects.effect import Describe, Detection, Effect, Site
 from smid.diagnosis.search.compare import chance, rms, structure
 from smid.diagnosis.search.evidence import Evidence
+from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.posterior import Posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
@@ -77,7 +78,7 @@ def cause_of(
         "structure_after": structure(after),
         "signature": trial.signature,
     }
-    said = trial.describe(values, record.site(fit)) if trial.describe else ""
+    said = _sentence(trial.effect, trial.describe, values, record.site(fit))
     return Cause(
         trial.effect,
         trial.label,
@@ -87,6 +88,11 @@ def cause_of(
         _rivals(trial, found, visited, record),
         evidence,
     )
+
+
+def _sentence(effect: str, describe: Describe | None, values: Mapping[str, float], site: Site) -> str:
+    said = guarded(effect, describe, values, site) if describe else ""
+    return f"Its description failed: {said.reason}." if isinstance(said, Failure) else said
 
 
 def _rivals(trial: Trial, found: Posterior, visited: Sequence[Visited], record: Record) -> tuple[Rival, ...]:
@@ -144,5 +150,5 @@ def detected(effect: Effect, detection: Detection, site: Site, probability: floa
         CauseParameter(name, "", float(value), None, None, None, False) for name, value in detection.values.items()
     )
     evidence = {"rmse_before": rmse, "rmse_after": rmse, **detection.evidence}
-    said = effect.describe(detection.values, site) if effect.describe else ""
+    said = _sentence(effect.name, effect.describe, detection.values, site)
     return Cause(effect.name, "", said, probability, parameters, (), evidence)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -13,7 +14,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.certify import Emptiness, prove_empty
@@ -26,19 +27,21 @@ from smid.diagnosis.experiment import SeparatingExperiment, separating_experimen
 from smid.diagnosis.gain import gain
 from smid.diagnosis.parts import Parts, free_run, split
 from smid.diagnosis.search.compare import rms, spread, structure
+from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
 from smid.diagnosis.simulator import simulator
-from smid.feasible.feasible_set import check_data, check_noise_bound
+from smid.feasible.feasible_set import check_noise_bound, check_samples, is_constant
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
+_STEP = 0.5  # of the range: a step response without damping swings over twice its step
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_TIME = 0.1  # seconds
 
@@ -120,9 +123,10 @@ def diagnose(
     model = rename_channels(bind(model, data), {}, (c.name for c in data.channels))
     if not model.input_channels or not model.output_channels:
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
-    check_data(model, data)
+    check_samples(model, data)
     bound = _bound(model, noise_bound)
     parts = split(model, data, test)
+    _check_moving(model, parts.seen)
     record = _record(model, parts.seen, bound)
     say = progress or _silent
     faults = data_faults(parts.seen)
@@ -243,6 +247,9 @@ def _assemble(
     base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
     errors = tuple(y - run[output] for y, run in zip(measured, final_run, strict=True))
     bad = _glitches_in(Site(data, record.input, output, errors), final.model, chosen)
+    failed = dict(looked.found.failed)
+    if isinstance(bad, Failure):
+        failed, bad = {**failed, bad.effect: bad.reason}, None
     glitches = bad[1].glitches if bad else None
     counted = [t & ~g for t, g in zip(parts.test, glitches, strict=True)] if glitches else parts.test
 
@@ -279,8 +286,10 @@ def _assemble(
     held = [y[mask] for y, mask in zip(measured, counted, strict=True) if mask.any()]
     # What was tried applies, and what a search that ended early did not try may.
     tried = {name for v in visited for name in v.names}
-    rest = [e for e in chosen if e.detect is None and e.name not in tried and not looked.found.interrupted]
-    inapplicable = [e for e in rest if not any(True for _ in e.extensions(base.fit.model, base.site()))]
+    failed = {name: why for name, why in failed.items() if name not in tried}
+    rest = [e for e in chosen if e.detect is None and e.name not in {*tried, *failed}]
+    interrupted = looked.found.interrupted
+    inapplicable = [e for e in rest if not interrupted and not any(e.extensions(base.fit.model, base.site()))]
     return Diagnosis(
         base=base.fit.model,
         model=extended,
@@ -296,13 +305,14 @@ def _assemble(
         gain=gain(held, before, after, bound),
         proof=proof,
         experiment=_experiment(found, looked),
-        skipped={e.name: e.needs or "does not apply" for e in inapplicable},
+        skipped={**{e.name: e.needs or "does not apply" for e in inapplicable}, **failed},
+        failed=tuple(failed),
         dropped=tuple(sorted(looked.found.led - set(found.chosen.names))),
         unexplained=not noise and _is_more_than_noise(after, bound),
         simulated=tuple(run[output] for run in base_run),
         extended=tuple(run[output] for run in final_run),
         test=parts.test,
-        interrupted=looked.found.interrupted,
+        interrupted=interrupted,
         seconds=time.monotonic() - began,
     )
 
@@ -347,8 +357,8 @@ def _noise_effects(
         return result
     for effect in chosen:
         if effect.detect is not None and not effect.marks_glitches:
-            detection = effect.detect(final.model, looked.record.site(final))
-            if detection is not None and detection.score_drop is None:
+            detection = guarded(effect.name, effect.detect, final.model, looked.record.site(final))
+            if isinstance(detection, Detection) and detection.score_drop is None:
                 result.append((effect, detection))
     return result
 
@@ -389,6 +399,33 @@ def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> flo
     return check_noise_bound(model, noise_bound, None)[outputs[0]]
 
 
+def _check_moving(model: Model, data: Dataset) -> None:
+    """Raise an error if a channel of the model is constant before the test part."""
+    still = {
+        channel: data.experiments[0].values[channel][0] for channel in model.channels if is_constant(data, channel)
+    }
+    for channel in model.output_channels:
+        if channel in still:
+            raise DataError(
+                f"the output {channel!r} is constant: it is {still[channel]:g} at every sample before the test part; "
+                "check the sensor, or crop the record to where it moves"
+            )
+    from_rest = still.keys() >= set(model.input_channels) and any(_steps(data, c) for c in model.output_channels)
+    for channel in model.input_channels:
+        if channel in still and not from_rest:
+            raise DataError(
+                f"the input {channel!r} does not excite: it is {still[channel]:g} at every sample before the test "
+                "part; measure with an input that moves (a step, a ramp, a PRBS), crop the record to where it does, or "
+                "leave it out of the model"
+            )
+
+
+def _steps(data: Dataset, channel: str) -> bool:
+    """Return whether an output ends far from where it begins, as after a step from rest at the first sample."""
+    runs = [run.values[channel] for run in data.experiments]
+    return all(abs(np.median(y[-(len(y) // 10) - 1 :]) - y[0]) >= _STEP * np.ptp(y) for y in runs)
+
+
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
     """Return the record as the search uses it."""
     used = tuple(np.arange(run.n_samples) >= data.n_init for run in data.experiments)
@@ -404,15 +441,18 @@ def _base(model: Model, record: Record) -> Base:
 
 def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
     """Return the glitches that a fit shows; None where there are none, or no effect detects them."""
-    return _glitches_in(record.site(fitted), fitted.model, chosen)
+    found = _glitches_in(record.site(fitted), fitted.model, chosen)
+    return None if isinstance(found, Failure) else found
 
 
-def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Return the glitches in the residual of a site."""
+def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | Failure | None:
+    """Return the glitches in the residual of a site, or why the effect that detects them failed."""
     effect = next((e for e in chosen if e.marks_glitches), None)
     if effect is None or effect.detect is None or not all(np.isfinite(r).all() for r in site.residual):
         return None
-    detection = effect.detect(model, site)
+    detection = guarded(effect.name, effect.detect, model, site)
+    if isinstance(detection, Failure):
+        return detection
     return None if detection is None or detection.glitches is None else (effect, detection)
 
 
@@ -437,7 +477,14 @@ def _pool(
     if executor is not None:
         return nullcontext(executor)
     count = min(workers or os.cpu_count() or 1, len(effects))
-    # Other processes cannot import the functions of an effect from a notebook cell.
-    if count <= 1 or any(e.extend.__module__ == "__main__" for e in effects):
+    if count <= 1 or not all(_travels(effect) for effect in effects):
         return nullcontext(None)
     return ProcessPoolExecutor(count)
+
+
+def _travels(effect: Effect) -> bool:
+    """Return whether other processes can import the functions of an effect: not from a notebook cell, or a closure."""
+    try:
+        return b"__main__" not in pickle.dumps(effect)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return False

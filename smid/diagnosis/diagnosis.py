@@ -85,7 +85,9 @@ class Diagnosis(Tabular):
     experiment
         Where ambiguous: an input on which the predictions of the equally good effects differ.
     skipped
-        Effects that could not be tried, and what they need.
+        Effects that could not be tried, and what they need, or how they failed.
+    failed
+        Of these, the effects that raised an exception or diverged from every start.
     dropped
         Effects that led at some time, and were replaced by others later.
     unexplained
@@ -113,6 +115,7 @@ class Diagnosis(Tabular):
     proof: Emptiness | None
     experiment: SeparatingExperiment | None
     skipped: Mapping[str, str]
+    failed: tuple[str, ...]
     dropped: tuple[str, ...]
     unexplained: bool
     simulated: tuple[Array, ...]
@@ -152,6 +155,7 @@ class Diagnosis(Tabular):
             yield f"Details, which the test error does not show: {names}."
         if self.doubts:
             yield f"In doubt: {', '.join(f'{name} ({percent(p)})' for name, p in self.doubts.items())}."
+        yield from (f"Not tested: {name} failed with {self.skipped[name]}" for name in self.failed)
         if self.unexplained:
             yield "The remaining error is more than noise: no effect of the library explains it."
 
@@ -232,6 +236,7 @@ class Diagnosis(Tabular):
                 "values": experiment.values.tolist(),
             },
             "skipped": dict(self.skipped),
+            "failed": list(self.failed),
             "dropped": list(self.dropped),
             "unexplained": self.unexplained,
             "interrupted": self.interrupted,

@@ -58,6 +58,8 @@ def split(model: Model, data: Dataset, test: float | Sequence[str]) -> Parts:
         unknown = [name for name in chosen if name not in names]
         if unknown:
             raise DataError(f"test experiment {unknown[0]!r} is unknown: the data have {', '.join(names)}")
+        if all(name in chosen for name in names):
+            raise DataError("test names every experiment, so none is left to fit: leave one out of test at least")
         stops = [0 if run.name in chosen else run.n_samples for run in data.experiments]
     masks = tuple(
         np.arange(run.n_samples) >= (max(stop, data.n_init) if stop else data.n_init or STARTING)
@@ -70,17 +72,14 @@ def split(model: Model, data: Dataset, test: float | Sequence[str]) -> Parts:
     )
     free = sum(p.lower < p.upper for p in model.parameters)
     least = max(_LEAST_TEST, 3 * free)
-    counts = {
-        "fit": (sum(run.n_samples - data.n_init for run in seen), 2 * least),
-        "test": (sum(int(mask.sum()) for mask in masks), least),
-    }
-    for part, (count, needed) in counts.items():
-        if count < needed:
-            raise DataError(
-                f"the {part} part has {count} samples, too few to judge by. The part for fits and for the choice, in "
-                f"{FOLDS} blocks, needs {2 * least} and the test part {least}: take a longer record, or another share "
-                "in test"
-            )
+    seeing, testing = sum(run.n_samples - data.n_init for run in seen), sum(int(mask.sum()) for mask in masks)
+    if seeing < 2 * least or testing < least:
+        begun = f" (the first {data.n_init or STARTING} of an experiment do not count)" if 0 in stops else ""
+        raise DataError(
+            f"the record is too short for its parts: the fits and the choice need {2 * least} samples and have "
+            f"{seeing}, in {FOLDS} blocks; the test part needs {least} samples and has {testing}{begun}. Take a longer "
+            "record, or another share in test, or other experiments"
+        )
     return Parts(data.with_experiments(seen), masks)
 
 

@@ -22,7 +22,7 @@ from smid.fitting.binding import bind
 from smid.models import Model, ModelError
 from smid.models.symbols import end
 
-__all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound"]
+__all__ = ["FREE_BOUND", "FeasibleSet", "check_data", "check_noise_bound", "check_samples", "is_constant"]
 
 
 @dataclass(frozen=True)
@@ -209,6 +209,24 @@ def check_noise_bound(model: Model, noise_bound: float | Mapping[str, float], fr
 
 def check_data(model: Model, data: Dataset) -> None:
     """Raise an error if data and model do not fit together, before any work."""
+    check_samples(model, data)
+    for channel in model.input_channels:
+        # Only order 1: a ramp, which measures a static curve, excites little more. The intervals show whether the
+        # data suffice for the parameters.
+        if is_constant(data, channel):
+            raise DataError(
+                f"the input {channel!r} does not excite: it is {data.experiments[0].values[channel][0]:g} at every "
+                "sample; measure with an input that moves (a step, a ramp, a PRBS), or crop the record to where it does"
+            )
+
+
+def is_constant(data: Dataset, channel: str) -> bool:
+    """Return whether a channel has one value in all experiments."""
+    return excitation(*(run.values[channel] for run in data.experiments), max_order=1).order < 1
+
+
+def check_samples(model: Model, data: Dataset) -> None:
+    """Raise an error if the data lack a channel of the model, or are too short for it."""
     have = tuple(c.name for c in data.channels)
     missing = [c for c in model.channels if c not in have]
     if missing:
@@ -222,13 +240,4 @@ def check_data(model: Model, data: Dataset) -> None:
             raise DataError(
                 f"experiment {experiment.name!r} has {experiment.n_samples} samples, the model needs {least} "
                 "(its lag, its parameters and one more): take a longer record or a smaller model"
-            )
-    for channel in model.input_channels:
-        # Only order 1: a ramp, which measures a static curve, excites little more. The intervals show whether the
-        # data suffice for the parameters.
-        records = [experiment.values[channel] for experiment in data.experiments]
-        if excitation(*records, max_order=1).order < 1:
-            raise DataError(
-                f"the input {channel!r} does not excite: it is {records[0][0]:g} at every sample; "
-                "measure with an input that moves (a step, a ramp, a PRBS), or crop the record to where it does"
             )

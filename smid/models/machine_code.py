@@ -14,7 +14,8 @@ import ctypes
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import cache, reduce
+from itertools import count
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -39,6 +40,7 @@ _SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_i
 _SAME = "exp log sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf erfc floor"
 _LIBRARY = {sympy.ceiling: "ceil", **{getattr(sympy, name): name for name in _SAME.split()}}
 _RELATIONS = {sympy.Gt: ">", sympy.Ge: ">=", sympy.Lt: "<", sympy.Le: "<=", sympy.Eq: "==", sympy.Ne: "!="}
+_NUMBERS = count()
 _LARGEST_PRODUCT = 8  # a power up to here is a product
 
 Value = tuple[ir.Value, bool]
@@ -47,13 +49,12 @@ Value = tuple[ir.Value, bool]
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """Compiled lines: what the function takes, a signal that it fills, and the engine that owns its code."""
+    """Compiled lines: what the function takes, and a signal that it fills."""
 
     parameters: tuple[str, ...]
     rows: tuple[str, ...]
     filled: str
     function: Callable[..., None]
-    engine: Any
 
     def run(self, known: Mapping[str, Array], values: Mapping[str, Any], start: int) -> None:
         """Fill the signals from sample `start` on, in place.
@@ -79,25 +80,28 @@ class Loop:
             self.function(at + k * constants.strides[0], beside + k * begins.strides[0], start, count)
 
 
-# Edits of a model leave most of its lines as they are: those are not compiled again.
-@lru_cache(maxsize=4096)
+# Edits of a model leave most of its lines as they are: those are not compiled again. The engine keeps all code.
+@cache
 def compile_loop(lines: tuple[Line, ...]) -> Loop:
     """Compile lines in causal order: what one reads at the same time is known or defined by a line before it."""
     parameters = tuple(sorted(set().union(*(plain_symbols(line.expression) for line in lines))))
     reads = set().union(*(line.reads for line in lines))
     rows = tuple(sorted({*(name for name, _ in reads), *(line.signal for line in lines)}))
-    module = llvm.parse_assembly(str(_module(lines, parameters, sorted(reads), rows)))
-    engine = llvm.create_mcjit_compiler(module, _target().create_target_machine(opt=1, jit=True))
+    name, engine = f"loop{next(_NUMBERS)}", _engine()
+    engine.add_module(llvm.parse_assembly(str(_module(name, lines, parameters, sorted(reads), rows))))
     engine.finalize_object()
-    function = _SIGNATURE(engine.get_function_address("loop"))
-    return Loop(parameters, rows, lines[0].signal, function, engine)
+    return Loop(parameters, rows, lines[0].signal, _SIGNATURE(engine.get_function_address(name)))
 
 
 def _module(
-    lines: Sequence[Line], parameters: Sequence[str], reads: Sequence[tuple[str, int]], rows: Sequence[str]
+    called: str,
+    lines: Sequence[Line],
+    parameters: Sequence[str],
+    reads: Sequence[tuple[str, int]],
+    rows: Sequence[str],
 ) -> ir.Module:
     module = ir.Module()
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_VECTOR, _VECTOR.as_pointer(), _INT, _INT]), "loop")
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_VECTOR, _VECTOR.as_pointer(), _INT, _INT]), called)
     values, table, start, count = function.args
     blocks = [function.append_basic_block(name) for name in ("once", "test", "each", "end")]
     once, test, each, end = map(ir.IRBuilder, blocks)
@@ -129,16 +133,20 @@ def _module(
     return module
 
 
-@lru_cache(maxsize=1)
-def _target() -> Any:
-    """Prepare for this kind of processor, without instructions that only some of it have, and find the C library."""
+@cache
+def _engine() -> Any:
+    """Return the one engine, for this kind of processor without instructions that only some of it have.
+
+    An engine for each loop would take twenty times the memory.
+    """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     for name in {*_LIBRARY.values(), "pow"}:
         address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         llvm.add_symbol(name, address)
-    return llvm.Target.from_default_triple()
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
 class _Writer:

@@ -356,10 +356,10 @@ def _gain(diagnosis: Diagnosis) -> Section:
 
 
 def _skipped(diagnosis: Diagnosis) -> Iterator[Section]:
-    rows = [
-        (spoken(name), f"not tested: it {why}" if why.startswith("does not") else f"not tested: it needs {why}")
-        for name, why in diagnosis.skipped.items()
-    ]
+    rows = []
+    for name, why in diagnosis.skipped.items():
+        verb = "failed with " if name in diagnosis.failed else "" if why.startswith("does not") else "needs "
+        rows.append((spoken(name), f"not tested: it {verb}{why}"))
     rows += [(spoken(name), "withdrawn: not needed with the later effects") for name in diagnosis.dropped]
     if rows:
         folded = Folded(_counted(len(rows), "not tested, or withdrawn"), (Facts(tuple(rows)),))

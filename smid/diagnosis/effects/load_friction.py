@@ -1,6 +1,7 @@
 """Load friction: Coulomb friction in proportion to another channel, a normal load, a seal's pressure.
 
-It sticks; see `smid.diagnosis.effects.parts.motion`. A rate becomes the difference equation that integrates it.
+It sticks; see `smid.diagnosis.effects.parts.motion`, and `smid.diagnosis.effects.parts.slides` for a force balance. A
+rate becomes the difference equation that integrates it.
 Reference: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138, section 2.
 """
 
@@ -15,6 +16,7 @@ from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import further
 from smid.diagnosis.effects.parts.motion import dry_motions, time_of, with_dry_friction
 from smid.diagnosis.effects.parts.naming import fresh, quantity, read_channel
+from smid.diagnosis.effects.parts.slides import slides
 from smid.models import Model, signal, t
 from smid.models.symbols import number
 
@@ -40,6 +42,16 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                 f"{motion.state.own} as {motion.kind}, with {channel}",
                 describe=partial(_describe, channel, motion.state.own, time_of(motion.friction)),
             )
+        for slide in slides(reading, site):
+            force = fresh(reading, "load_sliding_friction", slide.forces, site.unit(site.output), 0.0)
+            sticking = fresh(reading, "friction_sticking", slide.sticking)
+            size = force.symbol * sympy.Max(0, signal(name)[t]) / number(high)
+            yield Extension(
+                reading.add_term(slide.line, size * slide.way(sticking), [force, sticking]),
+                tuple({force.name: size, sticking.name: speed} for size in slide.sizes for speed in slide.speeds),
+                f"{slide.label}, pressed by {channel}",
+                describe=partial(_in_balance, channel, slide.what),
+            )
 
 
 def _describe(channel: str, state: str, time: str, values: Mapping[str, float], site: Site) -> str:
@@ -52,9 +64,18 @@ def _describe(channel: str, state: str, time: str, values: Mapping[str, float], 
     )
 
 
+def _in_balance(channel: str, what: str, values: Mapping[str, float], site: Site) -> str:
+    force, _ = values.values()
+    high, unit, y = site.span(channel)[1], site.unit(channel), site.unit(site.output)
+    return (
+        f"Friction with the sign of {what} grows with {channel}: it adds {quantity(force / high, y)} per "
+        f"{unit or 'unit'} of {channel} to {site.output}, {quantity(force, y)} at {quantity(high, unit)}."
+    )
+
+
 EFFECT = Effect(
     "load_friction",
     "a dry friction in proportion to a measured load",
     extend,
-    needs="a further channel that is not negative, and a motion that comes to rest",
+    needs="a further channel that is not negative, and a motion that comes to rest, or a force that channels explain",
 )

@@ -7,12 +7,14 @@ Automatica 30 (1994) 1083-1138.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.motion import dry_motions, time_of, with_dry_friction
 from smid.diagnosis.effects.parts.naming import find, fresh, quantity
+from smid.diagnosis.effects.parts.slides import slides
 from smid.models import Model
 
 __all__ = ["EFFECT"]
@@ -37,6 +39,24 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
             ),
             f"{motion.state.own} as {motion.kind}" + (" (regularised)" if rate else ""),
         )
+    for slide in slides(base, site):
+        unit = site.unit(site.output)
+        sliding = fresh(base, "sliding_friction", slide.forces, unit, 0.0)
+        extra = fresh(base, "sliding_friction_extra", slide.forces, unit, 0.0)
+        fading = fresh(base, "friction_fading", (1e-2 * slide.full, slide.full))
+        sticking = fresh(base, "friction_sticking", slide.sticking)
+        size = sliding.symbol + extra.symbol * sympy.exp(-sympy.Abs(slide.speed) / fading.symbol)
+        yield Extension(
+            base.add_term(slide.line, size * slide.way(sticking), [sliding, extra, fading, sticking]),
+            tuple(
+                {sliding.name: force, extra.name: force, fading.name: fade * slide.full, sticking.name: speed}
+                for force in slide.sizes
+                for fade in (0.1, 0.3)
+                for speed in slide.speeds
+            ),
+            slide.label,
+            describe=partial(_in_balance, slide.what),
+        )
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
@@ -49,10 +69,19 @@ def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (
     )
 
 
+def _in_balance(what: str, values: Mapping[str, float], site: Site) -> str:
+    sliding, extra, *_ = values.values()
+    unit = site.unit(site.output)
+    return (
+        f"Friction with the sign of {what} adds {quantity(sliding, unit)} to {site.output} when sliding fast, and "
+        f"{quantity(sliding + extra, unit)} when slow."
+    )
+
+
 EFFECT = Effect(
     "stribeck_friction",
     "a force against motion, larger at rest than when sliding",
     extend,
     describe,
-    needs="a state that is the output, or a speed",
+    needs="a state that is the output, or a speed; or a force that channels explain, of which one is a speed",
 )

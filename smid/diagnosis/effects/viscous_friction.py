@@ -6,10 +6,12 @@ Offered only where the model has no damping yet.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.motion import Motion, motions
 from smid.diagnosis.effects.parts.naming import find, fresh, quantity
+from smid.diagnosis.effects.parts.slides import slides
 from smid.models import Model
 from smid.models.symbols import plain_symbols
 
@@ -32,6 +34,16 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             tuple({damping.name: share * usual} for share in (0.1, 0.02, 0.5)),
             f"{state.own} as {motion.kind}",
         )
+    for slide in slides(model, site):
+        if not slide.damped:
+            usual = slide.force_scale / slide.full
+            damping = fresh(model, "sliding_damping", (-10 * usual, 10 * usual), "", 0.0)
+            yield Extension(
+                model.add_term(slide.line, damping.symbol * slide.speed, [damping]),
+                tuple({damping.name: share * usual} for share in (0.1, -0.1)),
+                slide.label,
+                describe=partial(_in_balance, slide.what),
+            )
 
 
 def _sizes(motion: Motion) -> tuple[float, float]:
@@ -43,6 +55,11 @@ def _sizes(motion: Motion) -> tuple[float, float]:
 def describe(values: Mapping[str, float], site: Site) -> str:  # noqa: ARG001  (every effect is called alike)
     """Say how large it is."""
     return f"A force against motion grows with speed: {quantity(find(values, 'damping') or 0.0)} times the speed."
+
+
+def _in_balance(what: str, values: Mapping[str, float], site: Site) -> str:
+    (damping,) = values.values()
+    return f"A viscous friction adds {damping:.3g} times {what} to {site.output}."
 
 
 EFFECT = Effect(

@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import inf
 
+import numpy as np
+
 from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
+from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
 from smid.fitting.fit import Errors, Fit, Fitting
@@ -55,16 +58,19 @@ class EffectSet:
 
 def enlarged(
     one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None, progress: Progress
-) -> list[EffectSet]:
-    """Put every effect on a set, each in its best variant that is not there yet."""
+) -> list[EffectSet | Failure]:
+    """Put every effect on a set, each in its best variant that is not there yet; tell which effects fail."""
     start = replace(base, fit=one.fit, errors=one.errors)
     # On the base model every effect is fitted, to be told why it is rejected.
     least = SCREEN if one.trials else -inf
     there = {(t.effect, t.label) for t in one.trials}
-    result = []
-    for effect, trial in zip(
-        effects, map_in_time(executor, partial(try_effect, base=start, least=least), effects), strict=True
-    ):
+    result: list[EffectSet | Failure] = []
+    trials = map_in_time(executor, partial(_tried, base=start, least=least), effects)
+    for effect, trial in zip(effects, trials, strict=True):
+        if isinstance(trial, Failure):
+            progress(f"{effect.name}: {trial.reason}")
+            result.append(trial)
+            continue
         if trial is None or (trial.effect, trial.label) in there:
             progress(f"{effect.name}: does not apply, or promises nothing")
             continue
@@ -73,14 +79,18 @@ def enlarged(
     return result
 
 
+def _tried(effect: Effect, base: Base, least: float) -> Trial | Failure | None:
+    return guarded(effect.name, try_effect, effect, base, least)
+
+
 def put_again(
     trials: Sequence[Trial], base: Base, effects: Mapping[str, Effect], values: Mapping[str, float]
 ) -> EffectSet | None:
-    """Put effects on a base model again, from the values that they had elsewhere; None where one does not apply."""
+    """Put effects on a base model again, from the values that they had elsewhere; None where one cannot be put."""
     done: list[Trial] = []
     for trial in trials:
-        again = refit(effects[trial.effect], trial, base, values)
-        if again is None:
+        again = guarded(trial.effect, refit, effects[trial.effect], trial, base, values)
+        if not isinstance(again, Trial):
             return None
         base = replace(base, fit=again.fit, errors=again.errors)
         done.append(again)
@@ -120,20 +130,23 @@ def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: 
         values |= {name: one.fit.model.values[was] for name, was in zip(new.parameters, old.parameters, strict=True)}
     problem = Fitting(found.fit.model, base.data, base.used, one.fit.initial, difference=base.difference)
     known = dict(found.fit.model.values)
-    vector, cost = problem.solve(problem.start(known | {name: v for name, v in values.items() if name in known}))
-    if not cost < found.fit.cost * (1 - _BETTER):
-        return found
-    return replace(found, fit=problem.result(vector, cost), errors=tuple(problem.errors(vector, True)))
+    with np.errstate(all="ignore"):
+        vector, cost = problem.solve(problem.start(known | {name: v for name, v in values.items() if name in known}))
+        if not cost < found.fit.cost * (1 - _BETTER):
+            return found
+        return replace(found, fit=problem.result(vector, cost), errors=tuple(problem.errors(vector, True)))
 
 
-def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]) -> list[EffectSet]:
-    """Return a set with each effect on the noise that its residual shows and that competes with other effects."""
+def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]) -> list[EffectSet | Failure]:
+    """Return a set with each effect on the noise that its residual shows and that competes; tell which fail."""
     if one.detected:
         return []
-    result = []
+    result: list[EffectSet | Failure] = []
     for effect in effects:
         if effect.detect is not None and not effect.marks_glitches:
-            found = effect.detect(one.fit.model, record.site(one.fit))
-            if found is not None and found.score_drop is not None:
+            found = guarded(effect.name, effect.detect, one.fit.model, record.site(one.fit))
+            if isinstance(found, Failure):
+                result.append(found)
+            elif found is not None and found.score_drop is not None:
                 result.append(replace(one, detected=(effect, found)))
     return result

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from relaxations.deadline import Progress, TimeIsUp
 from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.effect_set import EffectSet, enlarged, put_again, reduced, with_noise_effects
+from smid.diagnosis.search.guarded import Failure
 from smid.diagnosis.search.ranking import REACH, Ranking, Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Trial
@@ -41,12 +42,15 @@ class Found:
         All sets that were fitted, best first.
     led
         Every effect that the best set had at some time.
+    failed
+        By effect that raised an exception, the last one.
     interrupted
         Whether the time limit or Ctrl-C ended it.
     """
 
     visited: tuple[Visited, ...]
     led: frozenset[str]
+    failed: Mapping[str, str]
     interrupted: bool
 
 
@@ -71,6 +75,7 @@ def search(
     leader = EffectSet((), base.fit, base.errors)
     sets = {leader.names: leader}
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
+    failed: dict[str, str] = {}
     grown: set[tuple[str, ...]] = set()
     heard: set[EffectSet] = set()
     ranked = ranking.rank(sets.values())
@@ -94,16 +99,17 @@ def search(
             if todo is not None:
                 grown.add(todo.names)
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
-                _keep(sets, *enlarged(todo, base, fitted, executor, say))
+                _sort(enlarged(todo, base, fitted, executor, say), sets, failed)
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
             silent = [one for one in (best, *parts[best]) if one not in heard]
             if not silent:
-                return Found(ranked, _led(parts), False)
+                return Found(ranked, _led(parts), failed, False)
             heard.update(silent)
-            _keep(sets, *(noisy for one in silent for noisy in with_noise_effects(one, record, effects)))
+            for one in silent:
+                _sort(with_noise_effects(one, record, effects), sets, failed)
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranked, _led(parts), True)
+        return Found(ranked, _led(parts), failed, True)
 
 
 def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
@@ -116,6 +122,12 @@ def _keep(sets: dict[tuple[str, ...], EffectSet], *found: EffectSet) -> None:
     for one in found:
         if one.names not in sets or one.fit.cost < sets[one.names].fit.cost:
             sets[one.names] = one
+
+
+def _sort(found: Sequence[EffectSet | Failure], sets: dict[tuple[str, ...], EffectSet], failed: dict[str, str]) -> None:
+    """Keep what was fitted among the sets, and the reasons of what failed."""
+    _keep(sets, *(one for one in found if isinstance(one, EffectSet)))
+    failed.update({one.effect: one.reason for one in found if isinstance(one, Failure)})
 
 
 def _widest(ranked: Sequence[Visited]) -> list[EffectSet]:

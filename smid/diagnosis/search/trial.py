@@ -16,7 +16,7 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
 from smid.fitting.fit import Errors, Fit, Fitting, fit, one_step_ahead
-from smid.models import Model
+from smid.models import Model, ModelError
 
 # The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
 _NEAR = 0.05  # of the way from the base model to a start
@@ -123,15 +123,26 @@ def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | No
     ----------
     least
         Nats that the first step of an extension has to promise.
+
+    Raises
+    ------
+    ModelError
+        If no extension can be simulated from any start.
     """
     with np.errstate(all="ignore"):
-        ranked, variants = [], 0
+        ranked, variants, finite = [], 0, False
         for extension in effect.extensions(base.fit.model, base.site()):
             variants += 1
             problem = _fitting(extension.model, base)
             scored = _scored(problem, extension, base)
+            finite = finite or bool(scored)
             if scored and _promises(least, scored[0][0], problem, extension, base):
                 ranked.append((extension, problem, scored))
+        if variants and not finite:
+            raise ModelError(
+                "its model simulates to infinity or NaN from every start: bound its parameters, or give starts that "
+                "are nearer to the null values"
+            )
         ranked.sort(key=lambda item: -item[2][0][0])
         tried = []
         for place, (extension, problem, scored) in enumerate(ranked[:_EXTENSIONS]):

@@ -17,6 +17,10 @@ from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zo
 U = steps(0, 200)
 GOOD = record(U, lag(U))
 TWO_INPUTS = Dataset.from_arrays(input={"u": U, "v": U}, output={"y": U}, sampling_time=0.1)
+HELD = np.full(200, 20.0)
+HEATED = LAG.add_term("w", 0.1 * signal("heat")[t])
+LATE = np.where(np.arange(200) < 170, 0.5, U)
+TWO_RUNS = Dataset.merge([record(U, lag(U), name="a"), record(U[:40], lag(U)[:40], 1, name="b")])
 BIAS = ["sensor_bias"]
 
 
@@ -50,16 +54,34 @@ def unfitted(monkeypatch):
         ({"test": 0.01}, DataError, ["test = 0.01", "between 0.05 and 0.9"]),
         ({"test": 1.0}, DataError, ["test = 1.0", "between 0.05 and 0.9"]),
         ({"test": float("nan")}, DataError, ["between 0.05 and 0.9"]),
-        ({"test": 0.1}, DataError, ["test part has 20 samples", "test part 30", "longer record"]),
-        ({"test": 0.85}, DataError, ["fit part has 30 samples", "needs 60", "share in test"]),
+        ({"test": 0.1}, DataError, ["test part needs 30 samples and has 20", "share in test", "longer record"]),
+        ({"test": 0.85}, DataError, ["fits and the choice need 60 samples and have 30", "share in test"]),
+        (
+            {"data": record(U[:50], lag(U)[:50])},
+            DataError,
+            ["need 60 samples and have 40", "needs 30 samples and has 10"],
+        ),
         ({"test": ["monday"]}, DataError, ["test experiment 'monday' is unknown", "run"]),
         ({"test": "monday"}, DataError, ["test experiment 'monday' is unknown", "run"]),
-        ({"test": ["run"]}, DataError, ["fit part has 0 samples"]),
-        ({"test": []}, DataError, ["test part has 0 samples"]),
+        ({"test": ["run"]}, DataError, ["test names every experiment", "leave one"]),
+        ({"data": TWO_RUNS, "test": ["a", "b"]}, DataError, ["test names every experiment", "leave one"]),
+        (
+            {"data": TWO_RUNS, "test": ["b"]},
+            DataError,
+            ["test part needs 30 samples and has 0", "first 50", "do not count"],
+        ),
+        ({"test": []}, DataError, ["test part needs 30 samples and has 0"]),
         ({"workers": 0}, ModelError, ["workers = 0", "at least 1"]),
         ({"workers": -2}, ModelError, ["workers = -2", "at least 1"]),
         ({"model": OutputError(input="flow"), "data": TWO_INPUTS}, DataError, ["'flow'", "u, v, y"]),
         ({"data": record(np.full(200, 2.0), lag(U))}, DataError, ["'u' does not excite", "2", "moves"]),
+        (
+            {"data": record(U, lag(U), heat=HELD), "model": HEATED},
+            DataError,
+            ["'heat' does not excite", "20", "leave it out"],
+        ),
+        ({"data": record(LATE, lag(LATE))}, DataError, ["'u' does not excite", "before the test part"]),
+        ({"data": record(U, HELD, bound=0.0)}, DataError, ["output 'y' is constant", "20", "check the sensor"]),
         ({"data": record(U[:3], lag(U)[:3])}, DataError, ["3 samples", "longer record"]),
     ],
 )
