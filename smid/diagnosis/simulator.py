@@ -7,11 +7,9 @@ is near the least is taken.
 
 from __future__ import annotations
 
-import numpy as np
-
 from smid.data import DataError, Dataset
 from smid.data.channel import name_hint
-from smid.feasible.feasible_set import check_data
+from smid.feasible.feasible_set import check_data, is_constant
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
 from smid.models import Model, OutputError
@@ -38,6 +36,7 @@ def simulator(data: Dataset, simulated: str) -> Model:
 
     Examples
     --------
+    >>> import numpy as np
     >>> u = np.random.default_rng(0).uniform(-1, 1, 100)
     >>> from smid.models.simulate import simulate
     >>> s = simulate(OutputError(), {"u": u}, {"a1": -0.8, "b0": 1.0})["y"]
@@ -72,9 +71,9 @@ def _check(data: Dataset, simulated: str) -> None:
             f"the simulated channel {simulated!r} is the input or the measured output: name the channel that holds the "
             "output of the simulator"
         )
-    samples = np.concatenate([run.values[simulated] for run in data.experiments])
-    if np.ptp(samples) == 0:
+    if is_constant(data, simulated):
+        value = data.experiments[0].values[simulated][0]
         raise DataError(
-            f"the simulated channel {simulated!r} is {samples[0]:g} at every sample: record the output of the "
+            f"the simulated channel {simulated!r} is {value:g} at every sample: record the output of the "
             "simulator under the recorded input"
         )
