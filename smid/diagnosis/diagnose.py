@@ -43,7 +43,7 @@ from smid.models.edit_lines import rename_channels
 _STRUCTURE = 0.2
 _STEP = 0.5  # of the range: a step response with little damping swings over nearly twice its step
 _SEARCHING = 0.8  # of the time allowed
-_LEAST_TIME = 0.1  # seconds
+_LEAST_PROVING = 0.1  # seconds
 
 
 def diagnose(
@@ -141,7 +141,7 @@ def diagnose(
             check_finite(run.name, free[record.output][data.n_init :])
         looked = _look(model, record, base, None, chosen, pool, progress)
     found = posterior(looked.found.visited, looked.same)
-    left_over = max(seconds - (time.monotonic() - began), _LEAST_TIME)
+    left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
     if certify and bound is not None:
         with time_limit(left_over):
@@ -153,7 +153,8 @@ def diagnose(
 def _time_to_fit(seconds: float, began: float) -> Iterator[None]:
     """Limit a block to what is left of the time for the search, and say so where not even the base model is fitted."""
     try:
-        with time_limit(max(_SEARCHING * seconds - (time.monotonic() - began), _LEAST_TIME)):
+        # A limit that is past already ends the block at its first check.
+        with time_limit(max(_SEARCHING * seconds - (time.monotonic() - began), np.finfo(float).tiny)):
             yield
     except TimeIsUp:
         raise ModelError(

@@ -97,6 +97,7 @@ def standalone(model: Model) -> Model:
 
     Examples
     --------
+    >>> from smid.models import OutputError
     >>> follower = OutputError().with_values({"a1": -0.5, "b0": 2.0})
     >>> print(standalone(Simulated(follower, "y_sim")).lines[0])
     simulation[t] = simulation[t - 1]/2 + 2*u_simulated[t - 1]

@@ -18,7 +18,7 @@ GAIN = {
 CAUSE = {"effect", "label", "sentence", "confidence", "parameters", "rivals", "evidence"}
 WHOLE = {
     *("schema", "verdict", "causes", "gain", "held_samples", "misfit", "faults", "proof", "experiment", "skipped"),
-    *("dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
+    *("failed", "dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
 }
 
 

@@ -86,7 +86,7 @@ def test_an_interrupted_study_says_how_to_go_on(smid, monkeypatch):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("--orders 1,x", "'x' is not a positive integer"),
+        ("--samples 1,x", "'x' is not a positive integer"),
         ("--methods best", "'best' is not a method"),
         ("--noise-bounds 0.5x", "below the least noise bound"),
         ("--noise-bounds 0.2 --samples 50", "has 6 samples, fewer than 50"),
