@@ -9,13 +9,12 @@ from pathlib import Path
 from smid.data.columns import Table, is_number, split_unit
 from smid.data.errors import DataError
 
-# What a number looks like where the first sign separates decimals and the second one groups of three digits.
-_NUMBER = r"[+-]?(\d+|[1-9]\d{{0,2}}({group}\d{{3}})+)?({decimal}\d*)?([eE][+-]?\d+)?"
-_GROUPED = {
-    decimal: re.compile(_NUMBER.format(decimal=re.escape(decimal), group=re.escape(group)))
-    for decimal, group in (".,", ",.")
+# The sign before the decimals, and the one between groups of three digits; what a number then looks like.
+_GROUP = {".": ",", ",": "."}
+_NUMBER = {
+    decimal: re.compile(rf"[+-]?((\d+|[1-9]\d{{0,2}}(\{group}\d{{3}})+)(\{decimal}\d*)?|\{decimal}\d+)([eE][+-]?\d+)?")
+    for decimal, group in _GROUP.items()
 }
-_SIGNS = {".": ",", ",": "."}
 # A unit in brackets belongs to the word before it, also where blanks separate the columns.
 _BLANKS = re.compile(r"\s+(?![\[(])")
 
@@ -91,7 +90,7 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
     (('1.5',), {'current': 'A', 'pressure': 'bar'})
     """
     origin = path.name
-    if decimal not in (None, *_SIGNS):
+    if decimal not in (None, *_GROUP):
         raise DataError(f"decimal = {decimal!r}: give '.' or ','")
     rows = _rows(read_text(path), delimiter, origin)
     # A first row with a cell that is not a number is the header.
@@ -133,9 +132,9 @@ def _with_points(rows: list[list[str]], lines: Sequence[int], decimal: str | Non
             (line, cell)
             for line, row in zip(lines, rows, strict=True)
             for cell in row
-            if ("," in cell or "." in cell) and any(number.fullmatch(cell) for number in _GROUPED.values())
+            if ("," in cell or "." in cell) and any(number.fullmatch(cell) for number in _NUMBER.values())
         ]
-        fitting = [sign for sign, number in _GROUPED.items() if all(number.fullmatch(cell) for _, cell in signed)]
+        fitting = [sign for sign, number in _NUMBER.items() if all(number.fullmatch(cell) for _, cell in signed)]
         if signed and len(fitting) != 1:
             line, cell = next(((n, c) for n, c in signed if "," in c), signed[0])
             why = "is one number with a decimal comma and another with a comma between groups of digits"
@@ -145,7 +144,7 @@ def _with_points(rows: list[list[str]], lines: Sequence[int], decimal: str | Non
                 "export the data without separators of thousands"
             )
         decimal = fitting[0]
-    number, group = _GROUPED[decimal], _SIGNS[decimal]
+    number, group = _NUMBER[decimal], _GROUP[decimal]
     return [
         [cell.replace(group, "").replace(decimal, ".") if number.fullmatch(cell) else cell for cell in row]
         for row in rows
@@ -153,4 +152,4 @@ def _with_points(rows: list[list[str]], lines: Sequence[int], decimal: str | Non
 
 
 def _all_numbers(row: list[str]) -> bool:
-    return all(is_number(cell) or any(number.fullmatch(cell) for number in _GROUPED.values()) for cell in row)
+    return all(not cell or is_number(cell) or any(n.fullmatch(cell) for n in _NUMBER.values()) for cell in row)

@@ -269,3 +269,12 @@ def test_unix_milliseconds_are_no_seconds(write):
 def test_the_tag_of_an_instrument_is_no_unit(write):
     data = Dataset.from_csv(write("flow (Y-101),y (kPa)\n1,2\n3,4\n"), "flow (Y-101)", "y", sampling_time=1)
     assert [(c.name, c.unit) for c in data.channels] == [("flow (Y-101)", ""), ("y", "kPa")]
+
+
+@pytest.mark.parametrize("header", ["E1,E2", "-,e3"])
+def test_a_name_that_looks_like_an_exponent_is_a_header(write, header):
+    first, second = header.split(",")
+    assert Dataset.from_csv(write(f"{header}\n1,2\n3,4\n"), first, second, sampling_time=1).values(second).tolist() == [
+        2,
+        4,
+    ]
