@@ -245,6 +245,11 @@ class Diagnosis(Tabular):
             "data": {"source": self.data.source, "checksum": self.data.checksum},
         }
 
+    @property
+    def is_extended(self) -> bool:
+        """Whether an effect was put on the base model."""
+        return self.model is not self.base
+
     def correlations(self, simulated: Sequence[Array]) -> tuple[Correlation, ...]:
         """Return the correlations of the test error of a free run with its own past, and with each input.
 

@@ -58,7 +58,7 @@ def before_and_after(diagnosis: Diagnosis) -> Figure:
 def correlation_figure(diagnosis: Diagnosis) -> Figure:
     """Draw the correlations of the test error with its past and with each input, for base and extended model."""
     models = [("base model", diagnosis.correlations(diagnosis.simulated), ORANGE)]
-    if diagnosis.model is not diagnosis.base:
+    if diagnosis.is_extended:
         models.append(("extended model", diagnosis.correlations(diagnosis.extended), BLUE))
     rows = max(len(found) for _, found, _ in models)
     step = diagnosis.data.sampling_time
@@ -86,7 +86,7 @@ def _stems(axes: Axes, found: Correlation, step: float, colour: str) -> None:
 def _draw(diagnosis: Diagnosis, top: Axes, below: Axes, time: Array, curves: tuple[Array, Array, Array]) -> None:
     """Draw measured, base and extended output on top, and the errors below."""
     measured, base, extended = curves
-    better, bound = diagnosis.model is not diagnosis.base, diagnosis.misfit.noise_bound
+    better, bound = diagnosis.is_extended, diagnosis.misfit.noise_bound
     unit = f" [{diagnosis.unit}]" if diagnosis.unit else ""
     if bound is not None:
         below.axhspan(-bound, bound, color=SKY, alpha=0.45, linewidth=0, label="± noise bound")

@@ -17,7 +17,7 @@ from smid.models.errors import ModelError
 from smid.models.model import Model
 from smid.models.parts import Line
 from smid.models.running import parameter_values
-from smid.models.symbols import references, signal, t
+from smid.models.symbols import signal, t
 
 __all__ = ["DELAY", "RATE", "LinearBlock", "exact_values", "linear_block", "response"]
 
@@ -75,7 +75,7 @@ def linear_block(model: Model) -> LinearBlock:
         name = waiting.pop()
         if name in lines and _is_linear(lines[name], numbers):
             block[name] = lines[name]
-            waiting |= {read for read, _ in references(lines[name].expression)} - block.keys()
+            waiting |= {read for read, _ in lines[name].reads} - block.keys()
         else:
             begins.add(name)
     if len(begins) != 1:

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from smid.models.parts import Line
 from smid.models.structure import causal_order
-from smid.models.symbols import references, rename_signals, signal, swapped, t
+from smid.models.symbols import rename_signals, signal, swapped, t
 
 __all__ = ["past_name", "predictor"]
 
@@ -45,7 +45,7 @@ def predictor(lines: tuple[Line, ...], measured: frozenset[str]) -> tuple[Line, 
         rewritten.append(Line(line.target, swapped(line.expression, delayed)))
     needed = {line.signal for line in lines}
     while True:
-        reads = {name for item in rewritten if item.signal in needed for name, _ in references(item.expression)}
+        reads = {name for item in rewritten if item.signal in needed for name, _ in item.reads}
         if reads <= needed:
             break
         needed |= reads

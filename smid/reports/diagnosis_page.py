@@ -62,10 +62,6 @@ def diagnosis_page(
     )
 
 
-def _is_better(diagnosis: Diagnosis) -> bool:
-    return diagnosis.model is not diagnosis.base
-
-
 def _title(diagnosis: Diagnosis) -> str:
     names = [spoken(cause.effect) for cause in diagnosis.causes]
     if diagnosis.verdict is Verdict.AMBIGUOUS:
@@ -211,7 +207,7 @@ def _parameter(p: CauseParameter) -> tuple[str, ...]:
 
 def _correlations(diagnosis: Diagnosis) -> Iterator[Section]:
     runs = {"base model": diagnosis.simulated, "extended model": diagnosis.extended}
-    found = {name: diagnosis.correlations(free) for name, free in list(runs.items())[: 1 + _is_better(diagnosis)]}
+    found = {name: diagnosis.correlations(free) for name, free in list(runs.items())[: 1 + diagnosis.is_extended]}
     if not all(found.values()):
         return
     rows = []
@@ -295,7 +291,7 @@ def _faults(diagnosis: Diagnosis) -> Block:
 
 
 def _model(diagnosis: Diagnosis) -> Section:
-    better, marked = _is_better(diagnosis), diagnosis.new_parameters
+    better, marked = diagnosis.is_extended, diagnosis.new_parameters
     name = capitalised(diagnosis.model.name)
     text = joined(f"{name}. New parameters are ", coloured("highlighted", "new"), ".") if marked else f"{name}."
     return Section(
@@ -314,7 +310,7 @@ def _model(diagnosis: Diagnosis) -> Section:
 
 
 def _columns(diagnosis: Diagnosis, first: str) -> tuple[str, ...]:
-    return (first, "base model", *(("extended model",) if _is_better(diagnosis) else ()))
+    return (first, "base model", *(("extended model",) if diagnosis.is_extended else ()))
 
 
 def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
@@ -323,11 +319,11 @@ def _value(p: Parameter, diagnosis: Diagnosis, new: bool) -> tuple[str, ...]:
     value = p.lower if value is None and p.lower == p.upper else value
     name = parameter(p.name, p.unit, new=new)
     cells = tuple("" if number is None else f"{number:.5g}" for number in (before, value))
-    return (joined(name, " ", coloured("new", "new")) if new else name, *cells[: 1 + _is_better(diagnosis)])
+    return (joined(name, " ", coloured("new", "new")) if new else name, *cells[: 1 + diagnosis.is_extended])
 
 
 def _gain(diagnosis: Diagnosis) -> Section:
-    g, better, unit = diagnosis.gain, _is_better(diagnosis), diagnosis.unit
+    g, better, unit = diagnosis.gain, diagnosis.is_extended, diagnosis.unit
     held = f"Free runs over the {g.samples} samples of the test part, which no fit and no choice has seen"
     rows = [
         ("RMSE", _number(g.rmse_before, unit), _number(g.rmse_after, unit)),
@@ -373,7 +369,7 @@ def _not_proven(diagnosis: Diagnosis) -> Section:
         else "That the model lacks nothing. Effects outside the library were not tested. An effect that these data do "
         "not excite is not visible in them."
     )
-    model = "extended model" if _is_better(diagnosis) else "model"
+    model = "extended model" if diagnosis.is_extended else "model"
     elsewhere = f"The {model} outside the record: in ranges, temperatures or rates that the record does not cover."
     return Section("What this page does not prove", (Items((named, elsewhere)),))
 

@@ -23,7 +23,7 @@ from smid.diagnosis.effects.parts.channels import further
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, read_channel, signal_of
 from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines
 from smid.models import Model, Parameter, signal, t
-from smid.models.symbols import references, swapped
+from smid.models.symbols import swapped
 
 __all__ = ["EFFECT"]
 
@@ -88,7 +88,7 @@ def _force(model: Model, site: Site, state: StateLine, name: str) -> sympy.Expr 
         return None
     w, v, u = (signal(x) for x in (state.own, name, signal_of(model, site.input)))
     force = sympy.S.Zero
-    for lag in sorted({lag for read, lag in references(state.line.expression) if read == str(u.label) and lag > 0}):
+    for lag in sorted({lag for read, lag in state.line.reads if read == str(u.label) and lag > 0}):
         mean = (3 * w[t - 1] - w[t - 2]) / 2 if lag == 1 else (w[t - lag] + w[t - lag + 1]) / 2
         force += state.coefficient(u[t - lag]) * v[t - lag] * mean
     return force or None

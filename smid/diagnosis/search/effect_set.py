@@ -14,8 +14,8 @@ from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.record import Record
-from smid.diagnosis.search.trial import Base, Trial, refit, try_effect
-from smid.fitting.fit import Errors, Fit, Fitting
+from smid.diagnosis.search.trial import Base, Trial, fitting, refit, try_effect
+from smid.fitting.fit import Errors, Fit
 
 _BETTER = 1e-6  # a smaller reduction of the error is no other minimum
 
@@ -92,7 +92,7 @@ def put_again(
         again = guarded(trial.effect, refit, effects[trial.effect], trial, base, values)
         if not isinstance(again, Trial):
             return None
-        base = replace(base, fit=again.fit, errors=again.errors)
+        base = base.extended(again)
         done.append(again)
     return EffectSet(tuple(done), base.fit, base.errors)
 
@@ -121,17 +121,16 @@ def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: 
     rest
         The effects of `found`, as the other set has them.
     """
-    left, values = list(found.trials), dict(one.fit.model.values)
+    left, values = list(found.trials), {**found.fit.model.values, **one.fit.model.values}
     for old in rest:
         new = next((t for t in left if (t.effect, t.label) == (old.effect, old.label)), None)
         if new is None:
             return found
         left.remove(new)
         values |= {name: one.fit.model.values[was] for name, was in zip(new.parameters, old.parameters, strict=True)}
-    problem = Fitting(found.fit.model, base.data, base.used, one.fit.initial, difference=base.difference)
-    known = dict(found.fit.model.values)
+    problem = fitting(found.fit.model, replace(base, fit=one.fit))
     with np.errstate(all="ignore"):
-        vector, cost = problem.solve(problem.start(known | {name: v for name, v in values.items() if name in known}))
+        vector, cost = problem.solve(problem.start(values))
         if not cost < found.fit.cost * (1 - _BETTER):
             return found
         return replace(found, fit=problem.result(vector, cost), errors=tuple(problem.errors(vector, True)))

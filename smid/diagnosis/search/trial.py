@@ -133,7 +133,7 @@ def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | No
         ranked, variants, finite = [], 0, False
         for extension in effect.extensions(base.fit.model, base.site()):
             variants += 1
-            problem = _fitting(extension.model, base)
+            problem = fitting(extension.model, base)
             scored = _scored(problem, extension, base)
             finite = finite or bool(scored)
             if scored and _promises(least, scored[0][0], problem, extension, base):
@@ -199,7 +199,7 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
         for extension in effect.extensions(base.fit.model, base.site()):
             added = _added(extension.model, base.fit.model)
             if extension.label == trial.label and len(added) == len(trial.parameters):
-                problem, known = _fitting(extension.model, base), _known(extension, base)
+                problem, known = fitting(extension.model, base), _known(extension, base)
                 own = dict(zip(added, trial.values.values(), strict=True))
                 starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
                 fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
@@ -229,7 +229,8 @@ def _added(extended: Model, model: Model) -> tuple[str, ...]:
     return tuple(p.name for p in extended.parameters if p.name not in old and p.lower < p.upper)
 
 
-def _fitting(model: Model, base: Base) -> Fitting:
+def fitting(model: Model, base: Base) -> Fitting:
+    """Return the fit of a model to what a base was fitted to, from the initial states of its fit."""
     return Fitting(model, base.data, base.used, base.fit.initial, difference=base.difference)
 
 

@@ -119,12 +119,17 @@ def test_bad_input_is_told_in_one_line(smid, monkeypatch, line, words):
         assert word in result.stderr
 
 
-def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
+@pytest.fixture
+def _ctrl_c_at_the_first_cause(monkeypatch):
     def interrupt(_self, line):
         if line.startswith("best so far: "):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Progress, "__call__", interrupt)
+
+
+@pytest.mark.usefixtures("_ctrl_c_at_the_first_cause")
+def test_interrupted_in_the_search_keeps_what_was_found(smid):
     result = smid(f"diagnose {COMMON} {FEW} --no-certify --json out.json --report out.html")
     assert result.exit_code == 130
     assert ENDED_EARLY in result.stdout
@@ -135,12 +140,8 @@ def test_interrupted_in_the_search_keeps_what_was_found(smid, monkeypatch):
     assert ENDED_EARLY in Path("out.html").read_text(encoding="utf-8")
 
 
-def test_a_program_that_reads_the_json_is_told_of_the_interrupt_too(smid, monkeypatch):
-    def interrupt(_self, line):
-        if line.startswith("best so far: "):
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Progress, "__call__", interrupt)
+@pytest.mark.usefixtures("_ctrl_c_at_the_first_cause")
+def test_a_program_that_reads_the_json_is_told_of_the_interrupt_too(smid):
     result = smid(f"diagnose {COMMON} {FEW} --no-certify --json -")
     assert json.loads(result.stdout)["interrupted"]
     assert ENDED_EARLY in result.stderr

@@ -71,7 +71,7 @@ class StateLine:
     @property
     def order(self) -> int:
         """How many of its own samples the line reads; 1 for a rate."""
-        return max((lag for name, lag in references(self.line.expression) if name == self.own), default=1) or 1
+        return max((lag for name, lag in self.line.reads if name == self.own), default=1) or 1
 
     def own_coefficient(self, lag: int) -> sympy.Expr:
         """Return the factor of the state at a lag, from the terms that are linear in it."""
@@ -95,11 +95,7 @@ class StateLine:
     @property
     def drive(self) -> sympy.Expr:
         """The expression of the line with its own past set to zero."""
-        own = {
-            signal(name)[t - lag]: sympy.Integer(0)
-            for name, lag in references(self.line.expression)
-            if name == self.own
-        }
+        own = {signal(name)[t - lag]: sympy.Integer(0) for name, lag in self.line.reads if name == self.own}
         return swapped(self.line.expression, own)
 
     @property
@@ -157,7 +153,7 @@ def static_end(model: Model, name: str) -> str:
     while len(readers.get(name, ())) == 1:
         (curve,) = readers[name]
         # A signal that only a sensor reads is not part of the plant.
-        if curve.rate or references(curve.expression) != {(name, 0)} or curve.signal not in readers:
+        if curve.rate or curve.reads != {(name, 0)} or curve.signal not in readers:
             break
         name = curve.signal
     return name
@@ -182,7 +178,7 @@ def _own(model: Model, line: Line) -> str | None:
     downstream = [line.signal]
     for name in downstream:
         for other in model.lines:
-            if (name, 0) in references(other.expression) and other.signal not in downstream and not other.rate:
+            if (name, 0) in other.reads and other.signal not in downstream and not other.rate:
                 downstream.append(other.signal)
                 if other.signal in past:
                     return other.signal
@@ -210,7 +206,7 @@ def _upstream(model: Model) -> Iterator[Line]:
     waiting = [state.line.signal for state in state_lines(model)]
     for name in waiting:
         yield by_name[name]
-        reads = sorted({other for other, _ in references(by_name[name].expression)})
+        reads = sorted({other for other, _ in by_name[name].reads})
         added = {*waiting, *model.origins}
         waiting += [other for other in reads if other in by_name and other not in added]
 
