@@ -492,7 +492,7 @@ def one_step_ahead(
     best, least = {}, np.inf
     for trial in range(starts):
         values = {p.name: _draw(p, generator) if trial else min(max(0.1, p.lower), p.upper) for p in free}
-        vector, cost = problem.solve(problem.start(values), 30)
+        vector, cost = problem.solve(problem.start(values), 30, 1e-4)
         if cost < least:
             best, least = dict(zip(problem.run.parameters, vector.tolist(), strict=False)), cost
     return best

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
 from itertools import count
@@ -30,11 +30,12 @@ from smid.models.errors import ModelError
 from smid.models.parts import Line
 from smid.models.symbols import plain_symbols, signal, t
 
-__all__ = ["Loop", "compile_loop"]
+__all__ = ["Loop", "LoopCode", "Value", "Writer", "call", "compile_loop", "number"]
 
 _DOUBLE, _INT, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _VECTOR = _DOUBLE.as_pointer()
-_SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
+_INTS = _INT.as_pointer()
+_SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
 
 # Functions of the C library, by their names there.
 _SAME = "exp log sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf erfc floor"
@@ -67,17 +68,38 @@ class Loop:
             Parameter values, scalars or of shape (B,).
         """
         *batch, count = known[self.filled].shape
-        size = batch[0] if batch else 1
-        rows = [np.ascontiguousarray(known[name]) for name in self.rows]
-        # Of each run, its parameters and where its rows begin; a row without a batch serves all runs.
-        constants = np.empty((size, len(self.parameters)))
-        for k, name in enumerate(self.parameters):
-            constants[:, k] = values[name]
-        steps = np.array([row.strides[0] if row.ndim > 1 else 0 for row in rows])
-        begins = np.array([row.ctypes.data for row in rows]) + steps * np.arange(size)[:, np.newaxis]
-        at, beside = constants.ctypes.data, begins.ctypes.data
-        for k in range(size):
-            self.function(at + k * constants.strides[0], beside + k * begins.strides[0], start, count)
+        rows = [(np.ascontiguousarray(known[name]), 1) for name in self.rows]
+        call(self.function, batch, self.parameters, values, rows, start, count)
+
+
+def call(
+    function: Callable[..., None],
+    batch: Sequence[int],
+    parameters: Sequence[str],
+    values: Mapping[str, Any],
+    rows: Sequence[tuple[Array, int]],
+    start: int,
+    count: int,
+    columns: int | None = None,
+) -> None:
+    """Call a compiled function for one run, or for each of a batch.
+
+    Parameters
+    ----------
+    rows
+        Contiguous arrays, each with the dimensions it has in one run. A row without a batch serves all runs.
+    columns
+        Address of the columns of the derivatives, see `smid.models.machine_slopes`.
+    """
+    size = batch[0] if batch else 1
+    constants = np.empty((size, len(parameters)))
+    for k, name in enumerate(parameters):
+        constants[:, k] = values[name]
+    steps = [row.strides[0] if row.ndim > single else 0 for row, single in rows]
+    begins = np.array([row.__array_interface__["data"][0] for row, _ in rows]) + np.outer(np.arange(size), steps)
+    at, beside = (array.__array_interface__["data"][0] for array in (constants, begins))
+    for k in range(size):
+        function(at + k * constants.strides[0], beside + k * begins.strides[0], start, count, columns)
 
 
 # Edits of a model leave most of its lines as they are: those are not compiled again. The engine keeps all code.
@@ -87,50 +109,60 @@ def compile_loop(lines: tuple[Line, ...]) -> Loop:
     parameters = tuple(sorted(set().union(*(plain_symbols(line.expression) for line in lines))))
     reads = set().union(*(line.reads for line in lines))
     rows = tuple(sorted({*(name for name, _ in reads), *(line.signal for line in lines)}))
-    name, engine = f"loop{next(_NUMBERS)}", _engine()
-    engine.add_module(llvm.parse_assembly(str(_module(name, lines, parameters, sorted(reads), rows))))
-    engine.finalize_object()
-    return Loop(parameters, rows, lines[0].signal, _SIGNATURE(engine.get_function_address(name)))
-
-
-def _module(
-    called: str,
-    lines: Sequence[Line],
-    parameters: Sequence[str],
-    reads: Sequence[tuple[str, int]],
-    rows: Sequence[str],
-) -> ir.Module:
-    module = ir.Module()
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_VECTOR, _VECTOR.as_pointer(), _INT, _INT]), called)
-    values, table, start, count = function.args
-    blocks = [function.append_basic_block(name) for name in ("once", "test", "each", "end")]
-    once, test, each, end = map(ir.IRBuilder, blocks)
-    writer = _Writer(module, once, each)
-
-    # Before the loop: the parameters, and where the rows begin.
-    for k, name in enumerate(parameters):
-        value = once.load(once.gep(values, [ir.Constant(_INT, k)]))
-        writer.known[sympy.Symbol(name, real=True)] = value, True
-    row = {name: once.load(once.gep(table, [ir.Constant(_INT, k)])) for k, name in enumerate(rows)}
-
-    # At each sample: what is read from before, then line by line.
-    now = test.phi(_INT)
+    code = LoopCode(parameters, rows)
     defined = {line.signal for line in lines}
-    for name, lag in reads:
-        if lag or name not in defined:
-            place = each.gep(row[name], [each.sub(now, ir.Constant(_INT, lag))])
-            writer.known[signal(name)[t - lag]] = each.load(place), False
+    code.read((name, lag) for name, lag in sorted(reads) if lag or name not in defined)
     for line in lines:
-        value, _ = writer.known[signal(line.signal)[t]] = writer.write(line.expression)
-        each.store(value, each.gep(row[line.signal], [now]))
+        value, _ = code.writer.known[signal(line.signal)[t]] = code.writer.write(line.expression)
+        code.each.store(value, code.each.gep(code.row[line.signal], [code.now]))
+    return Loop(parameters, rows, lines[0].signal, code.compiled())
 
-    once.branch(blocks[1])
-    now.add_incoming(start, blocks[0])
-    now.add_incoming(each.add(now, ir.Constant(_INT, 1)), blocks[2])
-    each.branch(blocks[1])
-    test.cbranch(test.icmp_signed("<", now, count), blocks[2], blocks[3])
-    end.ret_void()
-    return module
+
+class LoopCode:
+    """A function being written: what parameters alone decide, then a loop over the samples.
+
+    Parameters
+    ----------
+    parameters
+        What the function takes as its first argument.
+    rows
+        Names of the arrays that it takes as its second.
+    """
+
+    def __init__(self, parameters: Sequence[str], rows: Sequence[Any]) -> None:
+        self.module = ir.Module()
+        kind = ir.FunctionType(ir.VoidType(), [_VECTOR, _VECTOR.as_pointer(), _INT, _INT, _INTS])
+        self.function = ir.Function(self.module, kind, f"loop{next(_NUMBERS)}")
+        values, table, self._start, self._count, self.columns = self.function.args
+        self._blocks = [self.function.append_basic_block(name) for name in ("once", "test", "each")]
+        self.once, self._test, self.each = map(ir.IRBuilder, self._blocks)
+        self.writer = Writer(self.module, self.once, self.each)
+        for k, name in enumerate(parameters):
+            value = self.once.load(self.once.gep(values, [ir.Constant(_INT, k)]))
+            self.writer.known[sympy.Symbol(name, real=True)] = value, True
+        self.row = {name: self.once.load(self.once.gep(table, [ir.Constant(_INT, k)])) for k, name in enumerate(rows)}
+        self.now = self._test.phi(_INT)
+
+    def read(self, reads: Iterable[tuple[str, int]]) -> None:
+        """Load signals at lags."""
+        for name, lag in reads:
+            place = self.each.gep(self.row[name], [self.each.sub(self.now, ir.Constant(_INT, lag))])
+            self.writer.known[signal(name)[t - lag]] = self.each.load(place), False
+
+    def compiled(self) -> Callable[..., None]:
+        """Close the loop and compile the function."""
+        end = self.function.append_basic_block("end")
+        once, test, each = self._blocks
+        self.once.branch(test)
+        self.now.add_incoming(self._start, once)
+        self.now.add_incoming(self.each.add(self.now, ir.Constant(_INT, 1)), self.each.block)
+        self.each.branch(test)
+        self._test.cbranch(self._test.icmp_signed("<", self.now, self._count), each, end)
+        ir.IRBuilder(end).ret_void()
+        engine = _engine()
+        engine.add_module(llvm.parse_assembly(str(self.module)))
+        engine.finalize_object()
+        return _SIGNATURE(engine.get_function_address(self.function.name))
 
 
 @cache
@@ -145,11 +177,11 @@ def _engine() -> Any:
     for name in {*_LIBRARY.values(), "pow"}:
         address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         llvm.add_symbol(name, address)
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=0, jit=True)
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
-class _Writer:
+class Writer:
     """Instructions that compute every node of a tree once, before the loop or in it."""
 
     def __init__(self, module: ir.Module, once: ir.IRBuilder, each: ir.IRBuilder) -> None:
@@ -157,22 +189,26 @@ class _Writer:
         self.known: dict[sympy.Basic, Value] = {}
 
     def write(self, node: sympy.Basic) -> Value:
+        """Return the value of an expression, with its instructions if there are none yet."""
         if node not in self.known:
             self.known[node] = self._written(node)
         return self.known[node]
 
-    def _put(self, instruction: str, *items: Value) -> Value:
+    def put(self, instruction: str, *items: Value) -> Value:
+        """Return the result of an instruction, before the loop if all its items are."""
         fixed = all(is_fixed for _, is_fixed in items)
         builder = self.once if fixed else self.each
         return getattr(builder, instruction)(*(value for value, _ in items)), fixed
 
-    def _call(self, name: str, *items: Value) -> Value:
+    def call(self, name: str, *items: Value) -> Value:
+        """Return the result of a function of LLVM or the C library."""
         kind = ir.FunctionType(_DOUBLE, [_DOUBLE] * len(items))
         function = self.module.globals.get(name) or ir.Function(self.module, kind, name)
         fixed = all(is_fixed for _, is_fixed in items)
         return (self.once if fixed else self.each).call(function, [value for value, _ in items]), fixed
 
-    def _compare(self, relation: str, a: Value, b: Value, kind: str = "ordered") -> Value:
+    def compare(self, relation: str, a: Value, b: Value, kind: str = "ordered") -> Value:
+        """Return whether a relation holds."""
         fixed = a[1] and b[1]
         return getattr(self.once if fixed else self.each, f"fcmp_{kind}")(relation, a[0], b[0]), fixed
 
@@ -180,64 +216,67 @@ class _Writer:
         if isinstance(node, BooleanAtom):
             return ir.Constant(_BIT, int(bool(node))), True
         if isinstance(node, sympy.Expr) and node.is_number:
-            return _number(float(node))
+            return number(float(node))
         if isinstance(node, sympy.Add):
-            return self._fold("fadd", node.args)
+            return self.fold("fadd", node.args)
         if isinstance(node, sympy.Mul):
             return self._product(node)
         if isinstance(node, sympy.Pow):
-            return self._power(self.write(node.base), node.exp)
+            return self.power(self.write(node.base), node.exp)
         if isinstance(node, sympy.Max | sympy.Min):
             relation = ">" if isinstance(node, sympy.Max) else "<"
-            return reduce(lambda a, b: self._extreme(relation, a, b), map(self.write, node.args))
+            return reduce(lambda a, b: self.extreme(relation, a, b), map(self.write, node.args))
         if isinstance(node, sympy.Abs):
-            return self._call("llvm.fabs.f64", self.write(node.args[0]))
+            return self.call("llvm.fabs.f64", self.write(node.args[0]))
         if isinstance(node, sympy.sign):
             x = self.write(node.args[0])
             # Zero and NaN stay what they are.
-            unit = self._call("llvm.copysign.f64", _number(1.0), x)
-            return self._put("select", self._compare("==", x, _number(0.0), "unordered"), x, unit)
+            unit = self.call("llvm.copysign.f64", number(1.0), x)
+            return self.put("select", self.compare("==", x, number(0.0), "unordered"), x, unit)
         if isinstance(node, sympy.Piecewise):
             pieces = [(self.write(value), self.write(condition)) for value, condition in node.args]
             return reduce(
-                lambda rest, piece: self._put("select", piece[1], piece[0], rest), reversed(pieces), _number(np.nan)
+                lambda rest, piece: self.put("select", piece[1], piece[0], rest), reversed(pieces), number(np.nan)
             )
         if isinstance(node, Relational):
             a, b = map(self.write, node.args)
-            return self._compare(_RELATIONS[node.func], a, b, "unordered" if node.func is sympy.Ne else "ordered")
+            return self.compare(_RELATIONS[node.func], a, b, "unordered" if node.func is sympy.Ne else "ordered")
         if isinstance(node, BooleanFunction) and node.func in (sympy.And, sympy.Or):
-            return self._fold("and_" if node.func is sympy.And else "or_", node.args)
+            return self.fold("and_" if node.func is sympy.And else "or_", node.args)
         if node.func in _LIBRARY:
-            return self._call(_LIBRARY[node.func], *map(self.write, node.args))
+            return self.call(_LIBRARY[node.func], *map(self.write, node.args))
         names = sorted({*(f.__name__ for f in _LIBRARY), "Abs", "Max", "Min", "Piecewise", "sign", "sqrt"})
         raise ModelError(f"a line of the model uses {node.func}: the functions known are {', '.join(names)}")
 
-    def _fold(self, instruction: str, items: Sequence[sympy.Basic]) -> Value:
+    def fold(self, instruction: str, items: Sequence[sympy.Basic]) -> Value:
+        """Return expressions joined by an instruction."""
         # What is fixed comes first, so that it is joined before the loop.
         values = sorted(map(self.write, items), key=lambda value: not value[1])
-        return reduce(lambda a, b: self._put(instruction, a, b), values)
+        return reduce(lambda a, b: self.put(instruction, a, b), values)
 
     def _product(self, node: sympy.Mul) -> Value:
         below = [item for item in node.args if isinstance(item, sympy.Pow) and item.exp.could_extract_minus_sign()]
         if not below:
-            return self._fold("fmul", node.args)
+            return self.fold("fmul", node.args)
         above = [item for item in node.args if item not in below] or [sympy.Integer(1)]
-        return self._put("fdiv", self._fold("fmul", above), self._fold("fmul", [1 / item for item in below]))
+        return self.put("fdiv", self.fold("fmul", above), self.fold("fmul", [1 / item for item in below]))
 
-    def _power(self, base: Value, exponent: sympy.Expr) -> Value:
+    def power(self, base: Value, exponent: sympy.Expr) -> Value:
+        """Return a power."""
         if exponent.could_extract_minus_sign():
-            return self._put("fdiv", _number(1.0), self._power(base, -exponent))
+            return self.put("fdiv", number(1.0), self.power(base, -exponent))
         if exponent == sympy.S.Half:
-            return self._call("llvm.sqrt.f64", base)
+            return self.call("llvm.sqrt.f64", base)
         if exponent.is_Integer and exponent <= _LARGEST_PRODUCT:
-            return reduce(lambda a, b: self._put("fmul", a, b), [base] * int(exponent))
-        return self._call("pow", base, self.write(exponent))
+            return reduce(lambda a, b: self.put("fmul", a, b), [base] * int(exponent))
+        return self.call("pow", base, self.write(exponent))
 
-    def _extreme(self, relation: str, a: Value, b: Value) -> Value:
+    def extreme(self, relation: str, a: Value, b: Value) -> Value:
         """Return the larger or the smaller; NaN if one of them is NaN."""
-        chosen = self._put("select", self._compare(relation, a, b), a, b)
-        return self._put("select", self._compare("ord", a, b), chosen, self._put("fadd", a, b))
+        chosen = self.put("select", self.compare(relation, a, b), a, b)
+        return self.put("select", self.compare("ord", a, b), chosen, self.put("fadd", a, b))
 
 
-def _number(value: float) -> Value:
+def number(value: float) -> Value:
+    """Return a constant."""
     return ir.Constant(_DOUBLE, value), True

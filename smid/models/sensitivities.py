@@ -4,11 +4,8 @@ Differentiating every line gives the forward sensitivities.  With S the derivati
 
     S_i[t] = sum over reads (j, k) of  (df_i / dx_j[t-k]) S_j[t-k]  +  df_i / dp.
 
-First the compiled lines of `smid.models.compiled` give the trajectory. All partial derivatives along it are NumPy
-expressions over time. The rest is a *linear* recursion: for all samples at once, a unit lower triangular banded system
-with one right-hand side per parameter. LAPACK's dtbtrs solves it, without a loop through time in Python.
-
-Many parameter vectors run in lockstep, and their derivatives are computed a few at a time to stay in the cache.
+First the compiled lines of `smid.models.compiled` give the trajectory, then those of `smid.models.machine_slopes` the
+derivatives along it, group by group.
 
 States before sample 0 are given. Inputs before sample 0 have their first value, or a given value where a line looks
 further back than one sample. At a kink (Max, Abs, sign) a one-sided derivative or their mean is taken.
@@ -17,49 +14,26 @@ Reference: Khalil, Nonlinear Systems, 3rd ed., section 3.3 (sensitivity equation
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import sympy
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dtbtrs
 
 from relaxations.algebra.arrays import Array
 from smid.models.compiled import Group, compile_lines
-from smid.models.differentiate import derivatives
+from smid.models.machine_slopes import SlopesLoop, compile_slopes
 from smid.models.model import Model
-from smid.models.parts import Line
-from smid.models.structure import exogenous, groups, state_lags
-from smid.models.symbols import plain_symbols, references, signal, t
+from smid.models.structure import exogenous, state_lags
+from smid.models.symbols import plain_symbols, references
 
 __all__ = ["FreeRun", "Initial", "compile_free_run"]
 
 Reference = tuple[str, int]
 Initial = Mapping[Reference, float]
 """Values of states before sample 0: ``(state, k)`` stands for ``state[-k]``, k >= 1."""
-
-
-@dataclass(frozen=True)
-class _Slopes:
-    """Partial derivatives of one line: by what it reads and by the parameters it holds."""
-
-    signal: str
-    parameters: tuple[str, ...]
-    reads: tuple[Reference, ...]
-    by_signal: tuple[Reference, ...]
-    by_parameter: tuple[str, ...]
-    function: Callable[..., Any]
-
-    def along(self, known: Mapping[str, Array], values: Mapping[str, Any], start: int) -> list[Array]:
-        """Evaluate every derivative from sample `start` on, each of shape (..., count)."""
-        *lead, count = known[self.signal].shape
-        shape = (*lead, count - start)
-        arguments = [known[name][..., start - lag : count - lag] for name, lag in self.reads]
-        found = self.function(*(values[name] for name in self.parameters), *arguments)
-        return [item if np.shape(item) == shape else np.broadcast_to(item, shape) for item in found]
 
 
 @dataclass(frozen=True)
@@ -77,7 +51,7 @@ class FreeRun:
 
     parameters: tuple[str, ...]
     states: tuple[Reference, ...]
-    _groups: tuple[tuple[Group, tuple[_Slopes, ...], bool], ...]
+    _groups: tuple[tuple[Group, SlopesLoop | None, bool], ...]
     _history: int
     _before: frozenset[str]
     _fixed: Mapping[str, float]
@@ -140,13 +114,7 @@ class FreeRun:
         """
         if not self.finite(known).all():
             return {}
-        columns = {
-            name: value[:, None] if isinstance(value, np.ndarray) else value
-            for name, value in {**self._fixed, **values}.items()
-        }
-        with np.errstate(all="ignore"):
-            found = self._sensitivities(known, columns)
-        return {name: np.swapaxes(item, -1, -2) for name, item in found.items()}
+        return self._sensitivities(known, {**self._fixed, **values})
 
     def _values(
         self,
@@ -170,82 +138,27 @@ class FreeRun:
             samples[..., :history] = samples[..., history, None]
 
     def _sensitivities(self, known: Mapping[str, Array], values: Mapping[str, Any]) -> dict[str, Array]:
-        """Return the derivatives, shape (..., width, n): samples side by side, as every step here runs along them."""
         history, width = self._history, len(self.parameters) + len(self.states)
-        *lead, count = known[self._groups[-1][0].signals[0]].shape
-        n = count - history
-        column = {name: k for k, name in enumerate((*self.parameters, *self.states))}
+        shape = (*known[self._groups[-1][0].signals[0]].shape, width)
+        column = {name: k for k, name in enumerate(self.parameters)}
         found: dict[str, Array] = {}
-        for state in self.states:
-            if state[0] in self._before:
-                found[state[0]] = np.zeros((*lead, width, count))
-                found[state[0]][..., column[state], :history] = 1.0
-        for group, slopes, clock in self._groups:
-            if clock or not any(s.by_signal or s.by_parameter for s in slopes):
-                continue
-            # Put in what a line reads at the same time: the forcing and the past are left.
-            forcing: dict[str, Array] = {}
-            past: dict[str, dict[Reference, Array]] = {}
-            for slope in slopes:
-                own = np.zeros((*lead, width, n))
-                taken: dict[Reference, Array] = {}
-                along = slope.along(known, values, history)
-                for (name, lag), derivative in zip(slope.by_signal, along, strict=False):
-                    if name in found:
-                        own += derivative[..., None, :] * found[name][..., history - lag : count - lag]
-                    elif lag and name in group.signals:
-                        taken[name, lag] = taken.get((name, lag), 0.0) + derivative
-                    elif name in group.signals:
-                        own += derivative[..., None, :] * forcing[name]
-                        for early, share in past[name].items():
-                            taken[early] = taken.get(early, 0.0) + derivative * share
-                for name, derivative in zip(slope.by_parameter, along[len(slope.by_signal) :], strict=True):
-                    own[..., column[name], :] += derivative
-                forcing[slope.signal], past[slope.signal] = own, taken
-            remembered = [name for name in group.signals if any(name == read for p in past.values() for read, _ in p)]
-            for name in remembered:
-                found[name] = np.zeros((*lead, width, count))
-                for state in self.states:
-                    if state[0] == name:
-                        # Older samples are held at the oldest that is a state, so they move with it only.
-                        found[name][..., : history - state[1] + 1] = 0.0
-                        found[name][..., column[state], : history - state[1] + 1] = 1.0
-            if remembered:
-                self._recur(remembered, forcing, past, found)
-            for name in group.signals:
-                if name not in found:
-                    for (read, lag), share in past[name].items():
-                        forcing[name] += share[..., None, :] * found[read][..., history - lag : count - lag]
-                    first = forcing[name][..., :1].repeat(history, axis=-1) * (not group.recursive)
-                    found[name] = np.concatenate([first, forcing[name]], axis=-1)
+        for group, slopes, _ in self._groups:
+            for name in group.signals if slopes else ():
+                found[name] = np.zeros(shape)
+        for name in self._before:
+            found[name] = np.zeros(shape)
+        for k, (name, lag) in enumerate(self.states):
+            # Older samples are held at the oldest that is a state, so they move with it only.
+            samples = slice(0, history - lag + 1)
+            found[name][..., samples, :] = 0.0
+            found[name][..., samples, len(column) + k] = 1.0
+        for group, slopes, _ in self._groups:
+            if slopes:
+                slopes.run(known, values, found, column, history)
+                if not group.recursive:
+                    first = found[group.signals[0]]
+                    first[..., :history, :] = first[..., history, None, :]
         return found
-
-    def _recur(
-        self,
-        members: Sequence[str],
-        forcing: Mapping[str, Array],
-        past: Mapping[str, Mapping[Reference, Array]],
-        found: dict[str, Array],
-    ) -> None:
-        """Complete, from sample 0 on, the derivatives of signals that follow from their common past and a forcing."""
-        history, size = self._history, len(members)
-        *lead, width, n = forcing[members[0]].shape
-        deepest = max(lag for name in members for _, lag in past[name])
-        right = np.empty((*lead, width, n, size))
-        bands = np.zeros((*lead, n * size, deepest * size + size))
-        for i, name in enumerate(members):
-            right[..., i] = forcing[name]
-            for (read, lag), share in past[name].items():
-                early, k = min(lag, n), members.index(read)
-                before = found[read][..., history - lag : history - lag + early]
-                right[..., :early, i] += share[..., None, :early] * before
-                # LAPACK's band storage is by column: the row of (t, i) meets the column of (t - lag, k).
-                bands[..., k : (n - early) * size : size, lag * size + i - k] = -share[..., lag:]
-        systems = bands.reshape(-1, *bands.shape[-2:]), right.reshape(-1, width, n * size)
-        for band, columns in zip(*systems, strict=True):
-            dtbtrs(band.T, columns.T, uplo="L", diag="U", overwrite_b=True)
-        for i, name in enumerate(members):
-            found[name][..., history:] = right[..., i]
 
 
 def compile_free_run(model: Model) -> FreeRun:
@@ -271,17 +184,16 @@ def _compiled(model: Model) -> FreeRun:
     fixed = {p.name: p.lower for p in model.parameters if p.lower == p.upper}
     history = max((lag for line in lines for _, lag in line.reads), default=0)
     history = max(history, 1)
-    parts = []
-    clocks = set()
-    symbolic = [group for group, _ in groups(lines)]
     # With one lag only, the state at sample 0 already contains the effect of earlier inputs.
     deep = {name for line in lines for name, lag in line.reads if lag > 1}
     before = tuple(name for name in exogenous(lines) if name in deep)
-    defined = {*(line.signal for line in lines), *before}
-    for group, own in zip(compile_lines(lines), symbolic, strict=True):
-        clock = _is_clock(own)
+    parts, clocks, moving = [], set(), set(before)
+    for group in compile_lines(lines):
+        clock = _is_clock(group)
         clocks |= set(group.signals) if clock else set()
-        parts.append((group, tuple(_slopes(line, *_varying(line, free, defined)) for line in own), clock))
+        slopes = None if clock else _slopes(group, moving, frozenset(free))
+        moving |= set(group.signals) if slopes else set()
+        parts.append((group, slopes, clock))
     states = tuple(
         (name, lag)
         for name, deepest in state_lags(lines).items()
@@ -292,31 +204,21 @@ def _compiled(model: Model) -> FreeRun:
     return FreeRun(free, states, tuple(parts), history, frozenset(before), fixed)
 
 
-def _is_clock(group: Sequence[Line]) -> bool:
+def _slopes(group: Group, moving: set[str], free: frozenset[str]) -> SlopesLoop | None:
+    """Return the derivatives of a group; None where neither fitted numbers nor states move it."""
+    defined = moving | set(group.signals)
+    varying = tuple(tuple(sorted(read for read in line.reads if read[0] in defined)) for line in group.lines)
+    held = free & set().union(*(plain_symbols(line.expression) for line in group.lines))
+    return compile_slopes(group.lines, varying, held) if held or any(varying) else None
+
+
+def _is_clock(group: Group) -> bool:
     """Return whether a line depends on its own past only: a clock, which is 0 at sample 0."""
-    expression = group[0].expression
+    expression = group.lines[0].expression
     reads = references(expression)
     return (
-        len(group) == 1
+        len(group.lines) == 1
         and bool(reads)
-        and all(name == group[0].signal for name, _ in reads)
+        and all(name == group.signals[0] for name, _ in reads)
         and not plain_symbols(expression)
     )
-
-
-def _varying(line: Line, free: Sequence[str], defined: set[str]) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
-    """Return the reads and parameters of a line that may vary with the fitted numbers."""
-    reads = tuple(sorted(read for read in line.reads if read[0] in defined))
-    return reads, tuple(sorted(plain_symbols(line.expression) & set(free)))
-
-
-# Of an edited model one line is new; the others were differentiated before.
-@lru_cache(maxsize=4096)
-def _slopes(line: Line, by_signal: tuple[Reference, ...], by_parameter: tuple[str, ...]) -> _Slopes:
-    reads = tuple(sorted(line.reads))
-    names = tuple(sorted(plain_symbols(line.expression)))
-    constants = [sympy.Symbol(name, real=True) for name in names]
-    read = {(name, lag): signal(name)[t - lag] for name, lag in reads}
-    by = [*(read[item] for item in by_signal), *(sympy.Symbol(name, real=True) for name in by_parameter)]
-    function = derivatives([*constants, *read.values()], line.expression, by)
-    return _Slopes(line.signal, names, reads, by_signal, by_parameter, function)

@@ -209,11 +209,21 @@ def rewritten(
 def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
     if all(new is old for new, old in zip(arguments, node.args, strict=True)):
         return node
-    is_power = isinstance(node, sympy.Pow) and (arguments[0].is_Add or not arguments[1].is_number)
-    is_curve = isinstance(node, Application) or is_power
-    if is_curve and not all(argument.is_number for argument in arguments):
+    if node.is_Add or node.is_Mul:
+        keeps = any(map(_is_curved, arguments))
+    else:
+        is_power = isinstance(node, sympy.Pow) and (arguments[0].is_Add or not arguments[1].is_number)
+        keeps = is_power or isinstance(node, Application)
+    if keeps and not all(argument.is_number for argument in arguments):
         return node.func(*arguments, evaluate=False)
     return node.func(*arguments)
+
+
+@lru_cache(maxsize=4096)
+def _is_curved(node: sympy.Expr) -> bool:
+    """Return whether an expression holds a function, an extreme, or a power with a variable exponent."""
+    is_power = isinstance(node, sympy.Pow) and not node.exp.is_number
+    return is_power or isinstance(node, Application) or any(map(_is_curved, node.args))
 
 
 def _renamed(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
