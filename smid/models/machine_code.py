@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
@@ -91,15 +92,12 @@ def call(
     columns
         Address of the columns of the derivatives, see `smid.models.machine_slopes`.
     """
-    size = batch[0] if batch else 1
-    constants = np.empty((size, len(parameters)))
-    for k, name in enumerate(parameters):
-        constants[:, k] = values[name]
-    steps = [row.strides[0] if row.ndim > single else 0 for row, single in rows]
-    begins = np.array([row.__array_interface__["data"][0] for row, _ in rows]) + np.outer(np.arange(size), steps)
-    at, beside = (array.__array_interface__["data"][0] for array in (constants, begins))
-    for k in range(size):
-        function(at + k * constants.strides[0], beside + k * begins.strides[0], start, count, columns)
+    given = [values[name] for name in parameters]
+    places = [(row.__array_interface__["data"][0], row.strides[0] if row.ndim > single else 0) for row, single in rows]
+    for k in range(batch[0] if batch else 1):
+        constants = array("d", [value[k] if isinstance(value, np.ndarray) else value for value in given])
+        begins = array("q", [begin + k * step for begin, step in places])
+        function(constants.buffer_info()[0], begins.buffer_info()[0], start, count, columns)
 
 
 # Edits of a model leave most of its lines as they are: those are not compiled again. The engine keeps all code.
