@@ -1,0 +1,128 @@
+"""Long records: what a search fits of them.
+
+A search fits some thousand models, and more than some thousand samples make each fit slower without telling more about
+what is missing. Two steps, each only as far as it is needed:
+
+1. *Thinning.* A model in differential equations is the same at any sampling time. Where every output moves so slowly
+   that a coarser grid shows it, the whole record is taken at that grid: inputs as means over its intervals, the others
+   through a filter without phase.
+2. *Windows.* Of what is still too long, the search is given windows that differ most in level and spread of the
+   channels, the first with the largest spread. The chosen models are then fitted to the whole record without its test
+   part, and the gain is measured on the whole test part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from smid.data import Dataset, Experiment
+from smid.data.edit import slice_samples
+from smid.fitting.fit import Fit, Fitting
+from smid.models import Model
+
+MOST_SAMPLES = 4000
+_WINDOWS = 5
+_LOST = 0.01  # of an output's standard deviation, at most, between the samples of a coarser grid
+_LONG = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Thinned:
+    """A record on the grid that its diagnosis uses.
+
+    Parameters
+    ----------
+    factor
+        One sample is kept of so many.
+    """
+
+    data: Dataset
+    factor: int
+
+    @property
+    def sentence(self) -> str:
+        """What was done, in words."""
+        return (
+            f"The record is taken every {self.data.sampling_time:g} s, one sample of {self.factor}: inputs as means, the "
+            "others through a filter without phase."
+        )
+
+
+def thinned(model: Model, data: Dataset, seen: float) -> Thinned | None:
+    """Return the record on a coarser grid; None where it is short, or needs its own.
+
+    Parameters
+    ----------
+    seen
+        Share of the samples that fits may see.
+    """
+    needed = -(-round(seen * sum(run.n_samples for run in data.experiments)) // MOST_SAMPLES)
+    if not _is_continuous(model):
+        return None
+    for factor in range(needed, 1, -1):
+        coarse = data.decimate(factor, held=model.input_channels)
+        if all(_shows(data, coarse, channel, factor) for channel in model.output_channels):
+            return Thinned(coarse, factor)
+    return None
+
+
+def _is_continuous(model: Model) -> bool:
+    """Return whether the model has no memory but that of differential equations."""
+    return all(lag == 0 for line in model.lines for _, lag in line.reads)
+
+
+def _shows(data: Dataset, coarse: Dataset, channel: str, factor: int) -> bool:
+    """Return whether straight lines between the samples of a coarse grid follow a channel."""
+    lost, samples = [], []
+    for fine, thin in zip(data.experiments, coarse.experiments, strict=True):
+        y, kept = fine.values[channel], thin.values[channel]
+        lost.append(y - np.interp(np.arange(y.size), factor * np.arange(kept.size), kept))
+        samples.append(y)
+    return bool(np.std(np.concatenate(lost)) <= _LOST * np.std(np.concatenate(samples)))
+
+
+def windows(data: Dataset, channels: Sequence[str]) -> Dataset:
+    """Return a record with at most `MOST_SAMPLES` samples: itself, or windows as experiments of their own."""
+    if sum(run.n_samples - data.n_init for run in data.experiments) <= MOST_SAMPLES:
+        return data
+    size = MOST_SAMPLES // _WINDOWS
+    pieces = [
+        _piece(run, first, min(size, run.n_samples - data.n_init), data.sampling_time)
+        for run in data.experiments
+        for first in range(data.n_init, max(data.n_init, run.n_samples - size) + 1, size)
+    ]
+    features = np.array([_features(piece, channels) for piece in pieces])
+    chosen = _apart(features, min(_WINDOWS, len(pieces)), len(channels))
+    return replace(data, experiments=tuple(pieces[k] for k in sorted(chosen)), resampling=(), n_init=0)
+
+
+def _piece(run: Experiment, first: int, size: int, sampling_time: float) -> Experiment:
+    piece = slice_samples(run, range(first, first + size), sampling_time)
+    return replace(piece, name=f"{run.name}, samples {first} to {first + size - 1}")
+
+
+def _features(piece: Experiment, channels: Sequence[str]) -> list[float]:
+    samples = [piece.values[channel] for channel in channels]
+    return [float(np.mean(x)) for x in samples] + [float(np.std(x)) for x in samples]
+
+
+def _apart(features: Array, count: int, n_channels: int) -> list[int]:
+    """Return rows that are far apart, the first with the largest spread (Gonzalez, 1985)."""
+    scale = np.std(features, axis=0)
+    features = features / np.where(scale > 0, scale, 1.0)
+    chosen = [int(np.argmax(np.sum(features[:, n_channels:], axis=1)))]
+    while len(chosen) < count:
+        distances = np.min([np.linalg.norm(features - features[k], axis=1) for k in chosen], axis=0)
+        chosen.append(int(np.argmax(distances)))
+    return chosen
+
+
+def fitted_to(fit: Fit, data: Dataset) -> Fit:
+    """Return a model fitted to a whole record from the values that it has."""
+    used = [np.arange(run.n_samples) >= data.n_init for run in data.experiments]
+    problem = Fitting(fit.model, data, used)
+    return problem.result(*problem.solve(problem.start(fit.model.values), _LONG))
