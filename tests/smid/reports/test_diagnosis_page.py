@@ -5,7 +5,7 @@ import pytest
 
 import smid
 from smid.diagnosis import Fault, Verdict
-from smid.diagnosis.certify import Emptiness
+from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.figures import (
