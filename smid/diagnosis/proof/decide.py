@@ -21,11 +21,14 @@ from relaxations.algebra.arrays import Array
 from relaxations.deadline import TimeIsUp, time_limit
 from relaxations.errors import ProblemError
 from relaxations.points.witness import verify
+from relaxations.problem.problem import PolynomialProblem
 from relaxations.search.enclosure import Reason
 from relaxations.search.plan import Plan
 from smid.data import Channel, DataError, Dataset
 from smid.diagnosis.proof.window import Window
+from smid.feasible.assemble import stamp_all
 from smid.feasible.feasible_set import FeasibleSet
+from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
 from smid.fitting.minimax import minimax
 from smid.identification.encloser import NOTHING, Encloser, Settings
@@ -164,17 +167,19 @@ def _verified(problem: Fitting, vector: Array, part: Dataset, before: int, bound
     noises = {m.noise: fit.residual(part, m.channel)[0] for m in model.measurements if m.noise is not None}
     known = {name: samples[before:] for name, samples in {**signals, **noises}.items()}
     fixed = model.bound(**{p.name: (model.values[p.name],) * 2 for p in model.parameters if p.lower < p.upper})
-    feasible = FeasibleSet(fixed, part.crop(before), bounds)
-    point = np.nan_to_num(feasible.problem.lower.copy())
-    for k, name in enumerate(feasible.problem.names):
+    templates, window = Templates.of(fixed), part.crop(before)
+    # Every kink on its side at the point.
+    unfolded = stamp_all(templates, window, bounds, decide=False)
+    sides = sides_at(unfolded.openings, window, _point(unfolded.problem, known))
+    problem = stamp_all(templates, window, bounds, choose=sides).problem
+    return verify(problem, NOTHING, _point(problem, known)) is not None
+
+
+def _point(problem: PolynomialProblem, known: Mapping[str, Array]) -> Array:
+    """Return the values of all variables: parameters are fixed, and the signals are known, sample by sample."""
+    point = np.nan_to_num(problem.lower, neginf=0.0)
+    for k, name in enumerate(problem.names):
         latent, _, rest = name.partition("[")
         if rest and latent in known:
             point[k] = known[latent][int(rest[:-1])]
-    if feasible.openings:
-        parameters = slice(len(model.parameters))
-        box = feasible.problem.lower[parameters], feasible.problem.upper[parameters]
-        exact = feasible.on_box(*box, sides_at(feasible, point))
-        values = dict(zip(feasible.problem.names, point.tolist(), strict=True))
-        point = np.array([values.get(name, 0.0) for name in exact.problem.names])
-        feasible = exact
-    return verify(feasible.problem, NOTHING, point) is not None
+    return point
