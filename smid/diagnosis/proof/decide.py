@@ -166,7 +166,8 @@ def _verified(problem: Fitting, vector: Array, part: Dataset, before: int, bound
     signals, _ = problem.run.run(problem.inputs[0], model.values, fit.initial[0], jacobian=False)
     noises = {m.noise: fit.residual(part, m.channel)[0] for m in model.measurements if m.noise is not None}
     known = {name: samples[before:] for name, samples in {**signals, **noises}.items()}
-    fixed = model.bound(**{p.name: (model.values[p.name],) * 2 for p in model.parameters if p.lower < p.upper})
+    # As numbers: of a variable, an equality could be solved for it.
+    fixed = model.fix(**{p.name: model.values.get(p.name, p.lower) for p in model.parameters})
     templates, window = Templates.of(fixed), part.crop(before)
     # Every kink on its side at the point.
     unfolded = stamp_all(templates, window, bounds, decide=False)
@@ -176,7 +177,7 @@ def _verified(problem: Fitting, vector: Array, part: Dataset, before: int, bound
 
 
 def _point(problem: PolynomialProblem, known: Mapping[str, Array]) -> Array:
-    """Return the values of all variables: parameters are fixed, and the signals are known, sample by sample."""
+    """Return the values of all variables: the signals are known, sample by sample."""
     point = np.nan_to_num(problem.lower, neginf=0.0)
     for k, name in enumerate(problem.names):
         latent, _, rest = name.partition("[")

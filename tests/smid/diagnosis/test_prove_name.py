@@ -14,8 +14,8 @@ from smid.diagnosis.proof import name as naming
 from smid.diagnosis.proof.decide import Decision, Status, decide
 from smid.diagnosis.proof.window import Window, windows
 from smid.fitting.fit import fit
-from smid.models import ModelError, Parameter, signal, t
-from tests.smid.diagnosis.lag_records import BOUND, GAIN, LAG, POLE, dead_zone, known_lag, lag, record, steps
+from smid.models import ModelError, OutputError, Parameter, signal, t
+from tests.smid.diagnosis.lag_records import BOUND, GAIN, LAG, POLE, dead_zone, lag, record, steps
 
 BOUNDS = {"y": BOUND}
 
@@ -91,10 +91,11 @@ def test_a_limit_on_a_hidden_signal_is_verified_too():
 
 @pytest.mark.parametrize(("begin", "status"), [(0, Status.FEASIBLE), (5.0, Status.EXCLUDED)])
 def test_a_clock_counts_from_the_start_of_the_record(begin, status):
-    """Everything but the pole is known; the drift of the second record is as if the clock had begun elsewhere."""
+    """Only the gain is free; the drift of the second record is as if the clock had begun elsewhere."""
     u = steps(4, 200)
     step = sympy.Rational(1, 10)
-    model = known_lag().with_line("time", signal("time")[t - 1] + step)
+    model = OutputError(fixed={"a1": -POLE}).bound(b0=(0, 1)).with_values({"b0": GAIN})
+    model = model.with_line("time", signal("time")[t - 1] + step)
     model = model.insert_sensor("y", lambda w: w + signal("time")[t] / 10)
     data = record(u, lag(u) + (np.arange(200) / 10 - begin) / 10)
     assert decide(model, data, Window(0, 150, 189), BOUNDS, 20).status is status
