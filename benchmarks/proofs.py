@@ -124,27 +124,32 @@ def markdown(results: Sequence[ProofResult], seconds: float) -> str:
     }
     counted = "| | |\n|---|---|\n" + "\n".join(f"| {what} | {count} |" for what, count in rows.items())
     reasons = Counter(_short(reason) for r in done for reason in r.reasons.values())
-    return "\n\n".join(
-        [
-            "# Proofs of the name",
-            "Each case hides one effect in simulated data, and the noise bound is known. `smid.diagnosis.prove_name` "
-            "tries to prove three statements about the same samples: the base model cannot explain them, the extended "
-            f"model can, the rivals of the first cause cannot. It has {seconds:g} s a case. `python -m "
-            "benchmarks.proofs` writes this page.",
-            f"Cases: {len(results)} (seeds {results[0].seed} to {results[-1].seed})." if results else "No cases.",
-            counted,
-            "A model with the hidden effect that was excluded: " + (", ".join(wrong) or "none") + ". The extensions are "
-            "discretised at the sampling time, and the data are simulated in finer steps, so that such a proof need "
-            "not be wrong.",
-            "## Why models are undecided, or cannot be posed",
-            "| models | why |\n|---|---|\n" + "\n".join(f"| {n} | {why} |" for why, n in reasons.most_common()),
-            "## Cases",
-            "| seed | hidden | named | base model | extended model | rivals excluded | feasible | undecided "
-            "| not posable | samples | s |\n|---|---|---|---|---|---|---|---|---|---|---|\n" + "\n".join(map(_row, results)),
-            "## Cases where base model and extended model are not both decided",
-            "\n".join(_failures(results)) or "None.",
-        ]
-    ) + "\n"
+    return (
+        "\n\n".join(
+            [
+                "# Proofs of the name",
+                "Each case hides one effect in simulated data, and the noise bound is known. "
+                "`smid.diagnosis.prove_name` tries to prove three statements about the same samples: the base model "
+                "cannot explain them, the extended model can, the rivals of the first cause cannot. It has "
+                f"{seconds:g} s a case. `python -m benchmarks.proofs` writes this page.",
+                f"Cases: {len(results)} (seeds {results[0].seed} to {results[-1].seed})." if results else "No cases.",
+                counted,
+                "A model with the hidden effect that was excluded: "
+                + (", ".join(wrong) or "none")
+                + ". The extensions are discretised at the sampling time, and the data are simulated in finer steps, "
+                "so that such a proof need not be wrong.",
+                "## Why models are undecided, or cannot be posed",
+                "| models | why |\n|---|---|\n" + "\n".join(f"| {n} | {why} |" for why, n in reasons.most_common()),
+                "## Cases",
+                "| seed | hidden | named | base model | extended model | rivals excluded | feasible | undecided "
+                "| not posable | samples | s |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+                + "\n".join(map(_row, results)),
+                "## Cases where base model and extended model are not both decided",
+                "\n".join(_failures(results)) or "None.",
+            ]
+        )
+        + "\n"
+    )
 
 
 def _of(results: Sequence[ProofResult], status: str) -> str:
@@ -155,7 +160,9 @@ def _contradicted(result: ProofResult) -> list[str]:
     """Return the models with exactly the hidden effect that were excluded."""
     models = {tuple(result.named): result.extended}
     models |= {(name, *result.named[1:]): status for name, status in result.rivals.items()}
-    return [", ".join(names) for names, status in models.items() if list(names) == result.truth and status == "excluded"]
+    return [
+        ", ".join(names) for names, status in models.items() if list(names) == result.truth and status == "excluded"
+    ]
 
 
 def _short(reason: str) -> str:
@@ -175,7 +182,8 @@ def _row(r: ProofResult) -> str:
     counts = Counter(r.rivals.values())
     rivals = " | ".join(str(counts[status]) for status in ("excluded", "feasible", "undecided", "not posable"))
     hidden, named = ", ".join(r.truth), ", ".join(r.named) or NONE
-    return f"| {r.seed} | {hidden} | {named} | {r.base} | {r.extended} | {rivals} | {r.first} to {r.last} | {r.proof:.1f} |"
+    models = f"{r.base} | {r.extended} | {rivals}"
+    return f"| {r.seed} | {hidden} | {named} | {models} | {r.first} to {r.last} | {r.proof:.1f} |"
 
 
 def _failures(results: Sequence[ProofResult]) -> list[str]:

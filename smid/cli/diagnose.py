@@ -146,10 +146,10 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
             try:
                 diagnosis = prove_parameters(diagnosis, bound, search.prove)
             except (UserError, EmptyFeasibleSetError, KeyboardInterrupt) as error:
-                click.echo(f"warning: the intervals were not certified: {error or 'interrupted'}", err=True)
+                click.echo(f"warning: the intervals were not certified: {str(error) or 'interrupted'}", err=True)
         if search.prove_name is not None:
             try:
                 diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
             except (UserError, KeyboardInterrupt) as error:
-                click.echo(f"warning: the name was not proven: {error or 'interrupted'}", err=True)
+                click.echo(f"warning: the name was not proven: {str(error) or 'interrupted'}", err=True)
         return diagnosis

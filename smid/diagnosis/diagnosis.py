@@ -14,13 +14,13 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause, percent
-from smid.diagnosis.proof.emptiness import Emptiness
-from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.evidence.correlation import Correlation, autocorrelation, cross_correlation
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.gain import Gain
+from smid.diagnosis.proof.emptiness import Emptiness
+from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.result import Part, Tabular
 from smid.models import Model
 

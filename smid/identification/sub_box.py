@@ -194,7 +194,9 @@ def _guess(stamped: FeasibleSet) -> Array:
     """Return a guess of magnitudes, with every kink on its side in the middle of the box."""
     count = len(stamped.model.parameters)
     lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
-    parameters, rms = equation_error_fit(stamped.on_box(lower, upper, sides_at(stamped.openings, stamped.data, middle(stamped))))
+    parameters, rms = equation_error_fit(
+        stamped.on_box(lower, upper, sides_at(stamped.openings, stamped.data, middle(stamped)))
+    )
     return magnitudes(stamped, parameters, rms)
 
 
@@ -242,7 +244,9 @@ def witness(sub_box: SubBox, k: int, sign: int) -> Array | None:
 
 def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, sign: int) -> Array | None:
     """Return verified parameters that push one end outwards, by a search from a point; None if not found."""
-    chosen = {**region.choose, **sides_at(feasible.openings, feasible.data, point)} if feasible.openings else region.choose
+    chosen = (
+        {**region.choose, **sides_at(feasible.openings, feasible.data, point)} if feasible.openings else region.choose
+    )
     exact = feasible.on_box(region.lower, region.upper, chosen)
     problem = exact.problem
     start = _carried(point, feasible, exact)

@@ -186,7 +186,7 @@ def _name_proof(proof: NameProof) -> Iterator[Block]:
     yield Table("", header, tuple(rows), "lll")
     yield Remark(
         "Excluded: no parameters within their boxes explain the samples (certified). Feasible: parameters and noises "
-        "that explain them are verified in exact arithmetic. A rival that is not excluded is rejected by likelihood only."
+        "that explain them are verified. A rival that is not excluded is rejected by likelihood only."
     )
 
 

@@ -31,7 +31,7 @@ from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
 from smid.fitting.minimax import minimax
-from smid.identification.encloser import NOTHING, Encloser, Settings
+from smid.identification.encloser import NOTHING, Settings
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.identification.sub_box import sides_at
@@ -107,8 +107,8 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
             feasible = FeasibleSet(model, window.cut(data), bounds)
             # The least order is the fastest one; at this tolerance the first verified point ends the rounds.
             settings = Settings(order=Plan.of(feasible.problem).least, tolerance=1.0, rounds=_ROUNDS)
-            kind: type[Encloser] = Piecewise if feasible.openings else Polynomial
-            found = kind(feasible, settings, False).enclose()
+            kind: type[Piecewise] | type[Polynomial] = Piecewise if feasible.openings else Polynomial
+            found = kind(feasible, settings, kept=False).enclose()
     except (ModelError, DataError, ProblemError) as error:
         return decision(Status.NOT_POSABLE, " ".join(str(error).split()))
     except TimeIsUp as stop:
@@ -136,7 +136,7 @@ def _with_known_clocks(model: Model, data: Dataset) -> tuple[Model, Dataset]:
         if line.rate or not step.is_number:
             continue
         runs = tuple(
-            replace(run, values={**run.values, line.signal: float(step) * np.arange(run.n_samples)})
+            replace(run, values={**run.values, line.signal: float(step) * np.arange(run.n_samples, dtype=np.float64)})
             for run in data.experiments
         )
         data = replace(data, experiments=runs, channels=(*data.channels, Channel(line.signal)), resampling=())
@@ -172,8 +172,8 @@ def _verified(problem: Fitting, vector: Array, part: Dataset, before: int, bound
     # Every kink on its side at the point.
     unfolded = stamp_all(templates, window, bounds, decide=False)
     sides = sides_at(unfolded.openings, window, _point(unfolded.problem, known))
-    problem = stamp_all(templates, window, bounds, choose=sides).problem
-    return verify(problem, NOTHING, _point(problem, known)) is not None
+    exact = stamp_all(templates, window, bounds, choose=sides).problem
+    return verify(exact, NOTHING, _point(exact, known)) is not None
 
 
 def _point(problem: PolynomialProblem, known: Mapping[str, Array]) -> Array:

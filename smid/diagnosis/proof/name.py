@@ -82,7 +82,9 @@ def prove_name(
         )
     output, bounds = diagnosis.output, check_noise_bound(diagnosis.base, noise_bound, None)
     if output not in bounds:
-        raise ModelError(f"the model takes {output!r} as exact, so nothing can be proven: give a model with noise on it")
+        raise ModelError(
+            f"the model takes {output!r} as exact, so nothing can be proven: give a model with noise on it"
+        )
     # The samples before the test part.
     residual = [
         (run.values[output] - free)[: np.flatnonzero(test)[0] if test.any() else None]
@@ -173,6 +175,8 @@ def _judged(cause: Cause, proof: NameProof) -> Cause:
     """Return the cause with what was proven of its rivals."""
 
     def why(rival: Rival) -> str:
-        return f"{rival.why}; " + ("excluded by proof" if proof.rivals[rival.effect].excluded else "not excluded by proof")
+        return f"{rival.why}; " + (
+            "excluded by proof" if proof.rivals[rival.effect].excluded else "not excluded by proof"
+        )
 
     return replace(cause, rivals=tuple(replace(rival, why=why(rival)) for rival in cause.rivals))

@@ -2,11 +2,13 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import sympy
 from scipy.optimize import linprog, minimize_scalar
+from scipy.signal import lfilter
 
 from smid.diagnosis import diagnose, prove_name
 from smid.diagnosis.proof import decide as deciding
@@ -24,7 +26,11 @@ BOUNDS = {"y": BOUND}
 def found():
     u = steps(1, 300)
     return diagnose(
-        LAG, record(u, lag(dead_zone(u, 0.3))), BOUND, ["input_dead_zone", "gain", "sensor_bias", "input_delay"], workers=1
+        LAG,
+        record(u, lag(dead_zone(u, 0.3))),
+        BOUND,
+        ["input_dead_zone", "gain", "sensor_bias", "input_delay"],
+        workers=1,
     )
 
 
@@ -96,8 +102,8 @@ def test_a_clock_counts_from_the_start_of_the_record(begin, status):
     step = sympy.Rational(1, 10)
     model = OutputError(fixed={"a1": -POLE}).bound(b0=(0, 1)).with_values({"b0": GAIN})
     model = model.with_line("time", signal("time")[t - 1] + step)
-    model = model.insert_sensor("y", lambda w: w + signal("time")[t] / 10)
-    data = record(u, lag(u) + (np.arange(200) / 10 - begin) / 10)
+    model = model.add_term("w", signal("time")[t] / 100)
+    data = record(u, lag(u) + lfilter([0.01], [1.0, -POLE], np.arange(200) / 10 - begin))
     assert decide(model, data, Window(0, 150, 189), BOUNDS, 20).status is status
 
 
@@ -110,7 +116,7 @@ def test_windows_lie_within_each_other_around_the_largest_error():
         for one in found:
             assert one.experiment == worst
             assert 0 <= one.first <= one.last < len(residual[worst])
-        for inner, outer in zip(found, found[1:], strict=False):
+        for inner, outer in pairwise(found):
             assert outer.first <= inner.first <= inner.last <= outer.last
             assert outer.last - outer.first > inner.last - inner.first
 
