@@ -93,8 +93,11 @@ def prove_name(
     first = next((cause for cause in diagnosis.causes if cause.rivals), None)
     rivals = first.rivals if first else ()
     models = (diagnosis.base, *([_extended(diagnosis)] if diagnosis.causes else []), *(r.model for r in rivals))
-    stated: tuple[Decision, ...] = ()
     tried = list(windows(residual))
+    # Begin with the samples on which the base model is excluded already.
+    known, begun = _known(diagnosis, bounds[output]), [w for w in tried if _holds(w, diagnosis)]
+    tried, known = (begun, known) if known and begun else (tried, ())
+    stated: tuple[Decision, ...] = ()
     interrupted = False
     try:
         for number, window in enumerate(tried):
@@ -103,8 +106,8 @@ def prove_name(
                 break
             if progress:
                 progress(f"proving the name on samples {window.first} to {window.last}")
-            found = _decided(models, diagnosis.data, window, bounds, stated, left / (len(tried) - number))
-            if _is_verified(stated) and not _is_verified(found):
+            found = _decided(models, diagnosis.data, window, bounds, stated or known, left / (len(tried) - number))
+            if stated and _is_verified(stated) and not (_is_verified(found) or found[1].excluded):
                 break
             stated = found
     except KeyboardInterrupt:
@@ -132,6 +135,22 @@ def prove_name(
     return replace(diagnosis, causes=causes, proof=empty, name_proof=proof)
 
 
+def _known(diagnosis: Diagnosis, noise_bound: float) -> tuple[Decision, ...]:
+    """Return what the diagnosis has proven of the base model, if it holds at this noise bound."""
+    proof = diagnosis.proof
+    if proof is None or proof.noise_bound < noise_bound:
+        return ()
+    return (Decision(Status.EXCLUDED, proof.first, proof.last, proof.samples, "", 0.0),)
+
+
+def _holds(window: Window, diagnosis: Diagnosis) -> bool:
+    """Return whether a window holds the samples on which the base model is excluded already."""
+    proof, run = diagnosis.proof, diagnosis.data.experiments[window.experiment]
+    return (
+        proof is not None and proof.experiment == run.name and window.first <= proof.first and proof.last <= window.last
+    )
+
+
 def _extended(diagnosis: Diagnosis) -> Model | None:
     """Return the extended model; None where a cause acts on the noise and is not in the model."""
     inside = {p.name for p in diagnosis.model.parameters}
@@ -150,7 +169,7 @@ def _decided(
     result: list[Decision] = []
     end = time.monotonic() + seconds
     for number, model in enumerate(models):
-        if known and known[number].excluded:
+        if number < len(known) and known[number].excluded:
             result.append(known[number])
         elif model is None:
             result.append(Decision(Status.NOT_POSABLE, window.first, window.last, (), _NOISE, 0.0))

@@ -160,15 +160,21 @@ def test_a_method_that_raises_costs_only_the_proof(found, monkeypatch):
         raise RuntimeError("no luck")
 
     monkeypatch.setattr(deciding, "FeasibleSet", broken)
-    proof = prove_name(found, BOUND, 5).name_proof
+    proof = prove_name(replace(found, proof=None), BOUND, 5).name_proof
     assert proof.base.status is Status.UNDECIDED
     assert proof.base.reason == "failed with RuntimeError: no luck"
 
 
 def test_no_time_decides_nothing_and_raises_nothing(found):
-    proof = prove_name(found, BOUND, 1e-6).name_proof
+    proof = prove_name(replace(found, proof=None), BOUND, 1e-6).name_proof
     assert proof.base.status is Status.UNDECIDED
     assert proof.extended.status is Status.UNDECIDED
+
+
+def test_what_the_diagnosis_has_proven_is_taken_over(found, proven):
+    """At its own noise bound; at a larger one it would be a weaker statement."""
+    assert found.proof.samples == proven.name_proof.base.samples
+    assert prove_name(found, 1.0, 20).name_proof.base.status is Status.FEASIBLE
 
 
 @pytest.mark.parametrize("calls", [1, 10])
