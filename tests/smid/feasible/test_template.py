@@ -146,6 +146,8 @@ def test_a_quotient_of_exponentials_is_refused_and_does_not_end_python() -> None
     model = Model("shared", (p,), (line,), (Measurement("y", "w", "eta"),))
     with pytest.raises(ModelError, match=r"the line of 'w' is not a polynomial"):
         templates(model)
+    with pytest.raises(ModelError, match="which is not a fraction"):
+        templates(model.fix(p=0.3))
 
 
 def test_what_is_no_polynomial_is_refused() -> None:
