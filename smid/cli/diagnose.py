@@ -13,7 +13,7 @@ from smid.cli.options import FILE, POSITIVE, Record, option, seconds_option, tak
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.data import Dataset
-from smid.diagnosis import EFFECTS, Diagnosis, prove_parameters
+from smid.diagnosis import EFFECTS, Diagnosis, prove_name, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.fitting.binding import bind
@@ -61,6 +61,12 @@ class Search:
         metavar="N",
         help="Certify the intervals of the added parameters from the first N samples; needs --noise-bound.",
     )
+    prove_name: float | None = option(
+        type=POSITIVE,
+        metavar="S",
+        help="Prove in S seconds: the base model cannot fit the samples of its largest error, the extended model can, "
+        "its rivals cannot; needs --noise-bound.",
+    )
 
     @property
     def chosen(self) -> list[str] | None:
@@ -99,10 +105,11 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
     """
     if (search.model is None) == (search.simulated is None):
         raise click.UsageError("give --model TOML, or --simulated COL for a recorded simulation")
-    if search.prove is not None and search.noise_bound is None:
-        raise click.UsageError("--prove needs a noise bound: give --noise-bound D")
-    if search.prove is not None and search.simulated is not None:
-        raise click.UsageError("--prove needs a model: of a simulator only the recorded output is known")
+    for name, asked in (("--prove", search.prove), ("--prove-name", search.prove_name)):
+        if asked is not None and search.noise_bound is None:
+            raise click.UsageError(f"{name} needs a noise bound: give --noise-bound D")
+        if asked is not None and search.simulated is not None:
+            raise click.UsageError(f"{name} needs a model: of a simulator only the recorded output is known")
     data = load_record(record, search.channels if search.simulated is None else (*search.channels, search.simulated))
     base = None if search.model is None else bind(load_model(search.model), data)
     diagnosis = _diagnosis(base, data, search, seconds)
@@ -117,7 +124,7 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
 
 
 def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float) -> Diagnosis:
-    """Return the diagnosis, with certified intervals of the added parameters if the user asked for them."""
+    """Return the diagnosis, with the proofs that the user asked for."""
     with Progress() as progress:
         diagnosis = diagnose_model(
             base,
@@ -131,10 +138,18 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
             seconds=seconds,
             progress=progress,
         )
-        if search.prove is None or search.noise_bound is None or not diagnosis.causes or diagnosis.interrupted:
+        bound = search.noise_bound
+        if bound is None or diagnosis.interrupted:
             return diagnosis
-        try:
-            return prove_parameters(diagnosis, search.noise_bound, search.prove)
-        except (UserError, EmptyFeasibleSetError) as error:  # a proof that fails costs only the proof
-            click.echo(f"warning: the intervals were not certified: {error}", err=True)
-            return diagnosis
+        # A proof that fails, or that Ctrl-C ends, costs only the proof.
+        if search.prove is not None and diagnosis.causes:
+            try:
+                diagnosis = prove_parameters(diagnosis, bound, search.prove)
+            except (UserError, EmptyFeasibleSetError, KeyboardInterrupt) as error:
+                click.echo(f"warning: the intervals were not certified: {str(error) or 'interrupted'}", err=True)
+        if search.prove_name is not None:
+            try:
+                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
+            except (UserError, KeyboardInterrupt) as error:
+                click.echo(f"warning: the name was not proven: {str(error) or 'interrupted'}", err=True)
+        return diagnosis

@@ -9,6 +9,8 @@ from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, misfit
 from smid.diagnosis.gain import Gain
+from smid.diagnosis.proof.name import prove_name
+from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.proven import prove_parameters
 
 __all__ = [
@@ -22,6 +24,7 @@ __all__ = [
     "Fault",
     "Gain",
     "Misfit",
+    "NameProof",
     "Rival",
     "Site",
     "Verdict",
@@ -29,5 +32,6 @@ __all__ = [
     "data_faults",
     "diagnose",
     "misfit",
+    "prove_name",
     "prove_parameters",
 ]

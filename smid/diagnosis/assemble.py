@@ -106,7 +106,8 @@ def _rivals(trial: Trial, found: Posterior, visited: Sequence[Visited], record: 
             behind = found.chosen.merit - one.merit
             odds = float(min(np.exp(min(behind, 100.0)), _MOST_ODDS))
             error = _error(one, record)
-            rivals.append(Rival(name, error, odds, _why(name, behind, error, found, one, record)))
+            model = None if one.effects.detected else one.effects.fit.model
+            rivals.append(Rival(name, error, odds, _why(name, behind, error, found, one, record), model))
     return tuple(rivals[:_MOST_RIVALS])
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 from typing import Any
 
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table
+from smid.models import Model
 
 
 def percent(probability: float) -> str:
@@ -80,6 +81,8 @@ class Rival:
         Of the named effect against this one, by their merits; at most 1e12.
     why
         Why it was rejected, in a short phrase.
+    model
+        The fitted model with this effect in the place of the named one; None for an effect on the noise.
 
     Examples
     --------
@@ -91,6 +94,11 @@ class Rival:
     rmse: float
     odds: float
     why: str
+    model: Model | None = field(default=None, repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain, JSON-ready content, without the model."""
+        return {name: plain(getattr(self, name)) for name in ("effect", "rmse", "odds", "why")}
 
 
 @dataclass(frozen=True, repr=False)

@@ -17,7 +17,6 @@ from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import DataError, Dataset
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
-from smid.diagnosis.certify import Emptiness, prove_empty
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Detection, Effect, Site
@@ -26,6 +25,7 @@ from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.gain import gain
 from smid.diagnosis.parts import Parts, free_run, split
+from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import rms, spread, structure
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.posterior import Posterior, posterior
@@ -145,7 +145,9 @@ def diagnose(
     proof = None
     if certify and bound is not None:
         with time_limit(left_over):
-            proof = prove_empty(model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit))
+            proof = prove_empty(
+                looked.base.fit.model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit)
+            )
     return _assemble(data, parts, looked, found, chosen, faults=faults, proof=proof, began=began)
 
 

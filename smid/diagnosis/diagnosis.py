@@ -14,12 +14,13 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause, percent
-from smid.diagnosis.certify import Emptiness
 from smid.diagnosis.evidence.correlation import Correlation, autocorrelation, cross_correlation
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.gain import Gain
+from smid.diagnosis.proof.emptiness import Emptiness
+from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.result import Part, Tabular
 from smid.models import Model
 
@@ -98,6 +99,8 @@ class Diagnosis(Tabular):
         Shape (n,). Per experiment, the samples of the test part.
     interrupted
         Whether Ctrl-C, SIGTERM or the time limit ended the search early.
+    name_proof
+        What `prove_name` proved of the base model, the extended model and the rivals; None where it was not called.
     """
 
     base: Model
@@ -123,14 +126,18 @@ class Diagnosis(Tabular):
     test: tuple[Mask, ...]
     interrupted: bool
     seconds: float
+    name_proof: NameProof | None = None
 
     def __str__(self) -> str:
         causes = (indent(str(cause), "  ") for cause in self.causes)
-        return "\n".join((*self._before, *causes, *self._after))
+        proof = () if self.name_proof is None else (str(self.name_proof),)
+        return "\n".join((*self._before, *causes, *proof, *self._after))
 
     def _content(self) -> Iterator[Part]:
         yield from self._before
         yield from self.causes
+        if self.name_proof is not None:
+            yield self.name_proof
         yield from self._after
         if self.model is not self.base:
             yield self.gain
@@ -226,6 +233,7 @@ class Diagnosis(Tabular):
             "misfit": self.misfit.to_dict(),
             "faults": [fault.to_dict() for fault in self.faults],
             "proof": None if self.proof is None else self.proof.to_dict(),
+            "name_proof": None if self.name_proof is None else self.name_proof.to_dict(),
             "experiment": None
             if experiment is None
             else {

@@ -179,8 +179,9 @@ class _Stamper:
         )
         own = self._variables([p.name for p in parameters], lower, upper)
         self.place.update({p.name: int(k) for p, k in zip(parameters, own, strict=True)})
-        constraints = polynomials_from_sympy(self.templates.model.constraints, [p.symbol for p in parameters])
-        self.inequalities.append(constraints)
+        if parameters:
+            constraints = polynomials_from_sympy(self.templates.model.constraints, [p.symbol for p in parameters])
+            self.inequalities.append(constraints)
 
     def _add_experiment(self, number: int, constant: Mapping[str, int]) -> None:
         """Add the latents, kinks and equalities of one experiment."""

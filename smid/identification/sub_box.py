@@ -12,7 +12,7 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from relaxations.search.boxes import derive_box
 from relaxations.search.interval_state import Ends, shrinkage
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
+from smid.data import Dataset
 from smid.feasible.assemble import CONSTANT, Opening, Sides
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.piecewise_functions import Kind
@@ -193,7 +194,9 @@ def _guess(stamped: FeasibleSet) -> Array:
     """Return a guess of magnitudes, with every kink on its side in the middle of the box."""
     count = len(stamped.model.parameters)
     lower, upper = stamped.problem.lower[:count], stamped.problem.upper[:count]
-    parameters, rms = equation_error_fit(stamped.on_box(lower, upper, sides_at(stamped, middle(stamped))))
+    parameters, rms = equation_error_fit(
+        stamped.on_box(lower, upper, sides_at(stamped.openings, stamped.data, middle(stamped)))
+    )
     return magnitudes(stamped, parameters, rms)
 
 
@@ -211,23 +214,23 @@ def _carried(point: Array, source: FeasibleSet, target: FeasibleSet) -> Array:
     return np.array([values.get(name, inside[k]) for k, name in enumerate(target.problem.names)])
 
 
-def sides_at(feasible: FeasibleSet, point: Array) -> dict[tuple[str, int], Index]:
+def sides_at(openings: Sequence[Opening], data: Dataset, point: Array) -> dict[tuple[str, int], Index]:
     """Return the side of every open kink at a point; the kinks' own values are computed from their arguments."""
     point = np.nan_to_num(point)
     sides: dict[tuple[str, int], Index] = {}
-    for opening in feasible.openings:
+    for opening in openings:
         arguments = opening.arguments.evaluate(point)
         positive = opening.hinge.kink.kind is Kind.POSITIVE_PART
         point[opening.variables] = np.maximum(arguments, 0.0) if positive else np.sign(arguments)
         sides[opening.hinge.kink.name, opening.experiment] = _table(
-            feasible, opening, opening.times, np.where(arguments >= 0, Side.POSITIVE, Side.NEGATIVE)
+            data, opening, opening.times, np.where(arguments >= 0, Side.POSITIVE, Side.NEGATIVE)
         )
     return sides
 
 
-def _table(feasible: FeasibleSet, opening: Opening, times: Index, sides: Index) -> Index:
+def _table(data: Dataset, opening: Opening, times: Index, sides: Index) -> Index:
     """Return the sides of one opening, open but for the given times."""
-    n = 1 if opening.experiment == CONSTANT else feasible.data.experiments[opening.experiment].n_samples
+    n = 1 if opening.experiment == CONSTANT else data.experiments[opening.experiment].n_samples
     table = np.full(n, Side.OPEN, dtype=np.int64)
     table[times] = sides
     return table
@@ -241,7 +244,9 @@ def witness(sub_box: SubBox, k: int, sign: int) -> Array | None:
 
 def witness_near(feasible: FeasibleSet, region: Region, point: Array, k: int, sign: int) -> Array | None:
     """Return verified parameters that push one end outwards, by a search from a point; None if not found."""
-    chosen = {**region.choose, **sides_at(feasible, point)} if feasible.openings else region.choose
+    chosen = (
+        {**region.choose, **sides_at(feasible.openings, feasible.data, point)} if feasible.openings else region.choose
+    )
     exact = feasible.on_box(region.lower, region.upper, chosen)
     problem = exact.problem
     start = _carried(point, feasible, exact)
@@ -304,7 +309,7 @@ def _by_side(sub_box: SubBox) -> tuple[Region, ...]:
     parts = []
     for side in (Side.NEGATIVE, Side.POSITIVE):
         nothing = np.zeros(0, dtype=np.int64)
-        table = sub_box.region.choose.get(key, _table(sub_box.feasible, opening, nothing, nothing)).copy()
+        table = sub_box.region.choose.get(key, _table(sub_box.feasible.data, opening, nothing, nothing)).copy()
         table[at] = side
         trail = sub_box.region.trail.part(sub_box.feasible.problem.names[opening.variables[place]], side=int(side))
         parts.append(Region(sub_box.region.lower, sub_box.region.upper, {**sub_box.region.choose, key: table}, trail))

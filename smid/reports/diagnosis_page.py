@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival, percent
 from smid.diagnosis.diagnosis import ENDED_EARLY, Diagnosis, Verdict
@@ -15,6 +15,7 @@ from smid.diagnosis.figures import (
     rivals_figure,
     spoken,
 )
+from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.table import Table
 from smid.models import Parameter
 from smid.reports.content import Block, Facts, Folded, Heading, Items, Page, Picture, Remark, Section, coloured, joined
@@ -114,9 +115,7 @@ def _lead(diagnosis: Diagnosis) -> Picture:
 def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
     if diagnosis.experiment is None:
         return
-    sentence = diagnosis.experiment.sentence
-    for name in diagnosis.experiment.rivals:
-        sentence = sentence.replace(name, spoken(name))
+    sentence = _spoken_in(diagnosis.experiment.sentence, diagnosis.experiment.rivals)
     picture = Picture(
         experiment_figure(diagnosis.experiment, diagnosis),
         "The input to apply. It stays within the range of the record.",
@@ -159,6 +158,8 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
     else:
         within = _number(bound, diagnosis.unit)
         yield f"There is no proof that the base model cannot explain the data within {within}."
+    if diagnosis.name_proof is not None:
+        yield from _name_proof(diagnosis.name_proof)
     if not diagnosis.causes:
         yield "No effect is probable enough to be named, given the number of effects that were tested."
         return
@@ -173,6 +174,27 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
         "Probability: the share of the evidence that the sets with this effect hold, among all sets of effects that "
         "were fitted. Effects that are not in the library were not tested."
     )
+
+
+def _name_proof(proof: NameProof) -> Iterator[Block]:
+    yield Heading(proof.title.rstrip("."))
+    header = ("model", "on these samples", "most influential samples, or why nothing is proven")
+    rows = []
+    for name, found in proof.decisions:
+        status = coloured(str(found.status), "good") if found.excluded else str(found.status)
+        rows.append((_spoken_in(name, (*proof.causes, *proof.rivals)), status, found.ground))
+    yield Table("", header, tuple(rows), "lll")
+    yield Remark(
+        "Excluded: no parameters within their boxes explain the samples (certified). Feasible: parameters and noises "
+        "that explain them are verified. A rival that is not excluded is rejected by likelihood only."
+    )
+
+
+def _spoken_in(text: str, effects: Iterable[str]) -> str:
+    """Return a text with the names of effects in words."""
+    for name in effects:
+        text = text.replace(name, spoken(name))
+    return text
 
 
 def _facts(cause: Cause, unit: str) -> Facts:

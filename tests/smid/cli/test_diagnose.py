@@ -202,6 +202,29 @@ def test_nothing_is_proven_without_a_noise_bound(smid):
     result = smid(f"diagnose {COMMON} --prove 40")
     assert result.exit_code == 2
     assert "--prove needs a noise bound" in result.stderr
+    result = smid(f"diagnose {COMMON} --prove-name 20")
+    assert result.exit_code == 2
+    assert "--prove-name needs a noise bound" in result.stderr
+
+
+def test_the_name_is_proven_on_demand(smid):
+    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove-name 20 --json out.json")
+    assert result.exit_code == 0, result.output
+    assert "Proof of the name on samples" in result.stdout
+    document = written()
+    assert document["name_proof"]["base"]["status"] == "excluded"
+    assert document["proof"]["first"] == document["name_proof"]["base"]["first"]
+
+
+def test_ctrl_c_in_the_proof_of_the_name_keeps_the_diagnosis(smid, monkeypatch):
+    def interrupt(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("smid.cli.diagnose.prove_name", interrupt)
+    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove-name 20 --json out.json")
+    assert result.exit_code == 0, result.output
+    assert "the name was not proven: interrupted" in result.stderr
+    assert written()["causes"][0]["effect"] == "input_dead_zone"
 
 
 def test_intervals_are_proven_on_demand(smid):

@@ -19,6 +19,7 @@ CAUSE = {"effect", "label", "sentence", "confidence", "parameters", "rivals", "e
 WHOLE = {
     *("schema", "verdict", "causes", "gain", "held_samples", "misfit", "faults", "proof", "experiment", "skipped"),
     *("failed", "dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
+    "name_proof",
 }
 
 

@@ -138,6 +138,18 @@ def test_an_unmeasured_state_stays_latent() -> None:
     assert np.isinf(feasible.problem.upper[latent]).all()  # nothing is known of it beforehand
 
 
+def test_a_quotient_of_exponentials_is_refused_and_does_not_end_python() -> None:
+    """A search for common factors of these powers asks for integers that no computer holds."""
+    p, u, w = Parameter("p", -6, 6), signal("u"), signal("w")
+    shares = [sympy.exp(-sympy.Rational(k, 9007199254740992) * p.symbol) for k in (8256599316845909, 5254199565265579)]
+    line = Line(w[t], (shares[0] * u[t - 1] + shares[1] * w[t - 1]) / (shares[0] + shares[1] + 1))
+    model = Model("shared", (p,), (line,), (Measurement("y", "w", "eta"),))
+    with pytest.raises(ModelError, match=r"the line of 'w' is not a polynomial"):
+        templates(model)
+    with pytest.raises(ModelError, match="which is not a fraction"):
+        templates(model.fix(p=0.3))
+
+
 def test_what_is_no_polynomial_is_refused() -> None:
     a = Parameter("a", 0, 1)
     u, w = signal("u"), signal("w")

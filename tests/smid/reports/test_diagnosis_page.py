@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import smid
-from smid.diagnosis import Fault, Verdict
-from smid.diagnosis.certify import Emptiness
+from smid.diagnosis import Fault, Verdict, prove_name
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.figures import (
@@ -14,7 +13,9 @@ from smid.diagnosis.figures import (
     experiment_figure,
     on_test_part,
     rivals_figure,
+    spoken,
 )
+from smid.diagnosis.proof.emptiness import Emptiness
 from smid.reports import report, versions
 from smid.reports.mathml import equations
 from tests.smid.reports.dead_zone_records import diagnosis_of, record
@@ -219,3 +220,14 @@ def test_the_experiment_is_drawn_in_seconds_and_units(ambiguous):
     (axes,) = experiment_figure(ambiguous.experiment, ambiguous).axes
     assert axes.get_ylabel() == "current [A]"
     assert axes.lines[0].get_xdata()[-1] == pytest.approx(0.99)
+
+
+def test_the_page_says_which_rivals_are_excluded_by_proof(named, tmp_path):
+    proven = prove_name(named, 0.06, 20)
+    page = read(report(proven, tmp_path / "r.html"))
+    proof = proven.name_proof
+    assert proof.title.rstrip(".") in page.text
+    assert f"with {spoken(named.causes[0].effect)}" in page.text
+    for name, found in proof.rivals.items():
+        assert f"with {spoken(name)} in place of {spoken(proof.against)}" in page.text
+        assert ("; excluded by proof" if found.excluded else "; not excluded by proof") in page.text

@@ -7,13 +7,14 @@ import pytest
 from scipy.optimize import linprog
 
 from smid import Dataset
-from smid.diagnosis.certify import prove_empty
+from smid.diagnosis.proof.emptiness import prove_empty
 from smid.fitting.fit import fit
 from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
 
 
 def proof(data: Dataset, noise_bound: float):
-    return prove_empty(LAG, data, noise_bound, "y", fit(LAG, data).residual(data, "y"))
+    fitted = fit(LAG, data)
+    return prove_empty(fitted.model, data, noise_bound, "y", fitted.residual(data, "y"))
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -1,0 +1,55 @@
+"""The window of a record that proofs are about: where the base model errs most.
+
+If a part of a record is infeasible, the whole is. A short window keeps the relaxations small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from smid.data import Dataset
+
+SIZES = (40, 100, 250)
+"""Samples of the windows, tried in turn."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples ``first`` to ``last`` of one experiment, counted from its start."""
+
+    experiment: int
+    first: int
+    last: int
+
+    def cut(self, data: Dataset, before: int = 0) -> Dataset:
+        """Return these samples, with up to so many samples before them."""
+        alone = data.with_experiments((data.experiments[self.experiment],)).with_n_init(0)
+        return alone.crop(max(self.first - before, 0), self.last + 1)
+
+
+def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator[Window]:
+    """Yield windows around the largest error, each the one with the largest squares that holds the one before.
+
+    Parameters
+    ----------
+    residual
+        Shape (n,). Of the base model, per experiment, over the samples that may be used.
+
+    Examples
+    --------
+    >>> [(w.first, w.last) for w in windows([np.eye(1, 100, 50)[0]], (10, 1000))]
+    [(41, 50), (0, 99)]
+    """
+    number = int(np.argmax([np.abs(r).max(initial=0.0) for r in residual]))
+    squares = np.asarray(residual[number]) ** 2
+    first, last = squares.size - 1, 0  # of the window before; here any window may be next
+    for size in dict.fromkeys(min(size, squares.size) for size in sizes):
+        power = np.convolve(squares, np.ones(size), "valid")
+        lowest = max(last + 1 - size, 0)
+        first = lowest + int(np.argmax(power[lowest : first + 1]))
+        last = first + size - 1
+        yield Window(number, first, last)

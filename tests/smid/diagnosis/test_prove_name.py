@@ -1,0 +1,213 @@
+"""The proof of the name: what is proven agrees with other arithmetic, and a proof that fails costs only itself."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import sympy
+from scipy.optimize import linprog, minimize_scalar
+from scipy.signal import lfilter
+
+from smid.diagnosis import diagnose, prove_name
+from smid.diagnosis.proof import decide as deciding
+from smid.diagnosis.proof import name as naming
+from smid.diagnosis.proof.decide import Decision, Status, decide
+from smid.diagnosis.proof.window import Window, windows
+from smid.fitting.fit import fit
+from smid.models import ModelError, OutputError, Parameter, signal, t
+from tests.smid.diagnosis.lag_records import BOUND, GAIN, LAG, POLE, dead_zone, lag, record, steps
+
+BOUNDS = {"y": BOUND}
+
+
+@pytest.fixture(scope="module")
+def found():
+    u = steps(1, 300)
+    return diagnose(
+        LAG,
+        record(u, lag(dead_zone(u, 0.3))),
+        BOUND,
+        ["input_dead_zone", "gain", "sensor_bias", "input_delay"],
+        workers=1,
+    )
+
+
+@pytest.fixture(scope="module")
+def proven(found):
+    return prove_name(found, BOUND, 40)
+
+
+def least_bound(u, y):
+    """Return the least noise bound of the lag: a linear program in gain and first state for each pole."""
+
+    def at(pole):
+        g = np.zeros((len(u), 2))
+        g[0, 1] = 1.0
+        for k in range(1, len(u)):
+            g[k] = pole * g[k - 1]
+            g[k, 0] += u[k - 1]
+        one = np.ones((len(u), 1))
+        program = np.block([[g, -one], [-g, -one]]), np.r_[y, -y]
+        return float(linprog([0, 0, 1], *program, bounds=[(None, None), (None, None), (0, None)]).fun)
+
+    grid = np.linspace(-0.99, 0.99, 40)
+    best = grid[np.argmin([at(pole) for pole in grid])]
+    return minimize_scalar(at, bounds=(best - 0.06, best + 0.06), method="bounded", options={"xatol": 1e-6}).fun
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_both_answers_agree_with_a_linear_program(seed):
+    """Small dead zones are within the noise, large ones are not; either answer has to be right."""
+    u = steps(seed, 120)
+    data = record(u, lag(dead_zone(u, 0.04 * seed)), seed)
+    window = Window(0, 30, 79)
+    answer = decide(fit(LAG, data).model, data, window, BOUNDS, 20).status
+    least = least_bound(u[30:80], data.values("y")[30:80])
+    assert answer is (Status.EXCLUDED if least > BOUND else Status.FEASIBLE)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_truth_is_never_excluded(seed):
+    """With odd seeds the noise sits on its bound."""
+    u = steps(seed, 200)
+    clean = lag(dead_zone(u, 0.3))
+    noise = BOUND * (1 - 1e-9) * np.random.default_rng(seed).choice([-1.0, 1.0], len(u))
+    data = record(u, clean + noise, bound=0.0) if seed % 2 else record(u, clean, seed)
+    zone = Parameter("zone", 0, 1)
+    read = signal("u")[t - 1]
+    dead = sympy.Max(read - zone.symbol, 0) - sympy.Max(-read - zone.symbol, 0)
+    model = LAG.replace_line("w", LAG.lines[0].expression.subs(read, dead), [zone])
+    truth = model.with_values({"a1": -POLE, "b0": GAIN, "zone": 0.3})
+    answer = decide(truth, data, Window(0, 100, 139), BOUNDS, 20)
+    assert answer.status is not Status.EXCLUDED
+    assert seed % 2 or answer.status is Status.FEASIBLE
+
+
+def test_a_limit_on_a_hidden_signal_is_verified_too():
+    """Nothing bounds the signal inside Min before its value is known."""
+    u = steps(3, 120)
+    limit = Parameter("limit", 0, 5)
+    model = LAG.insert_sensor("y", lambda w: sympy.Min(w, limit.symbol), [limit])
+    truth = model.with_values({"a1": -POLE, "b0": GAIN, "limit": 0.8})
+    data = record(u, np.minimum(lag(u), 0.8))
+    assert decide(truth, data, Window(0, 20, 59), BOUNDS, 20).status is Status.FEASIBLE
+
+
+@pytest.mark.parametrize(("begin", "status"), [(0, Status.FEASIBLE), (5.0, Status.EXCLUDED)])
+def test_a_clock_counts_from_the_start_of_the_record(begin, status):
+    """Only the gain is free; the drift of the second record is as if the clock had begun elsewhere."""
+    u = steps(4, 200)
+    step = sympy.Rational(1, 10)
+    model = OutputError(fixed={"a1": -POLE}).bound(b0=(0, 1)).with_values({"b0": GAIN})
+    model = model.with_line("time", signal("time")[t - 1] + step)
+    model = model.add_term("w", signal("time")[t] / 100)
+    data = record(u, lag(u) + lfilter([0.01], [1.0, -POLE], np.arange(200) / 10 - begin))
+    assert decide(model, data, Window(0, 150, 189), BOUNDS, 20).status is status
+
+
+def test_windows_lie_within_each_other_around_the_largest_error():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        residual = [rng.normal(size=int(n)) for n in rng.integers(30, 400, 2)]
+        found = list(windows(residual))
+        worst = int(np.argmax([np.abs(r).max() for r in residual]))
+        for one in found:
+            assert one.experiment == worst
+            assert 0 <= one.first <= one.last < len(residual[worst])
+        for inner, outer in pairwise(found):
+            assert outer.first <= inner.first <= inner.last <= outer.last
+            assert outer.last - outer.first > inner.last - inner.first
+
+
+def test_the_name_is_proven_on_the_same_samples(found, proven):
+    proof = proven.name_proof
+    assert found.causes[0].effect == "input_dead_zone"
+    assert proof.base.excluded
+    assert proof.extended.status is Status.FEASIBLE
+    assert (proof.extended.first, proof.extended.last) == (proof.first, proof.last)
+    assert set(proof.rivals) == {r.effect for r in found.causes[0].rivals}
+    assert proof.rivals["gain"].excluded, "a gain leaves the lag as it is"
+    for decision in (proof.base, *proof.rivals.values()):
+        assert proof.first <= decision.first <= decision.last <= proof.last
+        assert all(decision.first <= k <= decision.last and share > 0 for k, share in decision.samples)
+    u, y = (found.data.values(c)[proof.base.first : proof.base.last + 1] for c in ("u", "y"))
+    assert least_bound(u, y) > BOUND
+    assert proof.last < int(np.flatnonzero(found.test[0])[0]), "the test part is not used"
+
+
+def test_words_data_and_rivals_say_the_same(found, proven):
+    proof = proven.name_proof
+    said = str(proven)
+    assert proof.title in said
+    assert proven.proof.sentence in said
+    for rival in proven.causes[0].rivals:
+        assert rival.why.endswith("; excluded by proof") == proof.rivals[rival.effect].excluded
+        assert ("in place of input_dead_zone" in said) == bool(proof.rivals)
+    plain = json.loads(json.dumps(proven.to_dict(), allow_nan=False))["name_proof"]
+    assert set(plain) == {
+        *("noise_bound", "unit", "experiment", "first", "last", "causes", "base", "extended", "against", "rivals"),
+        *("interrupted", "seconds", "title"),
+    }
+    assert set(plain["base"]) == {"status", "first", "last", "samples", "reason", "seconds"}
+    assert plain["base"]["status"] == "excluded"
+    assert found.name_proof is None
+
+
+def test_a_method_that_raises_costs_only_the_proof(found, monkeypatch):
+    def broken(*_arguments, **_settings):
+        raise RuntimeError("no luck")
+
+    monkeypatch.setattr(deciding, "FeasibleSet", broken)
+    proof = prove_name(replace(found, proof=None), BOUND, 5).name_proof
+    assert proof.base.status is Status.UNDECIDED
+    assert proof.base.reason == "failed with RuntimeError: no luck"
+
+
+def test_no_time_decides_nothing_and_raises_nothing(found):
+    proof = prove_name(replace(found, proof=None), BOUND, 1e-6).name_proof
+    assert proof.base.status is Status.UNDECIDED
+    assert proof.extended.status is Status.UNDECIDED
+
+
+def test_what_the_diagnosis_has_proven_is_taken_over(found, proven):
+    """At its own noise bound; at a larger one it would be a weaker statement."""
+    assert found.proof.samples == proven.name_proof.base.samples
+    assert prove_name(found, 1.0, 20).name_proof.base.status is Status.FEASIBLE
+
+
+@pytest.mark.parametrize("calls", [1, 10])
+def test_ctrl_c_keeps_what_was_proven(found, monkeypatch, calls):
+    """Each window asks for five decisions at most: a base, an extended model, three rivals."""
+    count = iter(range(100))
+
+    def until(_model, _data, window, *_rest):
+        if next(count) >= calls:
+            raise KeyboardInterrupt
+        return Decision(Status.FEASIBLE, window.first, window.last, (), "", 0.0)
+
+    monkeypatch.setattr(naming, "decide", until)
+    if calls == 1:
+        with pytest.raises(KeyboardInterrupt):
+            prove_name(found, BOUND)
+    else:
+        proof = prove_name(found, BOUND).name_proof
+        assert proof.interrupted
+        assert "(interrupted)" in proof.title
+
+
+def test_an_effect_on_the_noise_cannot_be_posed(found):
+    first, *rest = found.causes
+    rival = replace(first.rivals[0], model=None)
+    changed = replace(found, causes=(replace(first, rivals=(rival,)), *rest))
+    proof = prove_name(changed, BOUND, 20).name_proof
+    assert proof.rivals[rival.effect].status is Status.NOT_POSABLE
+    assert "acts on the noise" in proof.rivals[rival.effect].reason
+
+
+def test_bad_input_is_refused(found):
+    with pytest.raises(ModelError, match="noise bound"):
+        prove_name(found, -1.0)
+    with pytest.raises(ValueError, match="seconds"):
+        prove_name(found, BOUND, 0)
