@@ -24,7 +24,8 @@ from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.gain import gain
-from smid.diagnosis.parts import Parts, free_run, split
+from smid.diagnosis.long_record import fitted_to, shorten
+from smid.diagnosis.parts import Parts, free_run
 from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import rms, spread, structure
 from smid.diagnosis.search.guarded import Failure, guarded
@@ -33,6 +34,7 @@ from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
+from smid.diagnosis.search.whole import compared
 from smid.diagnosis.simulator import simulator
 from smid.feasible.feasible_set import check_noise_bound, check_samples, is_constant
 from smid.fitting.binding import bind
@@ -125,10 +127,14 @@ def diagnose(
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_samples(model, data)
     bound = _bound(model, noise_bound)
-    parts = split(model, data, test)
-    _check_moving(model, parts.seen)
-    record = _record(model, parts.seen, bound)
     say = progress or _silent
+    shortened = shorten(model, data, test, bounded=bound is not None)
+    data, parts = shortened.data, shortened.parts
+    model = replace(model, sampling_time=data.sampling_time) if model.continuous else model
+    for sentence in shortened.said:
+        say(sentence)
+    _check_moving(model, parts.seen)
+    record = _record(model, shortened.searched, bound)
     faults = data_faults(parts.seen)
     for fault in faults:
         say(fault.sentence)
@@ -136,10 +142,13 @@ def diagnose(
     with _time_to_fit(seconds, began), _pool(executor, workers, chosen) as pool:
         say("fitting the base model")
         base = _base(model, record)
+        whole = base.fit if record.data is parts.seen else fitted_to(base.fit, parts.seen)
         # The test part lends its input, not its output.
-        for run, free in zip(data.experiments, free_run(base.fit, data, parts), strict=True):
+        for run, free in zip(data.experiments, free_run(whole, data, parts), strict=True):
             check_finite(run.name, free[record.output][data.n_init :])
         looked = _look(model, record, base, None, chosen, pool, progress)
+    if record.data is not parts.seen:
+        looked = _look_at_all(looked, _record(model, parts.seen, bound), chosen, say)
     found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
@@ -148,7 +157,8 @@ def diagnose(
             proof = prove_empty(
                 looked.base.fit.model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit)
             )
-    return _assemble(data, parts, looked, found, chosen, faults=faults, proof=proof, began=began)
+    told = shortened.said
+    return _assemble(data, parts, looked, found, chosen, said=told, faults=faults, proof=proof, began=began)
 
 
 @contextmanager
@@ -209,9 +219,7 @@ def _look(
     glitches = _glitches(record, known, chosen)
     seen = _without(record, glitches)
     base = _base(model, seen) if glitches else base
-    simulated = tuple(s[record.output] for s in base.fit.simulated)
-    data, bound = record.data, record.noise_bound
-    shown = misfit(data, record.output, simulated, noise_bound=bound, skip=data.n_init, input=record.input)
+    shown = _misfit(record, base.fit)
     say(shown.sentence)
     begun = before.found.visited[0].effects.trials if before else ()
     found = search(seen, base, chosen, pool, progress, begun)
@@ -230,6 +238,21 @@ def _look(
     return replace(looked, found=replace(found, interrupted=True))
 
 
+def _look_at_all(looked: _Looked, record: Record, chosen: Sequence[Effect], say: Progress) -> _Looked:
+    """Fit what a search on windows found to the whole of what may be seen, and compare it there."""
+    say("fitting the base model to the whole record")
+    glitches = _glitches(record, fitted_to(looked.found.visited[0].effects.fit, record.data), chosen)
+    seen = _without(record, glitches)
+    base = _base(looked.base.fit.model, seen)
+    found = compared(seen, base, looked.found, chosen, say)
+    return _Looked(seen, base, _misfit(record, base.fit), found, glitches)
+
+
+def _misfit(record: Record, fitted: Fit) -> Misfit:
+    data, simulated = record.data, tuple(s[record.output] for s in fitted.simulated)
+    return misfit(data, record.output, simulated, noise_bound=record.noise_bound, skip=data.n_init, input=record.input)
+
+
 def _assemble(
     data: Dataset,
     parts: Parts,
@@ -237,6 +260,7 @@ def _assemble(
     found: Posterior,
     chosen: Sequence[Effect],
     *,
+    said: tuple[str, ...],
     faults: tuple[Fault, ...],
     proof: Emptiness | None,
     began: float,
@@ -305,6 +329,7 @@ def _assemble(
         doubts={name: found.probability[name] for name in found.doubts},
         misfit=looked.shown,
         faults=faults,
+        shortened=said,
         gain=gain(held, before, after, bound),
         proof=proof,
         experiment=_experiment(found, looked),

@@ -79,6 +79,8 @@ class Diagnosis(Tabular):
         What is wrong with the base model, and where.
     faults
         What is wrong with the data.
+    shortened
+        How a long record was thinned and cut for the search, in sentences.
     gain
         On the test part, which no fit and no choice has seen.
     proof
@@ -114,6 +116,7 @@ class Diagnosis(Tabular):
     doubts: Mapping[str, float]
     misfit: Misfit
     faults: tuple[Fault, ...]
+    shortened: tuple[str, ...]
     gain: Gain
     proof: Emptiness | None
     experiment: SeparatingExperiment | None
@@ -147,6 +150,7 @@ class Diagnosis(Tabular):
         yield self.misfit.sentence
         if self.proof is not None:
             yield self.proof.sentence
+        yield from self.shortened
         yield from (fault.sentence for fault in self.faults)
         if self.interrupted:
             yield ENDED_EARLY
@@ -231,6 +235,7 @@ class Diagnosis(Tabular):
                 for run, mask in zip(self.data.experiments, self.test, strict=True)
             },
             "misfit": self.misfit.to_dict(),
+            "shortened": list(self.shortened),
             "faults": [fault.to_dict() for fault in self.faults],
             "proof": None if self.proof is None else self.proof.to_dict(),
             "name_proof": None if self.name_proof is None else self.name_proof.to_dict(),

@@ -21,6 +21,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset, Experiment
 from smid.data.edit import slice_samples
+from smid.diagnosis.parts import Parts, split
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model
 
@@ -31,43 +32,76 @@ _LONG = 200
 
 
 @dataclass(frozen=True, eq=False)
-class Thinned:
-    """A record on the grid that its diagnosis uses.
+class Shortened:
+    """A record as a diagnosis uses it.
 
     Parameters
     ----------
-    factor
-        One sample is kept of so many.
+    data
+        The record, on a coarser grid where it was thinned.
+    parts
+        Of `data`.
+    searched
+        What the search is given of the part that may be seen: all, or windows.
+    said
+        Sentences about what was done.
     """
 
     data: Dataset
-    factor: int
-
-    @property
-    def sentence(self) -> str:
-        """What was done, in words."""
-        return (
-            f"The record is taken every {self.data.sampling_time:g} s, one sample of {self.factor}: inputs as means, the "
-            "others through a filter without phase."
-        )
+    parts: Parts
+    searched: Dataset
+    said: tuple[str, ...]
 
 
-def thinned(model: Model, data: Dataset, seen: float) -> Thinned | None:
-    """Return the record on a coarser grid; None where it is short, or needs its own.
+def shorten(model: Model, data: Dataset, test: float | Sequence[str], *, bounded: bool) -> Shortened:
+    """Return a record thinned and cut to windows, as far as its length needs it.
 
     Parameters
     ----------
-    seen
-        Share of the samples that fits may see.
+    test
+        As for :func:`smid.diagnose`.
+    bounded
+        Whether a noise bound has to hold for the samples that are left: then outputs are not filtered.
+
+    Raises
+    ------
+    DataError
+        As `smid.diagnosis.parts.split`.
     """
-    needed = -(-round(seen * sum(run.n_samples for run in data.experiments)) // MOST_SAMPLES)
-    if not _is_continuous(model):
-        return None
-    for factor in range(needed, 1, -1):
-        coarse = data.decimate(factor, held=model.input_channels)
+    parts, said = split(model, data, test), []
+    factor = _factor(model, data, -(-_length(parts.seen) // MOST_SAMPLES), bounded)
+    if factor > 1:
+        data = _coarse(model, data, factor, bounded)
+        parts = split(model, data, test)
+        how = "as they are" if bounded else "through a filter without phase"
+        said.append(
+            f"The record is taken every {data.sampling_time:g} s, one sample of {factor}: inputs as means, outputs "
+            f"{how}."
+        )
+    searched = windows(parts.seen, (*model.input_channels, *model.output_channels))
+    if searched is not parts.seen:
+        said.append(
+            f"The search fits {len(searched.experiments)} windows with {_length(searched)} of {_length(parts.seen)} "
+            "samples; what it finds is fitted to all of them."
+        )
+    return Shortened(data, parts, searched, tuple(said))
+
+
+def _length(data: Dataset) -> int:
+    return sum(run.n_samples for run in data.experiments)
+
+
+def _coarse(model: Model, data: Dataset, factor: int, bounded: bool) -> Dataset:
+    return data.decimate(factor, antialias=not bounded, held=model.input_channels)
+
+
+def _factor(model: Model, data: Dataset, needed: int, bounded: bool) -> int:
+    """Return how many samples one may stand for: so many as are needed, and as the outputs and the model allow."""
+    for factor in range(needed, 1, -1) if _is_continuous(model) else ():
+        coarse = _coarse(model, data, factor, bounded)
         if all(_shows(data, coarse, channel, factor) for channel in model.output_channels):
-            return Thinned(coarse, factor)
-    return None
+            return factor
+    return 1
 
 
 def _is_continuous(model: Model) -> bool:
@@ -87,7 +121,7 @@ def _shows(data: Dataset, coarse: Dataset, channel: str, factor: int) -> bool:
 
 def windows(data: Dataset, channels: Sequence[str]) -> Dataset:
     """Return a record with at most `MOST_SAMPLES` samples: itself, or windows as experiments of their own."""
-    if sum(run.n_samples - data.n_init for run in data.experiments) <= MOST_SAMPLES:
+    if _length(data) <= MOST_SAMPLES:
         return data
     size = MOST_SAMPLES // _WINDOWS
     pieces = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival, percent
 from smid.diagnosis.diagnosis import ENDED_EARLY, Diagnosis, Verdict
@@ -48,7 +49,7 @@ def diagnosis_page(
         _model(diagnosis),
         _gain(diagnosis),
         *_skipped(diagnosis),
-        data_section(diagnosis.data, drawn=True),
+        _data(diagnosis),
         _not_proven(diagnosis),
     )
     return Page(
@@ -310,6 +311,11 @@ def _faults(diagnosis: Diagnosis) -> Block:
             for fault in diagnosis.faults
         )
     )
+
+
+def _data(diagnosis: Diagnosis) -> Section:
+    section = data_section(diagnosis.data, drawn=True)
+    return replace(section, blocks=(*section.blocks, *diagnosis.shortened))
 
 
 def _model(diagnosis: Diagnosis) -> Section:

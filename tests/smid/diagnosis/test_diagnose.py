@@ -17,7 +17,19 @@ GAIN = {
 }
 CAUSE = {"effect", "label", "sentence", "confidence", "parameters", "rivals", "evidence"}
 WHOLE = {
-    *("schema", "verdict", "causes", "gain", "held_samples", "misfit", "faults", "proof", "experiment", "skipped"),
+    *(
+        "schema",
+        "verdict",
+        "causes",
+        "gain",
+        "held_samples",
+        "misfit",
+        "shortened",
+        "faults",
+        "proof",
+        "experiment",
+        "skipped",
+    ),
     *("failed", "dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
     "name_proof",
 }

@@ -1,0 +1,49 @@
+"""The sets that a search on windows found, fitted to the whole record and compared there."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+from relaxations.deadline import Progress
+from smid.diagnosis.effects.effect import Effect
+from smid.diagnosis.search.effect_set import EffectSet, put_again, with_noise_effects
+from smid.diagnosis.search.ranking import REACH, Ranking, Visited
+from smid.diagnosis.search.record import Record
+from smid.diagnosis.search.search import Found
+from smid.diagnosis.search.trial import Base
+
+__all__ = ["compared"]
+
+_MOST = 12
+
+
+def compared(record: Record, base: Base, found: Found, effects: Sequence[Effect], progress: Progress) -> Found:
+    """Return the best sets of a search, their merits those on another record: each is fitted to it from its values.
+
+    Compared are the best set, its parts and the sets within reach of it, a dozen at most.
+
+    Parameters
+    ----------
+    record, base
+        The whole record without its test part, and the base model fitted to it.
+    """
+    by_name = {e.name: e for e in effects}
+    best = found.visited[0]
+    plain = [v for v in found.visited if v.effects.trials and not v.effects.detected]
+    near = [v for v in plain if v.merit >= best.merit - REACH or _is_part(v, best)]
+    sets: dict[tuple[str, ...], EffectSet] = {(): EffectSet((), base.fit, base.errors)}
+    for one in near[:_MOST]:
+        progress(f"fitting {', '.join(one.names)} to the whole record")
+        again = put_again(one.effects.trials, base, by_name, one.effects.fit.model.values)
+        if again is not None:
+            sets[again.names] = again
+    ranking = Ranking(record, len(effects))
+    leader = ranking.rank(sets.values())[0].effects
+    heard = [one for one in with_noise_effects(leader, record, effects) if isinstance(one, EffectSet)]
+    return replace(found, visited=ranking.rank([*sets.values(), *heard]))
+
+
+def _is_part(one: Visited, best: Visited) -> bool:
+    return Counter(one.names) < Counter(best.names) and len(one.names) == len(best.names) - 1
