@@ -15,7 +15,7 @@ import sys
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import lru_cache, reduce
 from itertools import count
 from typing import Any
 
@@ -31,7 +31,7 @@ from smid.models.errors import ModelError
 from smid.models.parts import Line
 from smid.models.symbols import plain_symbols, signal, t
 
-__all__ = ["Loop", "LoopCode", "Value", "Writer", "call", "compile_loop", "number"]
+__all__ = ["MOST_LOOPS", "Loop", "LoopCode", "Value", "Writer", "call", "compile_loop", "number"]
 
 _DOUBLE, _INT, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _VECTOR = _DOUBLE.as_pointer()
@@ -43,6 +43,9 @@ _SAME = "exp log sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh ata
 _LIBRARY = {sympy.ceiling: "ceil", **{getattr(sympy, name): name for name in _SAME.split()}}
 _RELATIONS = {sympy.Gt: ">", sympy.Ge: ">=", sympy.Lt: "<", sympy.Le: "<=", sympy.Eq: "==", sympy.Ne: "!="}
 _NUMBERS = count()
+_SHARED = 64  # loops in an engine
+MOST_LOOPS = 1024
+"""Loops that are kept, in case they are needed again."""
 _LARGEST_PRODUCT = 8  # a power up to here is a product
 
 Value = tuple[ir.Value, bool]
@@ -100,8 +103,8 @@ def call(
         function(constants.buffer_info()[0], begins.buffer_info()[0], start, count, columns)
 
 
-# Edits of a model leave most of its lines as they are: those are not compiled again. The engine keeps all code.
-@cache
+# Edits of a model leave most of its lines as they are: those are not compiled again.
+@lru_cache(maxsize=MOST_LOOPS)
 def compile_loop(lines: tuple[Line, ...]) -> Loop:
     """Compile lines in causal order: what one reads at the same time is known or defined by a line before it."""
     parameters = tuple(sorted(set().union(*(plain_symbols(line.expression) for line in lines))))
@@ -130,7 +133,8 @@ class LoopCode:
     def __init__(self, parameters: Sequence[str], rows: Sequence[Any]) -> None:
         self.module = ir.Module()
         kind = ir.FunctionType(ir.VoidType(), [_VECTOR, _VECTOR.as_pointer(), _INT, _INT, _INTS])
-        self.function = ir.Function(self.module, kind, f"loop{next(_NUMBERS)}")
+        self.number = next(_NUMBERS)
+        self.function = ir.Function(self.module, kind, f"loop{self.number}")
         values, table, self._start, self._count, self.columns = self.function.args
         self._blocks = [self.function.append_basic_block(name) for name in ("once", "test", "each")]
         self.once, self._test, self.each = map(ir.IRBuilder, self._blocks)
@@ -157,17 +161,21 @@ class LoopCode:
         self.each.branch(test)
         self._test.cbranch(self._test.icmp_signed("<", self.now, self._count), each, end)
         ir.IRBuilder(end).ret_void()
-        engine = _engine()
-        engine.add_module(llvm.parse_assembly(str(self.module)))
+        engine, module = _engine(self.number // _SHARED), llvm.parse_assembly(str(self.module))
+        engine.add_module(module)
         engine.finalize_object()
-        return _SIGNATURE(engine.get_function_address(self.function.name))
+        function = _SIGNATURE(engine.get_function_address(self.function.name))
+        # What was compiled stays with its engine; what it was compiled from takes more memory.
+        engine.remove_module(module)
+        function.engine = engine  # type: ignore[attr-defined]
+        return function
 
 
-@cache
-def _engine() -> Any:
-    """Return the one engine, for this kind of processor without instructions that only some of it have.
+@lru_cache(maxsize=1)
+def _engine(_number: int) -> Any:
+    """Return a new engine, for this kind of processor without instructions that only some of it have.
 
-    An engine for each loop would take twenty times the memory.
+    An engine for each loop would take twenty times the memory; one for all would keep what nobody calls any more.
     """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ import sympy
 from llvmlite import ir
 
 from relaxations.algebra.arrays import Array
-from smid.models.machine_code import LoopCode, Value, Writer, call, number
+from smid.models.machine_code import MOST_LOOPS, LoopCode, Value, Writer, call, number
 from smid.models.parts import Line
 from smid.models.symbols import plain_symbols, signal, swapped, t
 
@@ -80,7 +80,7 @@ class SlopesLoop:
 
 
 # Of an edited model few lines are new.
-@cache
+@lru_cache(maxsize=MOST_LOOPS)
 def compile_slopes(
     lines: tuple[Line, ...], varying: tuple[tuple[Reference, ...], ...], free: frozenset[str]
 ) -> SlopesLoop:
