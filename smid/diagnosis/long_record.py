@@ -25,7 +25,7 @@ from smid.diagnosis.parts import Parts, split
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model
 
-MOST_SAMPLES = 4000
+MOST_SAMPLES = 2500
 _WINDOWS = 5
 _LOST = 0.01  # of an output's standard deviation, at most, between the samples of a coarser grid
 _LONG = 200
