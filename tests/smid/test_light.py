@@ -9,7 +9,7 @@ import pytest
 from smid.cli.app import main
 from smid.theses.commands import clutch, hybrid
 
-HEAVY = ("cvxpy", "jinja2", "matplotlib")
+HEAVY = ("cvxpy", "jinja2", "matplotlib", "pandas")
 
 
 def loaded(code):

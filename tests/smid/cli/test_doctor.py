@@ -69,7 +69,7 @@ def test_a_solver_that_fails(smid, monkeypatch):
 
 
 def test_missing_extras_and_browser_are_no_error(smid, monkeypatch):
-    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "pandas" else doctor)
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "control" else doctor)
     monkeypatch.setenv("PATH", "")
     result = smid("doctor")
     assert result.exit_code == 0

@@ -314,7 +314,6 @@ def test_plot_has_an_axis_with_unit_per_channel():
 
 
 def test_pandas_round_trip():
-    pytest.importorskip("pandas")
     data = two_runs()
     assert data.to_pandas().loc["b"]["T"].iloc[1] == 29
     one = data.select("b")
