@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
 
+MISSING = "samples are missing"  # what the source of a data set says where an experiment was split
 LEAST = 10  # samples; a shorter part carries next to nothing, and may be too short for a model
 
 

@@ -10,9 +10,10 @@ from smid.data.channel import Channel, name_hint
 from smid.data.columns import Missing, Names, Table, as_names, as_words, split_unit
 from smid.data.dataset import Dataset
 from smid.data.dates import is_day, is_time_of_day, read_dates
+from smid.data.edit import slice_samples
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
-from smid.data.gaps import missing_samples, split_at_gaps
+from smid.data.gaps import MISSING, missing_samples, split_at_gaps
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
@@ -27,7 +28,7 @@ _DAYS = ((30_000, 60_000), (724_000, 754_000))
 _TIME_NAMES = ("time", "timestamp", "datetime")
 
 
-def _time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
+def time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
     """Return the column of time stamps: the requested one, one named `time`, or the only one of dates."""
     if time is not None:
         return table.find(time)
@@ -126,6 +127,12 @@ def _common_interval(stamped: Sequence[tuple[NDArray[np.float64], float]], table
     return intervals[0]
 
 
+def units_of(table: Table, units: Mapping[str, str]) -> dict[str, str]:
+    """Return the units of a table's header and those that the user gives; DataError for a unit of no column."""
+    given = {table.find(split_unit(name)[0]): unit for name, unit in units.items()}
+    return {**table.units, **given}
+
+
 def dataset_of_tables(
     tables: Sequence[Table],
     input: Names,
@@ -135,36 +142,42 @@ def dataset_of_tables(
     units: Mapping[str, str] | None = None,
     others: Names | None = None,
     missing: Missing = (),
+    samples: slice = slice(None),
 ) -> Dataset:
     """Return the data set of tables of columns, one table per experiment; see `Dataset.from_csv`.
+
+    Only ``samples`` of each table are taken, counted with those that are missing.
 
     Raises
     ------
     DataError
-        For a missing column, a cell that is not a number, bad time stamps, or no sampling time.
+        For a missing column, a cell that is not a number, bad time stamps, no sampling time, or no sample left.
     """
     if not tables:
         raise DataError("no files were given; give at least one path")
     tables = [replace(table, missing=as_words(missing)) for table in tables]
     inputs = tuple(tables[0].find(name) for name in as_names(input))
     outputs = tuple(tables[0].find(name) for name in as_names(output))
-    time_columns = [_time_column(table, time, sampling_time) for table in tables]
+    time_columns = [time_column(table, time, sampling_time) for table in tables]
     # Without a choice of further columns, keep every column of numbers.
     if others is None:
         kept, left_out = _other_columns(tables, {*inputs, *outputs, *filter(None, time_columns)})
     else:
         kept, left_out = [tables[0].find(name) for name in as_names(others)], []
     names = tuple(dict.fromkeys((*inputs, *outputs, *kept)))
-    known_units = {**tables[0].units, **{split_unit(name)[0]: unit for name, unit in (units or {}).items()}}
-    for name in known_units:
-        tables[0].find(name)
+    known_units = units_of(tables[0], units or {})
     values = [{name: table.numbers(table.find(name)) for name in names} for table in tables]
-    grid = _uniform(tables, values, time_columns, known_units, sampling_time)
+    grid = on_grid(tables, values, time_columns, known_units, sampling_time)
     source = ", ".join(table.origin for table in tables)
-    wholes = [
-        Experiment(table.name, channels, start)
-        for table, channels, start in zip(tables, grid.values, grid.starts, strict=True)
-    ]
+    wholes = []
+    for table, channels, start in zip(tables, grid.values, grid.starts, strict=True):
+        whole = Experiment(table.name, channels, start)
+        taken = range(whole.n_samples)[samples]
+        if not taken:
+            raise DataError(f"start and stop leave none of the {whole.n_samples} samples; give start < stop")
+        wholes.append(slice_samples(whole, taken, grid.interval))
+        if len(taken) < whole.n_samples:
+            source += f", samples {taken.start}:{taken.stop}"
     parts = [split_at_gaps(whole, grid.interval) for whole in wholes]
     n_missing = sum(int(missing_samples(whole).sum()) for whole in wholes)
     if n_missing:
@@ -172,7 +185,7 @@ def dataset_of_tables(
         n_left = sum(run.n_samples for part in parts for run in part)
         n_all = sum(whole.n_samples for whole in wholes)
         source += (
-            f" ({n_missing} of {n_all} samples are missing: the record is split there into {runs} experiments "
+            f" ({n_missing} of {n_all} {MISSING}: the record is split there into {runs} experiments "
             f"of {n_left} samples, and nothing is interpolated)"
         )
     return Dataset(
@@ -187,7 +200,7 @@ def dataset_of_tables(
 
 
 @dataclass(frozen=True)
-class _Grid:
+class Grid:
     """Samples on a uniform time grid: one entry of values and starts for each experiment."""
 
     values: list[dict[str, NDArray[np.float64]]]
@@ -196,16 +209,16 @@ class _Grid:
     records: tuple[Resampling, ...]
 
 
-def _uniform(
+def on_grid(
     tables: Sequence[Table],
     values: list[dict[str, NDArray[np.float64]]],
     time_columns: Sequence[str | None],
     units: Mapping[str, str],
     sampling_time: float | None,
-) -> _Grid:
+) -> Grid:
     """Return the samples on a uniform grid: resampled where there are time stamps, else as they are."""
     if sampling_time is not None and not any(time_columns):
-        return _Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
+        return Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
     named = [column for column in time_columns if column is not None]
     if len(named) < len(tables):
         raise DataError("some files have a column of time stamps and some have none; name it with time=...")
@@ -219,7 +232,7 @@ def _uniform(
         resample(stamps, channels, interval, resolution)
         for channels, (stamps, resolution) in zip(values, stamped, strict=True)
     ]
-    return _Grid(
+    return Grid(
         [channels for channels, _ in resampled],
         [float(stamps[0]) for stamps, _ in stamped],
         interval,

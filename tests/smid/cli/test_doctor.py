@@ -73,7 +73,7 @@ def test_missing_extras_and_browser_are_no_error(smid, monkeypatch):
     monkeypatch.setenv("PATH", "")
     result = smid("doctor")
     assert result.exit_code == 0
-    assert 'missing pandas: pip install "smid[pandas]" (Dataset.from_pandas' in result.stdout
+    assert 'missing control: pip install "smid[control]" (Estimate.to_control' in result.stdout
     assert "no Chromium" in result.stdout
 
 
