@@ -53,13 +53,13 @@ def sniff_delimiter(lines: Sequence[str]) -> str:
 
     The semicolon comes first because files that use it may write decimal commas.
     """
-    known = (";", "\t", ",")
-    for delimiter in known:
-        rows = [next(csv.reader([line], delimiter=delimiter, skipinitialspace=True)) for line in lines]
-        # Numbers with decimal commas between blanks are no columns between commas.
-        if 2 * sum(len(row) > 1 and not any(map(_TWO_NUMBERS.fullmatch, row)) for row in rows) > len(rows):
-            return delimiter
-    return next((delimiter for delimiter in known if delimiter in lines[0]), " ")
+    for least in (len(lines) / 2, 0):
+        for delimiter in (";", "\t", ","):
+            rows = [next(csv.reader([line], delimiter=delimiter, skipinitialspace=True)) for line in lines]
+            # Numbers with decimal commas between blanks are no columns between commas.
+            if sum(len(row) > 1 and not any(map(_TWO_NUMBERS.fullmatch, row)) for row in rows) > least:
+                return delimiter
+    return " "
 
 
 def _rows(text: str, delimiter: str | None, origin: str) -> list[tuple[int, list[str]]]:

@@ -7,7 +7,7 @@ An interpolated sample is a convex combination of two measured ones, so a noise 
 too. The true signal between two samples differs from the chord by up to :math:`|f''| h^2 / 8`. The record holds an
 estimate of that error; the user adds it to the noise bound.
 
-Missing samples and missing rows stay missing: nothing is interpolated across an interval longer than 1.5 of the usual.
+Missing samples and missing rows stay missing: nothing is interpolated across an interval longer than 1.75 of the usual.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,9 @@ RELATIVE_TOLERANCE = 1e-6
 # Rounding of the stamps explains at most this share of the interval. Otherwise every record of about one sample per
 # second would be uniform if its stamps are integer seconds.
 LARGEST_ROUNDING_SHARE = 0.05
-LONGEST = 1.5  # usual intervals; in a longer one samples are missing
+# Usual intervals; in a longer one samples are missing. Stamps that are a quarter of an interval early or late are at most
+# 1.5 intervals apart, and at least 1.5 where a row is missing between them.
+LONGEST = 1.75
 MOST_INSTANTS = 10  # instants of the grid for each row
 
 

@@ -13,7 +13,17 @@ from smid.reports.page import is_simulated
 
 
 def overview_report(path: str | PathLike[str], overview: Overview, document: Document) -> Path:
-    """Write the report of an overview; see :func:`smid.report` for formats and errors."""
+    """Write the report of an overview; see :func:`smid.report` for formats and errors.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from smid.data.columns import Table
+    >>> from smid.data.overview import overview
+    >>> found = overview(Table("run", "run.csv", {"y": ("1", "2", "4")}), sampling_time=1)
+    >>> overview_report(Path(tempfile.mkdtemp()) / "run.html", found, found.to_dict()).name
+    'run.html'
+    """
     table = overview.table
     sections = (
         Section("Channels", (table, Items(overview.notes))),

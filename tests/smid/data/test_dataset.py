@@ -320,9 +320,3 @@ def test_pandas_round_trip():
     units = {channel.name: channel.unit for channel in one.channels}
     again = Dataset.from_pandas(one.to_pandas(), "u", "y", units=units, name="b")
     assert replace(again, resampling=(), source="") == one
-
-
-def test_missing_pandas_is_named_with_its_cure(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"pip install smid\[pandas\]"):
-        two_runs().to_pandas()

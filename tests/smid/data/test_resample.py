@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from smid.data import DataError
 from smid.data.columns import Table
-from smid.data.resample import check_increasing, resample, uniform_interval
+from smid.data.resample import LONGEST, check_increasing, resample, uniform_interval
 
 intervals = st.lists(st.floats(0.5, 1.5), min_size=2, max_size=40)
 
@@ -36,7 +36,7 @@ def test_straight_lines_are_resampled_exactly(steps, slope, offset, interval):
         assert record.curvature_error["y"] < 1e-9
         assert grid[-1] <= stamps[-1] + 1e-5
         # A sample is missing exactly inside an interval that is much longer than usual.
-        longest = 1.5 * max(np.median(np.diff(stamps)), interval)
+        longest = LONGEST * max(np.median(np.diff(stamps)), interval)
         within = np.diff(stamps)[np.clip(np.searchsorted(stamps, grid, side="right") - 1, 0, len(steps) - 1)]
         assert (within[~there] > longest).all()
         near = np.abs(grid[:, None] - stamps).min(axis=1) <= 1e-5
