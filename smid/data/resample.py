@@ -23,8 +23,8 @@ RELATIVE_TOLERANCE = 1e-6
 # Rounding of the stamps explains at most this share of the interval. Otherwise every record of about one sample per
 # second would be uniform if its stamps are integer seconds.
 LARGEST_ROUNDING_SHARE = 0.05
-# Usual intervals; in a longer one samples are missing. Stamps that are a quarter of an interval early or late are at most
-# 1.5 intervals apart, and at least 1.5 where a row is missing between them.
+# Usual intervals; in a longer one samples are missing. Stamps that are a quarter of an interval early or late are at
+# most 1.5 intervals apart, and at least 1.5 where a row is missing between them.
 LONGEST = 1.75
 MOST_INSTANTS = 10  # instants of the grid for each row
 
