@@ -241,6 +241,6 @@ def check_samples(model: Model, data: Dataset) -> None:
     if shortest.n_samples <= lag or equations <= unknown:
         raise DataError(
             f"experiment {shortest.name!r} has {shortest.n_samples} samples, the model needs {lag + unknown + 1} in "
-            f"one experiment, or more than {lag} in each of several (its lag, its parameters and one more): take a longer "
-            "record or a smaller model"
+            f"one experiment, or more than {lag} in each of several (its lag, its parameters and one more): take a "
+            "longer record or a smaller model"
         )
