@@ -34,7 +34,9 @@ def load_data(
     start: int | None = None,
     stop: int | None = None,
 ) -> Dataset:
-    """Return samples of a file of columns; their source names the samples and holds the first comment of the file.
+    """Return samples of a file of columns, and say on the terminal if some are missing.
+
+    Their source names the samples and holds the first comment of the file.
 
     A column is given by its name in the file, or by the plain name that an equation can hold. None for ``channels``
     keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
@@ -46,35 +48,16 @@ def load_data(
         for name in (columns.input, columns.output, *(channels or ()))
     )
     kept = None if channels is None else list(dict.fromkeys(others))
-    return load_table(path, table, columns, (input,), (output,), kept, slice(start, stop))
-
-
-def read_table(path: Path, reading: Reading) -> Table:
-    """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
-    other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
-    return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
-
-
-def load_table(
-    path: str,
-    table: Table,
-    columns: Columns,
-    inputs: Sequence[str],
-    outputs: Sequence[str],
-    others: Sequence[str] | None,
-    samples: slice,
-) -> Dataset:
-    """Return the data set of a table, and say on the terminal where samples are missing."""
     data = dataset_of_tables(
         [table],
-        inputs,
-        outputs,
+        input,
+        output,
         columns.sampling_time,
         columns.time,
         columns.reading.units,
-        others,
+        kept,
         columns.reading.missing,
-        samples,
+        slice(start, stop),
     )
     data = data.rename({name: plain(name) for name in data.names})
     if MISSING in data.source:
@@ -82,6 +65,12 @@ def load_table(
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path))) if table.lines else None
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
+
+
+def read_table(path: Path, reading: Reading) -> Table:
+    """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
+    other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
+    return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
 
 
 def plain(name: str) -> str:
