@@ -28,7 +28,6 @@ from smid.reports.pdf import find_browser
 from smid.study.workers import THREADS
 
 EXTRAS = {
-    "pandas": (("pandas",), "Dataset.from_pandas and to_pandas"),
     "control": (("control",), "Estimate.to_control"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
     "scs": (("scs",), "the solver SCS"),

@@ -10,8 +10,12 @@ from pathlib import Path
 import click
 
 from relaxations.solvers.interface import check_solver
-from smid.cli.options import Columns, Problem, Record
-from smid.data import DataError, Dataset
+from smid.cli.options import Columns, Problem, Reading, Record
+from smid.data import Dataset
+from smid.data.columns import Table
+from smid.data.gaps import MISSING
+from smid.data.load import dataset_of_tables
+from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
@@ -30,30 +34,43 @@ def load_data(
     start: int | None = None,
     stop: int | None = None,
 ) -> Dataset:
-    """Return samples of a CSV file; their source names the samples and holds the first comment of the file.
+    """Return samples of a file of columns, and say on the terminal if some are missing.
+
+    Their source names the samples and holds the first comment of the file.
 
     A column is given by its name in the file, or by the plain name that an equation can hold. None for ``channels``
     keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
-    names = read_csv(Path(path)).cells
-    by_plain_name = {plain(name): name for name in names}
+    table = read_table(Path(path), columns.reading)
+    by_plain_name = {plain(name): name for name in table.cells}
     input, output, *others = (
-        name if name in names else by_plain_name.get(name, name)
+        name if name in table.cells else by_plain_name.get(name, name)
         for name in (columns.input, columns.output, *(channels or ()))
     )
     kept = None if channels is None else list(dict.fromkeys(others))
-    data = Dataset.from_csv(path, input, output, columns.sampling_time, columns.time, others=kept)
+    data = dataset_of_tables(
+        [table],
+        input,
+        output,
+        columns.sampling_time,
+        columns.time,
+        columns.reading.units,
+        kept,
+        columns.reading.missing,
+        slice(start, stop),
+    )
     data = data.rename({name: plain(name) for name in data.names})
-    source = data.source
-    if start is not None or stop is not None:
-        count = data.n_samples
-        if not range(count)[start:stop]:
-            raise DataError(f"--start and --stop leave none of the {count} samples; give start < stop")
-        data = data.crop(start, stop)
-        source += f", samples {start or 0}:{count if stop is None else stop}"
+    if MISSING in data.source:
+        click.echo(f"note: {data.source}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path)))
-    return replace(data, source=f"{source} ({comment[1].strip().rstrip('.')})" if comment else source)
+    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path))) if table.lines else None
+    return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
+
+
+def read_table(path: Path, reading: Reading) -> Table:
+    """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
+    other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
+    return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
 
 
 def plain(name: str) -> str:

@@ -8,7 +8,7 @@ options of some groups to a command, and calls the command with one object for e
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import wraps
 from typing import Any
@@ -31,6 +31,11 @@ def option(*flags: str, **settings: Any) -> Any:
 def argument(**settings: Any) -> Any:
     """Return a dataclass field for an argument of a command."""
     return field(metadata={"decorator": click.argument, "flags": (), "settings": settings})
+
+
+def group(of: type) -> Any:
+    """Return a dataclass field for another group of options."""
+    return field(metadata={"group": of})
 
 
 def takes(**groups: type) -> Callable[[Command], Command]:
@@ -98,23 +103,59 @@ def read_noise_bound(context: click.Context, parameter: click.Parameter, text: s
     return NoiseBound(value, relative)
 
 
+def read_units(context: click.Context, parameter: click.Parameter, text: str | None) -> dict[str, str]:
+    """Return the units in a text such as ``u=V,y=bar``, by column."""
+    pairs = [part.split("=") for part in (text or "").split(",") if part.strip()]
+    if any(len(pair) != 2 or not pair[0].strip() for pair in pairs):
+        raise click.BadParameter(f"{text!r} gives no units: write them as in u=V,y=bar", context, parameter)
+    return {name.strip(): unit.strip() for name, unit in pairs}
+
+
+def read_delimiter(_context: click.Context, _parameter: click.Parameter, text: str | None) -> str | None:
+    r"""Return the separator of columns; a shell passes a tab as ``tab`` or ``\t`` more easily than as itself."""
+    return "\t" if text in ("tab", r"\t") else text
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a file of columns is read, where its cells do not tell."""
+
+    delimiter: str | None = option(
+        metavar="C", callback=read_delimiter, help="Separator of the columns: , ; tab or a blank. [default: detected]"
+    )
+    decimal: str | None = option(
+        type=click.Choice([".", ","]), help="Sign before the decimals. [default: detected, or asked for]"
+    )
+    missing: tuple[str, ...] = option(
+        multiple=True,
+        metavar="VALUE",
+        help="Value that marks a missing sample, such as -9999 or Bad; none: no value does. Repeatable.",
+    )
+    units: Mapping[str, str] = option(
+        callback=read_units, metavar="U=V,...", help="Units by column. [default: from the header]"
+    )
+
+
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a CSV file that a command reads."""
+    """The columns of a file that a command reads."""
 
     input: str = option(required=True, metavar="U", help="Column of the input.")
     output: str = option(required=True, metavar="Y", help="Column of the output.")
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: from the time stamps]"
     )
-    time: str | None = option(metavar="COL", help="Column of time stamps. [default: the column named time]")
+    time: str | None = option(
+        metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"
+    )
+    reading: Reading = group(Reading)
 
 
 @dataclass(frozen=True)
 class Record:
     """A record in a CSV file, and the samples to take from it."""
 
-    columns: Columns = field(metadata={"group": Columns})
+    columns: Columns = group(Columns)
     path: str = argument(type=FILE, metavar="DATA")
     start: int | None = option(type=int, metavar="K", help="First sample to use, counted from 0.")
     stop: int | None = option(type=int, metavar="K", help="First sample after the last one to use.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,7 +14,18 @@ import click
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.loading import load_data, load_problem
-from smid.cli.options import FILE, SOLVER, Columns, NoiseBound, Problem, argument, option, read_noise_bound, takes
+from smid.cli.options import (
+    FILE,
+    SOLVER,
+    Columns,
+    NoiseBound,
+    Problem,
+    argument,
+    group,
+    option,
+    read_noise_bound,
+    takes,
+)
 from smid.cli.outputs import Outputs, writes
 from smid.cli.studies import publish
 from smid.data import DataError, Dataset
@@ -63,7 +74,7 @@ def _read_bound(context: click.Context, parameter: click.Parameter, text: str) -
 class Records:
     """The records of a study."""
 
-    columns: Columns = field(metadata={"group": Columns})
+    columns: Columns = group(Columns)
     paths: tuple[str, ...] = argument(nargs=-1, required=True, type=FILE, metavar="DATA...")
 
     def load(self) -> dict[str, Dataset]:

@@ -11,7 +11,7 @@ import click
 from smid.cli.console import Command
 from smid.cli.documents import read_estimate
 from smid.cli.loading import load_data
-from smid.cli.options import FILE, Columns, argument, option, takes
+from smid.cli.options import FILE, Columns, Reading, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.data.read_csv import read_text
@@ -32,7 +32,10 @@ class Records:
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: as in the estimate]"
     )
-    time: str | None = option(metavar="COL", help="Column of time stamps. [default: the column named time]")
+    time: str | None = option(
+        metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"
+    )
+    reading: Reading = group(Reading)
 
     def load(self, model: Model, estimate: dict[str, Any]) -> list[Dataset]:
         """Return the records at the sampling time of the estimate."""
@@ -41,6 +44,7 @@ class Records:
             self.output or model.output_channels[0],
             self.sampling_time or estimate["data"]["sampling_time"],
             self.time,
+            self.reading,
         )
         return [load_data(path, columns) for path in self.paths]
 

@@ -8,7 +8,7 @@ import click
 
 from smid.cli.console import EMPTY, Command
 from smid.cli.loading import load_data
-from smid.cli.options import FILE, Columns, argument, option, takes
+from smid.cli.options import FILE, Columns, Reading, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.display.versions import versions
@@ -37,7 +37,10 @@ class Claim:
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: as in the proof, or from --time]"
     )
-    time: str | None = option(metavar="COL", help="Column of time stamps. [default: the column named time]")
+    time: str | None = option(
+        metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"
+    )
+    reading: Reading = group(Reading)
     start: int | None = option(type=int, metavar="K", help="First sample to use, counted from 0.")
     stop: int | None = option(type=int, metavar="K", help="First sample after the last one to use.")
 
@@ -45,7 +48,9 @@ class Claim:
         """Return the samples; what the user did not name is read as the proof states it."""
         stated = read_origin(self.proof)["data"]
         interval = self.sampling_time or (None if self.time else float.fromhex(stated["sampling_time"]))
-        columns = Columns(self.input or stated["inputs"][0], self.output or stated["outputs"][0], interval, self.time)
+        columns = Columns(
+            self.input or stated["inputs"][0], self.output or stated["outputs"][0], interval, self.time, self.reading
+        )
         return load_data(self.data, columns, start=self.start, stop=self.stop)
 
 

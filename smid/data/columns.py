@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data.channel import name_hint
+from smid.data.dates import is_date
 from smid.data.errors import DataError
 
 Names = str | int | Sequence[str | int]
@@ -16,6 +17,17 @@ Names = str | int | Sequence[str | int]
 _NAME_AND_UNIT = re.compile(r"^(?P<name>.*?\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
 _TAG = re.compile(r"^[A-Z]{1,5}[- ]?\d{2,}[A-Z]?$")
 _PRINTED_NUMBER = re.compile(r"^[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?$")
+
+Missing = float | str | Sequence[float | str]
+"""One or several values that stand for a missing sample; "none" says that the file has no such value."""
+
+_EMPTY = frozenset(
+    ("", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "<NA>", "NULL", "null", "None", "-nan", "1.#QNAN", "-1.#IND")
+)
+# Values with which loggers mark a missing sample; each is asked about, because each may be a measured value too.
+_SENTINELS = (-99.0, -999.25, -999.9, *(s * v for s in (-1, 1) for v in (999, 9999, 99999, 999999, 32767, 32768)))
+_HUGE = 1e20
+_FAR = 3.0  # ranges of the other samples
 
 
 def split_unit(header: str) -> tuple[str, str]:
@@ -41,7 +53,7 @@ class Table:
     """Columns of one file: text from a CSV file, arrays from the other formats.
 
     ``origin`` is the file name for messages; ``lines`` are the line numbers of the rows, empty if the file has no
-    lines.
+    lines. ``missing`` are the texts that stand for a missing sample.
     """
 
     name: str
@@ -49,6 +61,7 @@ class Table:
     cells: Mapping[str, Sequence[str] | NDArray[np.generic]]
     units: Mapping[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
+    missing: tuple[str, ...] = ()
 
     def find(self, wanted: str) -> str:
         """Return the name of a column that is given with or without its unit; DataError if there is none."""
@@ -58,12 +71,13 @@ class Table:
         raise DataError(f"{self.origin}: no column {wanted!r}; {name_hint(wanted, self.cells)}")
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """Return the numbers of a column, shape (N,).
+        """Return the numbers of a column, shape (N,); a missing sample is NaN.
 
         Raises
         ------
         DataError
-            If a cell is not a real number. The message names its row (counted from 1 after the header) and line.
+            If a cell is not a real number, or a value looks like the mark of a missing sample. The message names its
+            row (counted from 1 after the header) and line.
         """
         cells = self.cells[name]
         if isinstance(cells, np.ndarray):
@@ -71,16 +85,54 @@ class Table:
                 raise DataError(
                     f"{self.origin}: column {name!r} holds {cells.dtype} values; convert it to real numbers first"
                 )
-            return cells.astype(np.float64)
-        try:
-            return np.fromiter(map(float, cells), dtype=np.float64, count=len(cells))
-        except ValueError:
-            row = next(index for index, cell in enumerate(cells) if not is_number(cell))
-        where = f"row {row + 1}" + (f" (line {self.lines[row]})" if self.lines else "")
-        what = f"{cells[row]!r} is not a number" if cells[row] else "the cell is empty"
-        raise DataError(
-            f"{self.origin}: {where}, column {name!r}: {what}; write a number with a decimal point or drop the row"
-        )
+            found = cells.astype(np.float64)
+        else:
+            words = {*_EMPTY, *self.missing}
+            try:
+                found = np.array([np.nan if cell in words else float(cell) for cell in cells], dtype=np.float64)
+            except ValueError:
+                row = next(k for k, cell in enumerate(cells) if cell not in words and not is_number(cell))
+                raise DataError(
+                    f"{self.origin}: {self.place(row)}, column {name!r}: {cells[row]!r} is not a number; write a "
+                    f"number with a decimal point, or give missing={cells[row]!r} if it marks a missing sample"
+                ) from None
+        marks = [float(text) for text in self.missing if is_number(text)]
+        found[np.isin(found, marks)] = np.nan
+        if "none" not in self.missing:
+            self._refuse_marks(name, found)
+        return found
+
+    def place(self, row: int) -> str:
+        """Return a row, counted from 1 after the header, and its line if the file has lines."""
+        return f"row {row + 1}" + (f" (line {self.lines[row]})" if self.lines else "")
+
+    def _refuse_marks(self, name: str, samples: NDArray[np.float64]) -> None:
+        """Refuse a column with values, far from all others, that usually mark missing samples."""
+        marks = np.isin(samples, _SENTINELS) | (np.isfinite(samples) & (np.abs(samples) >= _HUGE))
+        rest = samples[np.isfinite(samples) & ~marks]
+        if not marks.any() or not rest.size:
+            return
+        low, high = float(rest.min()), float(rest.max())
+        away = np.maximum(samples - high, low - samples)
+        # A step from rest to 999 is no mark; a negative one among positive samples is.
+        far = marks & (away > _FAR * (high - low)) & ((high > low) | ((samples < 0) & (low >= 0)))
+        if far.any():
+            row = int(np.flatnonzero(far)[0])
+            value = samples[row]
+            count = int(np.count_nonzero(samples == value))
+            often = "once" if count == 1 else f"{count} times"
+            raise DataError(
+                f"{self.origin}: column {name!r} is {value:.15g} {often}, first in {self.place(row)}, and otherwise "
+                f"from {low:g} to {high:g}: it looks like the mark of a missing sample; give missing={value:.15g} "
+                f"(--missing {value:.15g}), or missing='none' if it was measured"
+            )
+
+    def is_of_dates(self, name: str) -> bool:
+        """Tell whether a column holds dates or times of day."""
+        cells = self.cells[name]
+        if isinstance(cells, np.ndarray):
+            return cells.dtype.kind == "M"
+        return bool(cells) and is_date(cells[0])
 
     def resolution(self, name: str) -> float:
         """Return the unit of the last printed digit of a text column; 0 for arrays, which carry all digits.
@@ -103,6 +155,16 @@ class Table:
             if digits:
                 largest = max(largest, exponent - len(decimals) + digits)
         return 0.0 if finest == 400 else float(10.0 ** max(finest, largest - most_digits))
+
+
+def as_words(missing: Missing) -> tuple[str, ...]:
+    """Return the values that stand for a missing sample as texts."""
+    return (str(missing),) if isinstance(missing, (str, int, float)) else tuple(map(str, missing))
+
+
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell is empty, or holds a word that every tool writes for a missing sample."""
+    return cell in _EMPTY
 
 
 def is_number(cell: str) -> bool:

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from smid.data import edit
 from smid.data.channel import Channel, name_hint
-from smid.data.columns import Names
+from smid.data.columns import Missing, Names
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
 from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.resample import Resampling
 from smid.data.validate import validate
-from smid.display.result import Part, Result, optional
+from smid.display.result import Part, Result
 
 if TYPE_CHECKING:
     import pandas
@@ -153,21 +153,25 @@ class Dataset(Result):
         delimiter: str | None = None,
         others: Names | None = None,
         decimal: str | None = None,
+        missing: Missing = (),
     ) -> "Dataset":
         r"""Read text files of columns: one experiment per file, named by the stem of the file.
 
         Parameters
         ----------
         path
-            Separator and header are detected; units come from headers such as `pressure [bar]`.
+            Separator and header are detected, also below lines of titles; units come from headers such as
+            `pressure [bar]`, or from a row of units below the header.
         input, output
             Columns of the inputs and outputs; without a header the columns are "0", "1", ...
         sampling_time
             In seconds. A file with time stamps is interpolated to it.
         time
-            Column of time stamps; by default a column named `time`. The stamps are in seconds, unless the header,
-            `units` or a name such as `t_ms` say ns, us, ms, min or h. Stamps that are not uniform are resampled
-            linearly, at `sampling_time` or at their median interval; `resampling` records it.
+            Column of time stamps; by default a column named `time`, `timestamp` or `datetime`, or the only one of
+            dates. Numbers are in seconds, unless the header, `units` or a name such as `t_ms` say ns, us, ms, min, h
+            or d. Dates, with or without time zone, and times of day become seconds since the first. Stamps
+            that are not uniform are resampled linearly, at `sampling_time` or at their median interval; `resampling`
+            records it.
         units
             By column; they replace the units of the header.
         delimiter
@@ -176,6 +180,10 @@ class Dataset(Result):
             Further columns to keep; by default every column of numbers. `source` names the columns that were left out.
         decimal
             The sign before the decimals, "." or ",". Needed where the numbers do not tell, as 1,000 alone does not.
+        missing
+            Values that stand for a missing sample, such as -9999 or "Bad", beside empty cells and NaN; "none" says that
+            the file has none. The experiment is split where a sample is missing, or a row, and nothing is interpolated
+            there. Parts of fewer than 10 samples are left out.
 
         Raises
         ------
@@ -196,7 +204,7 @@ class Dataset(Result):
         from smid.data.read_csv import read_csv
 
         tables = [read_csv(file, delimiter, decimal) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
 
     @staticmethod
     def from_npz(
@@ -207,6 +215,7 @@ class Dataset(Result):
         time: str | None = None,
         units: Mapping[str, str] | None = None,
         others: Names | None = None,
+        missing: Missing = (),
     ) -> "Dataset":
         """Read NumPy archives, one experiment per file; the parameters are those of `from_csv`.
 
@@ -216,7 +225,7 @@ class Dataset(Result):
         from smid.data.read_arrays import read_npz
 
         tables = [read_npz(file) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
 
     @staticmethod
     def from_mat(
@@ -227,6 +236,7 @@ class Dataset(Result):
         time: str | None = None,
         units: Mapping[str, str] | None = None,
         others: Names | None = None,
+        missing: Missing = (),
     ) -> "Dataset":
         """Read MATLAB files up to version 7, one experiment per file; the parameters are those of `from_csv`.
 
@@ -236,7 +246,7 @@ class Dataset(Result):
         from smid.data.read_arrays import read_mat
 
         tables = [read_mat(file) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others)
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
 
     @staticmethod
     def from_pandas(
@@ -248,6 +258,7 @@ class Dataset(Result):
         units: Mapping[str, str] | None = None,
         others: Names | None = None,
         name: str = "experiment",
+        missing: Missing = (),
     ) -> "Dataset":
         """Read the columns of a pandas frame; the parameters are those of `from_csv`.
 
@@ -256,7 +267,8 @@ class Dataset(Result):
         from smid.data.load import dataset_of_tables
         from smid.data.read_arrays import table_of_frame
 
-        return dataset_of_tables([table_of_frame(frame, name)], input, output, sampling_time, time, units, others)
+        table = table_of_frame(frame, name)
+        return dataset_of_tables([table], input, output, sampling_time, time, units, others, missing)
 
     @staticmethod
     def from_nonlinear_benchmarks(records: Any, sampling_time: float | None = None) -> "Dataset":
@@ -485,11 +497,11 @@ class Dataset(Result):
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a frame of one column per channel, with the index `time` in seconds.
 
-        Several experiments have an index of two levels, `experiment` and `time`. ImportError if pandas is not
-        installed.
+        Several experiments have an index of two levels, `experiment` and `time`.
         """
-        pd = optional("pandas", "to_pandas")
-        frames: list[pandas.DataFrame] = [
+        import pandas as pd
+
+        frames = [
             pd.DataFrame({name: run.values[name] for name in self.names}, index=pd.Index(self.time(k), name="time"))
             for k, run in enumerate(self.experiments)
         ]

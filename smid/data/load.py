@@ -1,36 +1,46 @@
 """From columns to a data set: roles, units, time stamps."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from smid.data.channel import Channel, name_hint
-from smid.data.columns import Names, Table, as_names, split_unit
+from smid.data.columns import Missing, Names, Table, as_names, as_words, split_unit
 from smid.data.dataset import Dataset
+from smid.data.dates import is_day, is_time_of_day, read_dates
+from smid.data.edit import slice_samples
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
+from smid.data.gaps import MISSING, missing_samples, split_at_gaps
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
     **dict.fromkeys(("", "s", "sec", "seconds"), 1.0),
-    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    **{"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0},
 }
-_LATEST = 4e9  # seconds since 1970 in the year 2096: larger stamps without a unit are not in seconds
+# Seconds since 1970 in the year 2096: larger stamps without a unit are not in seconds. The unit that would be right:
+_LATEST = 4e9
+_EPOCHS = ((1e14, "ms"), (1e17, "us"), (np.inf, "ns"))
+# Days since 1900 (spreadsheets) and since the year 0 (MATLAB) of the years 1982 to 2064.
+_DAYS = ((30_000, 60_000), (724_000, 754_000))
+_TIME_NAMES = ("time", "timestamp", "datetime")
 
 
-def _time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
-    """Return the column of time stamps: the requested one, or one named `time`."""
+def time_column(table: Table, time: str | None, sampling_time: float | None) -> str | None:
+    """Return the column of time stamps: the requested one, one named `time`, or the only one of dates."""
     if time is not None:
         return table.find(time)
-    named = [name for name in table.cells if name.casefold() == "time"]
-    if not named and sampling_time is None:
+    named = [name for name in table.cells if name.casefold() in _TIME_NAMES]
+    dated = [name for name in table.cells if table.is_of_dates(name)]
+    found = named or (dated if len(dated) == 1 else [])
+    if not found and sampling_time is None:
         raise DataError(
             f"{table.origin}: neither a column of time stamps nor a sampling time is known; "
             f"give time=... ({name_hint('time', table.cells)}) or sampling_time=... in seconds"
         )
-    return named[0] if named else None
+    return found[0] if found else None
 
 
 def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str], list[str]]:
@@ -41,7 +51,7 @@ def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str],
     for name in dict.fromkeys(name for table in tables for name in table.cells if name not in taken):
         try:
             usable = all(
-                name in table.cells and table.numbers(name).size == rows
+                name in table.cells and _is_complete(table.numbers(name), rows)
                 for table, rows in zip(tables, n_rows, strict=True)
             )
         # Not an error: nobody asked for this column. The data set's source names it as left out.
@@ -49,6 +59,10 @@ def _other_columns(tables: Sequence[Table], taken: set[str]) -> tuple[list[str],
             usable = False
         (kept if usable else left_out).append(name)
     return kept, left_out
+
+
+def _is_complete(samples: NDArray[np.float64], rows: int) -> bool:
+    return samples.size == rows and not np.isnan(samples).any()
 
 
 def _time_unit(column: str, units: Mapping[str, str]) -> str:
@@ -59,20 +73,47 @@ def _time_unit(column: str, units: Mapping[str, str]) -> str:
 
 def _stamps(table: Table, column: str, unit: str) -> tuple[NDArray[np.float64], float]:
     """Return the time stamps of a table and the unit of their last printed digit, both in seconds."""
+    if table.is_of_dates(column):
+        dates = _dates(table, column)
+        stamps = (dates - dates[0]) / np.timedelta64(1, "s")
+        check_increasing(stamps, table.origin)
+        return stamps, 0.0
     if unit not in SECONDS_PER_UNIT:
         raise DataError(
             f"{table.origin}: the time unit {unit!r} is not known; "
             f"give units={{{column!r}: 's'}} ({', '.join(filter(None, SECONDS_PER_UNIT))} are known)"
         )
     stamps = table.numbers(column)
-    if not unit and stamps.size and abs(stamps[0]) > _LATEST:
+    first = abs(stamps[0]) if stamps.size else 0.0
+    if not unit and first > _LATEST:
+        likely = next(name for latest, name in _EPOCHS if first < latest)
         raise DataError(
             f"{table.origin}: the time stamps in {column!r} begin at {stamps[0]:g}, which are no seconds; give their "
-            f"unit in the header, as in '{column} [ms]', or units={{{column!r}: 'ms'}}"
+            f"unit in the header, as in '{column} [{likely}]', or units={{{column!r}: '{likely}'}}"
+        )
+    if not unit and any(low <= first <= high for low, high in _DAYS):
+        raise DataError(
+            f"{table.origin}: the time stamps in {column!r} begin at {stamps[0]:.9g}, which may be a date in days or a "
+            f"time in seconds; give units={{{column!r}: 'd'}} or units={{{column!r}: 's'}}"
         )
     stamps = stamps * SECONDS_PER_UNIT[unit]
     check_increasing(stamps, table.origin)
     return stamps, table.resolution(column) * SECONDS_PER_UNIT[unit]
+
+
+def _dates(table: Table, column: str) -> NDArray[np.datetime64]:
+    """Return the dates of a column; times of day are joined with the only column of days."""
+    cells = table.cells[column]
+    if isinstance(cells, np.ndarray):
+        return cells.astype("datetime64[ns]")
+    days = [name for name, other in table.cells.items() if not isinstance(other, np.ndarray) and is_day(other[0])]
+    if is_time_of_day(cells[0]) and len(days) == 1:
+        cells = [f"{day} {clock}" for day, clock in zip(table.cells[days[0]], cells, strict=True)]
+    elif is_day(cells[0]):
+        clocks = [name for name, other in table.cells.items() if isinstance(other[0], str) and is_time_of_day(other[0])]
+        if len(clocks) == 1:
+            cells = [f"{day} {clock}" for day, clock in zip(cells, table.cells[clocks[0]], strict=True)]
+    return read_dates(cells, f"{table.origin}: column {column!r}")
 
 
 def _common_interval(stamped: Sequence[tuple[NDArray[np.float64], float]], tables: Sequence[Table]) -> float:
@@ -86,6 +127,12 @@ def _common_interval(stamped: Sequence[tuple[NDArray[np.float64], float]], table
     return intervals[0]
 
 
+def units_of(table: Table, units: Mapping[str, str]) -> dict[str, str]:
+    """Return the units of a table's header and those that the user gives; DataError for a unit of no column."""
+    given = {table.find(split_unit(name)[0]): unit for name, unit in units.items()}
+    return {**table.units, **given}
+
+
 def dataset_of_tables(
     tables: Sequence[Table],
     input: Names,
@@ -94,47 +141,66 @@ def dataset_of_tables(
     time: str | None = None,
     units: Mapping[str, str] | None = None,
     others: Names | None = None,
+    missing: Missing = (),
+    samples: slice = slice(None),
 ) -> Dataset:
     """Return the data set of tables of columns, one table per experiment; see `Dataset.from_csv`.
+
+    Only ``samples`` of each table are taken, counted with those that are missing.
 
     Raises
     ------
     DataError
-        For a missing column, a cell that is not a number, bad time stamps, or no sampling time.
+        For a missing column, a cell that is not a number, bad time stamps, no sampling time, or no sample left.
     """
     if not tables:
         raise DataError("no files were given; give at least one path")
+    tables = [replace(table, missing=as_words(missing)) for table in tables]
     inputs = tuple(tables[0].find(name) for name in as_names(input))
     outputs = tuple(tables[0].find(name) for name in as_names(output))
-    time_columns = [_time_column(table, time, sampling_time) for table in tables]
+    time_columns = [time_column(table, time, sampling_time) for table in tables]
     # Without a choice of further columns, keep every column of numbers.
     if others is None:
         kept, left_out = _other_columns(tables, {*inputs, *outputs, *filter(None, time_columns)})
     else:
         kept, left_out = [tables[0].find(name) for name in as_names(others)], []
     names = tuple(dict.fromkeys((*inputs, *outputs, *kept)))
-    known_units = {**tables[0].units, **{split_unit(name)[0]: unit for name, unit in (units or {}).items()}}
-    for name in known_units:
-        tables[0].find(name)
+    known_units = units_of(tables[0], units or {})
     values = [{name: table.numbers(table.find(name)) for name in names} for table in tables]
-    grid = _uniform(tables, values, time_columns, known_units, sampling_time)
+    grid = on_grid(tables, values, time_columns, known_units, sampling_time)
     source = ", ".join(table.origin for table in tables)
+    wholes = []
+    for table, channels, start in zip(tables, grid.values, grid.starts, strict=True):
+        whole = Experiment(table.name, channels, start)
+        taken = range(whole.n_samples)[samples]
+        if not taken:
+            raise DataError(f"start and stop leave none of the {whole.n_samples} samples; give start < stop")
+        wholes.append(slice_samples(whole, taken, grid.interval))
+        if len(taken) < whole.n_samples:
+            source += f", samples {taken.start}:{taken.stop}"
+    parts = [split_at_gaps(whole, grid.interval) for whole in wholes]
+    n_missing = sum(int(missing_samples(whole).sum()) for whole in wholes)
+    if n_missing:
+        runs = sum(map(len, parts))
+        n_left = sum(run.n_samples for part in parts for run in part)
+        n_all = sum(whole.n_samples for whole in wholes)
+        source += (
+            f" ({n_missing} of {n_all} {MISSING}: the record is split there into {runs} experiments "
+            f"of {n_left} samples, and nothing is interpolated)"
+        )
     return Dataset(
-        experiments=tuple(
-            Experiment(table.name, channels, start)
-            for table, channels, start in zip(tables, grid.values, grid.starts, strict=True)
-        ),
+        experiments=tuple(run for part in parts for run in part),
         channels=tuple(Channel(name, known_units.get(name, "")) for name in names),
         inputs=inputs,
         outputs=outputs,
         sampling_time=grid.interval,
-        resampling=grid.records,
+        resampling=tuple(record for record, part in zip(grid.records, parts, strict=False) for _ in part),
         source=f"{source} (left out: {', '.join(left_out)})" if left_out else source,
     )
 
 
 @dataclass(frozen=True)
-class _Grid:
+class Grid:
     """Samples on a uniform time grid: one entry of values and starts for each experiment."""
 
     values: list[dict[str, NDArray[np.float64]]]
@@ -143,16 +209,16 @@ class _Grid:
     records: tuple[Resampling, ...]
 
 
-def _uniform(
+def on_grid(
     tables: Sequence[Table],
     values: list[dict[str, NDArray[np.float64]]],
     time_columns: Sequence[str | None],
     units: Mapping[str, str],
     sampling_time: float | None,
-) -> _Grid:
+) -> Grid:
     """Return the samples on a uniform grid: resampled where there are time stamps, else as they are."""
     if sampling_time is not None and not any(time_columns):
-        return _Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
+        return Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
     named = [column for column in time_columns if column is not None]
     if len(named) < len(tables):
         raise DataError("some files have a column of time stamps and some have none; name it with time=...")
@@ -166,7 +232,7 @@ def _uniform(
         resample(stamps, channels, interval, resolution)
         for channels, (stamps, resolution) in zip(values, stamped, strict=True)
     ]
-    return _Grid(
+    return Grid(
         [channels for channels, _ in resampled],
         [float(stamps[0]) for stamps, _ in stamped],
         interval,
@@ -188,7 +254,7 @@ def _check_before_interpolation(
             f"{table.origin}: column {name!r} has {array.size} samples but there are {stamps.size} stamps; "
             "cut them to the same instants"
         )
-    bad = np.flatnonzero(~np.isfinite(array))
+    bad = np.flatnonzero(np.isinf(array))
     if bad.size:
         k = int(bad[0])
         raise DataError(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 
 from smid.data.columns import Table, split_unit
+from smid.data.dates import utc
 from smid.data.errors import DataError
 
 if TYPE_CHECKING:
@@ -78,19 +79,25 @@ def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
     """
     if frame.index.nlevels > 1:
         raise DataError("the frame has an index of several levels; give one frame per experiment and merge")
-    whole = frame.reset_index() if frame.index.name is not None else frame
+    stamped = frame.index.dtype.kind in "Mm"
+    whole = frame.reset_index(names=frame.index.name or "time") if stamped or frame.index.name is not None else frame
     cells: dict[str, NDArray[np.generic]] = {}
     units: dict[str, str] = {}
     for position, title in enumerate(whole.columns):
         column, unit = split_unit(str(title))
         if column in cells:
             raise DataError(f"two columns of the frame are named {column!r}; rename one")
-        # Missing values become NaN for any dtype of the frame; the data set then names them.
-        values = whole.iloc[:, position].to_numpy()
-        if values.dtype.kind == "M":
-            values = (values - values[:1]) / np.timedelta64(1, "s")
-        elif values.dtype.kind == "m":
-            values = values / np.timedelta64(1, "s")
+        series = whole.iloc[:, position]
+        values: NDArray[np.generic]
+        # A missing value is NaN for any dtype of the frame.
+        if series.dtype.kind == "M":
+            values = utc(series)
+        elif series.dtype.kind == "m":
+            values = series.to_numpy() / np.timedelta64(1, "s")
+        elif series.dtype.kind in "iuf":
+            values = series.to_numpy(np.float64, na_value=np.nan)
+        else:
+            values = series.to_numpy()
         cells[column] = values
         if unit:
             units[column] = unit

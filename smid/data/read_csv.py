@@ -1,12 +1,19 @@
-"""Text files of columns: separator, header and units are detected."""
+"""Text files of columns: separator, header and units are detected.
+
+The rows in the middle of a file tell its separator, and which columns hold numbers or dates. The data begin at the
+first row that has these, and the row above is the header. A row of units may stand between the two, and any lines above
+them.
+"""
 
 import codecs
 import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
-from smid.data.columns import Table, is_number, split_unit
+from smid.data.columns import Table, is_missing, is_number, split_unit
+from smid.data.dates import is_date
 from smid.data.errors import DataError
 
 # The sign before the decimals, and the one between groups of three digits; what a number then looks like.
@@ -16,7 +23,18 @@ _NUMBER = {
     for decimal, group in _GROUP.items()
 }
 # A unit in brackets belongs to the word before it, also where blanks separate the columns.
+_SAMPLE = 20  # rows that tell the layout of a file
 _BLANKS = re.compile(r"\s+(?![\[(])")
+_TWO_NUMBERS = re.compile(r"[-+]?[\d.]+\s+[-+]?[\d.]+")
+# One unit, or several with their exponents between multiplication and division.
+_SYMBOL = (
+    r"(?:[numkMGdch\u00b5\u03bc]|da)?(?:s|sec|min|h|V|Vpp|A|W|Wh|Hz|Pa|bar|barg|m|g|t|K|N|J|F|H|T|C|S|l|L|Ohm|\u2126|\u03a9|rad|eV|mol|VA|var)"
+    r"|psi|deg[CF]?|\u00b0[CF]?|%|ppm|rpm|RPM|dB|in|ft|lb|d|1|[Vv]olts?|[Ss]econds?|[Aa]mp(?:ere)?s?|[Cc]elsius|[Bb]ar"
+)
+_UNIT = re.compile(
+    rf"(?:{_SYMBOL})(?:\^?-?\d|[\u00b2\u00b3])?(?:[ ./*\u00b7](?:{_SYMBOL})(?:\^?-?\d|[\u00b2\u00b3])?)*"
+)
+Item = TypeVar("Item")
 
 
 def read_text(path: Path) -> str:
@@ -30,24 +48,27 @@ def read_text(path: Path) -> str:
         return raw.decode("latin-1")
 
 
-def sniff_delimiter(line: str) -> str:
-    """Return the separator of a line of text: semicolon, comma, tab, or else blanks.
+def sniff_delimiter(lines: Sequence[str]) -> str:
+    """Return the separator of lines of data: semicolon, tab, comma, or else blanks.
 
     The semicolon comes first because files that use it may write decimal commas.
     """
-    for delimiter in (";", ",", "\t"):
-        if delimiter in line.strip():
-            return delimiter
+    for least in (len(lines) / 2, 0):
+        for delimiter in (";", "\t", ","):
+            rows = [next(csv.reader([line], delimiter=delimiter, skipinitialspace=True)) for line in lines]
+            # Numbers with decimal commas between blanks are no columns between commas.
+            if sum(len(row) > 1 and not any(map(_TWO_NUMBERS.fullmatch, row)) for row in rows) > least:
+                return delimiter
     return " "
 
 
 def _rows(text: str, delimiter: str | None, origin: str) -> list[tuple[int, list[str]]]:
-    """Return line number and stripped cells of every row of data or header."""
+    """Return line number and stripped cells of every row below the comments."""
     lines = text.splitlines()
     first = next((k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
     if first is None:
         raise DataError(f"{origin}: the file holds no rows; export the data again")
-    separator = delimiter or sniff_delimiter(lines[first])
+    separator = delimiter or sniff_delimiter(_layout([line for line in lines[first:] if line.strip()]))
     if separator.isspace() and separator != "\t":
         rows = [_BLANKS.split(line.strip()) for line in lines[first:]]
     elif len(separator) == 1:
@@ -60,12 +81,58 @@ def _rows(text: str, delimiter: str | None, origin: str) -> list[tuple[int, list
     return [(number, row) for number, row in numbered if any(row)]
 
 
+def _middle(items: Sequence[Item]) -> Sequence[Item]:
+    """Return the items in the middle, among which there are neither titles nor sums."""
+    return items[len(items) // 2 :][:_SAMPLE]
+
+
+def _layout(lines: Sequence[str]) -> Sequence[str]:
+    """Return the lines that tell the separator; in a short file the first one too, because a row may be incomplete."""
+    return [*lines[:1], *_middle(lines)] if len(lines) < _SAMPLE else _middle(lines)
+
+
+def _is_value(cell: str) -> bool:
+    return is_number(cell) or is_date(cell) or any(number.fullmatch(cell) for number in _NUMBER.values())
+
+
+def _beginning(rows: Sequence[list[str]]) -> int:
+    """Return the first row that has a value, or nothing, in every column that holds values further down."""
+    below = _middle(rows)
+    width = max(map(len, below))
+    valued = [k for k in range(width) if 2 * sum(_is_value(row[k]) for row in below if k < len(row)) >= len(below)] or [
+        0
+    ]
+    for k, row in enumerate(rows):
+        cells = [row[j] if j < len(row) else "" for j in valued]
+        if any(map(_is_value, cells)) and all(_is_value(cell) or is_missing(cell) for cell in cells):
+            return k
+    return 1
+
+
+def _titles(rows: Sequence[list[str]]) -> tuple[list[str], list[str], int]:
+    """Return the names of the columns, their units from a row of their own, and the number of the first row of data."""
+    start = _beginning(rows)
+    if not start:
+        return [], [], 0
+    # A row of names holds no value; where there is none, the row above the data has some number in a name.
+    plain = [k for k in range(start) if not any(map(_is_value, rows[k]))]
+    header = plain[-1] if plain else start - 1
+    above = rows[header - 1] if header - 1 in plain else []
+    if len(rows[header]) > 1 and sum(map(bool, above)) >= sum(map(bool, rows[header])) and _are_units(rows[header]):
+        return above, [cell.strip("[]() ") for cell in rows[header]], header + 1
+    return rows[header], [], header + 1
+
+
+def _are_units(row: Sequence[str]) -> bool:
+    return all(not cell or cell == "-" or _UNIT.fullmatch(cell.strip("[]() ")) for cell in row)
+
+
 def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
     r"""Read a text file of columns.
 
-    Lines at the top that start with `#` are skipped. A first row with a cell that is not a number is the header;
-    columns without a header are named "0", "1", ... A column without header and cells (a separator at the end of the
-    lines) is dropped. All numbers of the file together tell the sign before decimals and that between groups of digits.
+    Lines above the header are skipped; a row of units below it gives the units. Columns without a header are named "0",
+    "1", ... A column without header and cells (a separator at the end of the lines) is dropped. All numbers of the file
+    together tell the sign before decimals and that between groups of digits.
 
     Parameters
     ----------
@@ -84,7 +151,7 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
     --------
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
-    >>> _ = (folder / "run.csv").write_text("current [A];pressure (bar)\n1,5;2,0\n")
+    >>> _ = (folder / "run.csv").write_text("Test rig 4\ncurrent;pressure\n[A];[bar]\n1,5;2,0\n")
     >>> table = read_csv(folder / "run.csv")
     >>> table.cells["current"], table.units
     (('1.5',), {'current': 'A', 'pressure': 'bar'})
@@ -93,10 +160,9 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
     if decimal not in (None, *_GROUP):
         raise DataError(f"decimal = {decimal!r}: give '.' or ','")
     rows = _rows(read_text(path), delimiter, origin)
-    # A first row with a cell that is not a number is the header.
-    has_header = not _all_numbers(rows[0][1])
-    header = rows[0][1] if has_header else [str(k) for k in range(len(rows[0][1]))]
-    body = rows[1:] if has_header else rows
+    titles, stated, start = _titles([row for _, row in rows])
+    header = titles or [str(k) for k in range(len(rows[0][1]))]
+    body = rows[start:]
     if not body:
         raise DataError(f"{origin}: there is a header but no row of numbers; export the data again")
     width = len(header)
@@ -111,14 +177,15 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
     # Name the columns; a separator at the end of the lines gives an empty column without title.
     cells: dict[str, tuple[str, ...]] = {}
     units: dict[str, str] = {}
-    for title, column in zip(header, zip(*padded, strict=True), strict=True):
-        if not any(column) and (not has_header or not title):
+    for k, (title, column) in enumerate(zip(header, zip(*padded, strict=True), strict=True)):
+        if not any(column) and (not titles or not title):
             continue
         name, unit = split_unit(title)
+        unit = unit or (stated[k] if k < len(stated) else "")
         if name in cells:
             raise DataError(f"{origin}: two columns are named {name!r}; rename one in the header")
         cells[name] = column
-        if unit:
+        if unit and unit != "-":
             units[name] = unit
     return Table(path.stem, origin, cells, units, tuple(number for number, _ in body))
 
@@ -149,7 +216,3 @@ def _with_points(rows: list[list[str]], lines: Sequence[int], decimal: str | Non
         [cell.replace(group, "").replace(decimal, ".") if number.fullmatch(cell) else cell for cell in row]
         for row in rows
     ]
-
-
-def _all_numbers(row: list[str]) -> bool:
-    return all(not cell or is_number(cell) or any(n.fullmatch(cell) for n in _NUMBER.values()) for cell in row)

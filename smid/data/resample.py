@@ -6,6 +6,8 @@ With stamps :math:`t_k`, the record is uniform if a straight line :math:`t_0 + k
 An interpolated sample is a convex combination of two measured ones, so a noise bound :math:`|\eta| \le D` holds for it
 too. The true signal between two samples differs from the chord by up to :math:`|f''| h^2 / 8`. The record holds an
 estimate of that error; the user adds it to the noise bound.
+
+Missing samples and missing rows stay missing: nothing is interpolated across an interval longer than 1.75 of the usual.
 """
 
 from collections.abc import Mapping
@@ -21,6 +23,10 @@ RELATIVE_TOLERANCE = 1e-6
 # Rounding of the stamps explains at most this share of the interval. Otherwise every record of about one sample per
 # second would be uniform if its stamps are integer seconds.
 LARGEST_ROUNDING_SHARE = 0.05
+# Usual intervals; in a longer one samples are missing. Stamps that are a quarter of an interval early or late are at
+# most 1.5 intervals apart, and at least 1.5 where a row is missing between them.
+LONGEST = 1.75
+MOST_INSTANTS = 10  # instants of the grid for each row
 
 
 @dataclass(frozen=True)
@@ -68,9 +74,15 @@ class Resampling:
         return {**vars(self), "curvature_error": dict(self.curvature_error)}
 
 
-def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bool:
+def _instants(stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the number of each stamp on a grid of the usual interval, from 0; missing rows leave numbers out."""
+    steps = np.diff(stamps)
+    return np.concatenate([[0.0], np.cumsum(np.rint(steps / np.median(steps)))])
+
+
+def _fits(stamps: NDArray[np.float64], instants: NDArray[np.float64], interval: float, resolution: float) -> bool:
     """Tell whether a uniform grid of this interval meets every stamp to within tolerance and rounding."""
-    deviation = stamps - interval * np.arange(stamps.size)
+    deviation = stamps - interval * instants
     # The first stamp is rounded too, so the grid may be shifted, which leaves half the spread.
     half_spread = 0.5 * float(np.max(deviation) - np.min(deviation))
     rounding = resolution + 4 * np.finfo(np.float64).eps * float(np.max(np.abs(stamps)))
@@ -80,21 +92,22 @@ def _fits(stamps: NDArray[np.float64], interval: float, resolution: float) -> bo
 def uniform_interval(stamps: NDArray[np.float64], resolution: float = 0.0) -> float | None:
     """Return the shortest decimal number that fits uniform stamps, in seconds; None if they are not uniform.
 
-    ``resolution`` is the unit of the last printed digit of the stamps, in seconds.
+    Rows may be missing. ``resolution`` is the unit of the last printed digit of the stamps, in seconds.
 
     Examples
     --------
     >>> import numpy as np
-    >>> uniform_interval(np.array([0.0, 0.1, 0.2, 0.30000000000000004]))
+    >>> uniform_interval(np.array([0.0, 0.1, 0.2, 0.30000000000000004, 0.6]))
     0.1
     """
-    instants = np.arange(stamps.size) - 0.5 * (stamps.size - 1)
-    slope = float(instants @ (stamps - np.mean(stamps)) / (instants @ instants))
-    if not _fits(stamps, slope, resolution):
+    instants = _instants(stamps)
+    centred = instants - np.mean(instants)
+    slope = float(centred @ (stamps - np.mean(stamps)) / (centred @ centred))
+    if (np.diff(instants) < 1).any() or not _fits(stamps, instants, slope, resolution):
         return None
     for digits in range(1, 16):
         shortest = float(f"{slope:.{digits}g}")
-        if _fits(stamps, shortest, resolution):
+        if _fits(stamps, instants, shortest, resolution):
             return shortest
     return slope
 
@@ -122,14 +135,13 @@ def check_increasing(stamps: NDArray[np.float64], origin: str) -> None:
         )
 
 
-def _curvature_error(stamps: NDArray[np.float64], values: NDArray[np.float64]) -> float:
-    if stamps.size < 3:
-        return 0.0
+def _curvature_error(stamps: NDArray[np.float64], values: NDArray[np.float64], longest: float) -> float:
     steps = np.diff(stamps)
-    slopes = np.diff(values) / steps
-    second_derivative = 2.0 * np.diff(slopes) / (stamps[2:] - stamps[:-2])
     widest = np.maximum(steps[1:], steps[:-1])
-    return float(np.max(np.abs(second_derivative) * widest**2) / 8.0)
+    second_derivative = 2.0 * np.diff(np.diff(values) / steps) / (stamps[2:] - stamps[:-2])
+    errors = np.abs(second_derivative) * widest**2 / 8.0
+    known = errors[np.isfinite(errors) & (widest <= longest)]
+    return float(np.max(known, initial=0.0))
 
 
 def resample(
@@ -140,35 +152,70 @@ def resample(
 ) -> tuple[dict[str, NDArray[np.float64]], Resampling]:
     """Return channels on a uniform grid from the first stamp on, and the record of it.
 
-    The samples stay as they are if the stamps already lie on the grid. All times are in seconds; ``resolution`` is the
+    The samples stay as they are if the stamps already lie on the grid. A missing sample is NaN, also where no row is
+    near. All times are in seconds; ``resolution`` is the
     unit of the last printed digit of the stamps.
 
     Examples
     --------
     >>> import numpy as np
-    >>> values, record = resample(np.array([0.0, 1.0, 3.0]), {"y": np.array([0.0, 2.0, 6.0])}, 1.0)
+    >>> values, record = resample(np.array([0.0, 1.0, 2.0, 4.0]), {"y": np.array([0.0, 2, 4, 8])}, 1.0)
     >>> values["y"], record.method
-    (array([0., 2., 4., 6.]), 'linear')
+    (array([ 0.,  2.,  4., nan,  8.]), 'none')
     """
     steps = np.diff(stamps)
-    jitter = steps - np.median(steps)
-    uniform = _fits(stamps, sampling_time, resolution)
+    usual = float(np.median(steps))
+    longest = LONGEST * max(usual, sampling_time)
+    jitter = (steps - usual)[steps <= LONGEST * usual]
+    instants = _instants(stamps)
+    uniform = _fits(stamps, instants, sampling_time, resolution)
     record = Resampling(
         method="none" if uniform else "linear",
         mean_interval=float(np.mean(steps)),
         jitter_max=float(np.max(np.abs(jitter))),
         jitter_rms=float(np.sqrt(np.mean(jitter**2))),
         n_original=stamps.size,
-        curvature_error={} if uniform else {name: _curvature_error(stamps, array) for name, array in values.items()},
+        curvature_error={}
+        if uniform
+        else {name: _curvature_error(stamps, array, longest) for name, array in values.items()},
     )
-    if uniform:
-        return dict(values), record
     # A last stamp that misses its instant by rounding must still give a sample; np.interp holds the end value.
     n_intervals = int(np.floor((stamps[-1] - stamps[0]) / sampling_time + RELATIVE_TOLERANCE))
+    n_intervals = int(instants[-1]) if uniform else n_intervals
     if n_intervals < 1:
         raise DataError(
             f"sampling_time = {sampling_time:g} s is longer than the record ({stamps[-1] - stamps[0]:g} s); "
             "check the units of time and sampling_time (both are taken in seconds)"
         )
+    if n_intervals > MOST_INSTANTS * (stamps.size + 100):
+        raise DataError(
+            f"{stamps.size} rows over {stamps[-1] - stamps[0]:g} s are few for a sampling time of {sampling_time:g} s; "
+            f"check the units of time and sampling_time, or save the parts beside the longest gap "
+            f"({np.max(steps):g} s) as files of their own"
+        )
+    if uniform:
+        if instants.size == n_intervals + 1:
+            return dict(values), record
+        return {name: _placed(array, instants.astype(np.int64)) for name, array in values.items()}, record
     grid = stamps[0] + sampling_time * np.arange(n_intervals + 1)
-    return {name: np.interp(grid, stamps, array) for name, array in values.items()}, record
+    before = np.clip(np.searchsorted(stamps, grid, side="right") - 1, 0, stamps.size - 2)
+    slack = RELATIVE_TOLERANCE * sampling_time
+    on_stamp = np.minimum(np.abs(grid - stamps[before]), np.abs(grid - stamps[before + 1])) <= slack
+    lost = (steps[before] > longest) & ~on_stamp
+    return {name: np.where(lost, np.nan, _interpolated(grid, stamps, array)) for name, array in values.items()}, record
+
+
+def _placed(array: NDArray[np.float64], instants: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return samples at their instants, and NaN where there is no row."""
+    whole = np.full(int(instants[-1]) + 1, np.nan)
+    whole[instants] = array
+    return whole
+
+
+def _interpolated(
+    grid: NDArray[np.float64], stamps: NDArray[np.float64], array: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Interpolate linearly; a value is NaN if a missing sample has a share in it."""
+    missing = np.isnan(array)
+    share = np.interp(grid, stamps, missing.astype(np.float64))
+    return np.where(share > RELATIVE_TOLERANCE, np.nan, np.interp(grid, stamps, np.where(missing, 0.0, array)))

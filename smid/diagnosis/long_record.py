@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import Dataset, Experiment
 from smid.data.edit import slice_samples
 from smid.diagnosis.parts import Parts, split
@@ -129,30 +128,23 @@ def windows(data: Dataset, channels: Sequence[str]) -> Dataset:
         for run in data.experiments
         for first in range(data.n_init, max(data.n_init, run.n_samples - size) + 1, size)
     ]
-    features = np.array([_features(piece, channels) for piece in pieces])
-    chosen = _apart(features, min(_WINDOWS, len(pieces)), len(channels))
+    # Level and spread in units of what each channel does over the record.
+    scale = [float(np.std(np.concatenate([run.values[c] for run in data.experiments]))) or 1.0 for c in channels]
+    levels, spreads = (
+        np.array([[float(f(piece.values[c])) for c in channels] for piece in pieces]) / scale for f in (np.mean, np.std)
+    )
+    chosen = [int(np.argmax(spreads.sum(axis=1)))]
+    features = np.hstack([levels, spreads])
+    # What is farthest from those chosen comes next (Gonzalez, Clustering to minimize the maximum distance, 1985).
+    while len(chosen) < min(_WINDOWS, len(pieces)):
+        distances = np.min([np.linalg.norm(features - features[k], axis=1) for k in chosen], axis=0)
+        chosen.append(int(np.argmax(distances)))
     return replace(data, experiments=tuple(pieces[k] for k in sorted(chosen)), resampling=(), n_init=0)
 
 
 def _piece(run: Experiment, first: int, size: int, sampling_time: float) -> Experiment:
     piece = slice_samples(run, range(first, first + size), sampling_time)
     return replace(piece, name=f"{run.name}, samples {first} to {first + size - 1}")
-
-
-def _features(piece: Experiment, channels: Sequence[str]) -> list[float]:
-    samples = [piece.values[channel] for channel in channels]
-    return [float(np.mean(x)) for x in samples] + [float(np.std(x)) for x in samples]
-
-
-def _apart(features: Array, count: int, n_channels: int) -> list[int]:
-    """Return rows that are far apart, the first with the largest spread (Gonzalez, 1985)."""
-    scale = np.std(features, axis=0)
-    features = features / np.where(scale > 0, scale, 1.0)
-    chosen = [int(np.argmax(np.sum(features[:, n_channels:], axis=1)))]
-    while len(chosen) < count:
-        distances = np.min([np.linalg.norm(features - features[k], axis=1) for k in chosen], axis=0)
-        chosen.append(int(np.argmax(distances)))
-    return chosen
 
 
 def fitted_to(fit: Fit, data: Dataset) -> Fit:

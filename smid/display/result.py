@@ -128,9 +128,10 @@ class Tabular(Result):
         """Return the rows of the table, with all digits."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the rows of the table, with all digits, as a frame; ImportError if pandas is not installed."""
-        frame: pandas.DataFrame = optional("pandas", "to_pandas").DataFrame(list(self._rows()))
-        return frame
+        """Return the rows of the table, with all digits, as a frame."""
+        import pandas as pd
+
+        return pd.DataFrame(list(self._rows()))
 
 
 def optional(package: str, wanted_by: str) -> Any:

@@ -234,10 +234,13 @@ def check_samples(model: Model, data: Dataset) -> None:
             f"the model needs the channel {missing[0]!r}, the data have {', '.join(have)}: "
             "name the channels when loading, or the model's input and output"
         )
-    least = model.max_lag + len(model.parameters) + 1
-    for experiment in data.experiments:
-        if experiment.n_samples < least:
-            raise DataError(
-                f"experiment {experiment.name!r} has {experiment.n_samples} samples, the model needs {least} "
-                "(its lag, its parameters and one more): take a longer record or a smaller model"
-            )
+    # The parts of a record that is split at missing samples share the parameters, so together they must suffice.
+    lag, unknown = model.max_lag, len(model.parameters)
+    equations = sum(experiment.n_samples - lag for experiment in data.experiments)
+    shortest = min(data.experiments, key=lambda experiment: experiment.n_samples)
+    if shortest.n_samples <= lag or equations <= unknown:
+        raise DataError(
+            f"experiment {shortest.name!r} has {shortest.n_samples} samples, the model needs {lag + unknown + 1} in "
+            f"one experiment, or more than {lag} in each of several (its lag, its parameters and one more): take a "
+            "longer record or a smaller model"
+        )

@@ -3,8 +3,18 @@
 from smid.display.versions import versions
 from smid.reports.estimate_page import data_report
 from smid.reports.formats import check_report
+from smid.reports.overview_page import overview_report
 from smid.reports.pdf import PdfWarning
 from smid.reports.report import report
 from smid.reports.writing import check_writable, write_text
 
-__all__ = ["PdfWarning", "check_report", "check_writable", "data_report", "report", "versions", "write_text"]
+__all__ = [
+    "PdfWarning",
+    "check_report",
+    "check_writable",
+    "data_report",
+    "overview_report",
+    "report",
+    "versions",
+    "write_text",
+]

@@ -14,10 +14,13 @@ __all__ = ["chapter_page", "together"]
 
 
 def together(records: Mapping[str, Dataset]) -> Dataset:
-    """Put the records of a study together, each under its own name."""
-    return Dataset.merge(
-        [data.with_experiments([replace(run, name=name) for run in data.experiments]) for name, data in records.items()]
-    )
+    """Put the records of a study together, each under its own name; the parts of a split record keep their numbers."""
+
+    def named(name: str, data: Dataset) -> Dataset:
+        names = [name] if len(data.experiments) == 1 else [f"{name}_{k + 1}" for k in range(len(data.experiments))]
+        return data.with_experiments([replace(r, name=n) for r, n in zip(data.experiments, names, strict=True)])
+
+    return Dataset.merge([named(name, data) for name, data in records.items()])
 
 
 def chapter_page(

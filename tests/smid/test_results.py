@@ -261,7 +261,6 @@ def test_plain_data_are_json(results):
 
 
 def test_frames_have_the_numbers_of_the_plain_data(results):
-    pytest.importorskip("pandas", reason="pandas is an extra")
     tried = 0
     for result in results:
         if isinstance(result, Tabular | smid.Dataset):
@@ -275,9 +274,9 @@ def test_frames_have_the_numbers_of_the_plain_data(results):
 
 
 def test_a_missing_package_is_named_with_its_cure(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"to_pandas needs pandas; install it with: pip install smid\[pandas\]"):
-        optional("pandas", "to_pandas")
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(ImportError, match=r"to_control needs control; install it with: pip install smid\[control\]"):
+        optional("control", "to_control")
 
 
 def test_what_has_no_plain_form_is_refused():

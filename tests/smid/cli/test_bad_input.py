@@ -99,7 +99,6 @@ def test_bad_model_file(smid, model, words):
     [
         ("\n0.5,", "\n0.4,", ["run.csv"]),  # repeated
         ("\n0.5,", "\n0.3,", ["run.csv"]),  # unsorted
-        ("\n0.5,1.0,", "\n0.5,nan,", ["'u'", "sample 5", "0.5 s"]),
         ("\n0.5,1.0,", "\n0.5,inf,", ["'u'", "sample 5", "0.5 s"]),
         ("\n0.5,1.0,", "\n0.5,high,", ["'u'", "high", "line 8"]),
     ],

@@ -69,11 +69,11 @@ def test_a_solver_that_fails(smid, monkeypatch):
 
 
 def test_missing_extras_and_browser_are_no_error(smid, monkeypatch):
-    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "pandas" else doctor)
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "control" else doctor)
     monkeypatch.setenv("PATH", "")
     result = smid("doctor")
     assert result.exit_code == 0
-    assert 'missing pandas: pip install "smid[pandas]" (Dataset.from_pandas' in result.stdout
+    assert 'missing control: pip install "smid[control]" (Estimate.to_control' in result.stdout
     assert "no Chromium" in result.stdout
 
 

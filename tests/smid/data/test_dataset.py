@@ -314,16 +314,9 @@ def test_plot_has_an_axis_with_unit_per_channel():
 
 
 def test_pandas_round_trip():
-    pytest.importorskip("pandas")
     data = two_runs()
     assert data.to_pandas().loc["b"]["T"].iloc[1] == 29
     one = data.select("b")
     units = {channel.name: channel.unit for channel in one.channels}
     again = Dataset.from_pandas(one.to_pandas(), "u", "y", units=units, name="b")
     assert replace(again, resampling=(), source="") == one
-
-
-def test_missing_pandas_is_named_with_its_cure(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"pip install smid\[pandas\]"):
-        two_runs().to_pandas()

@@ -1,4 +1,5 @@
 import numpy as np
+import pandas
 import pytest
 from scipy.io import savemat
 
@@ -56,7 +57,7 @@ def test_other_columns_are_kept_and_text_columns_left_out_with_a_note(write):
     assert data.names == ("u", "y", "T")
     assert data.source == "run.csv (left out: comment, Ts)"
     assert Dataset.from_csv(path, "u", "y", sampling_time=4, others=()).names == ("u", "y")
-    with pytest.raises(DataError, match=r"row 2 \(line 3\), column 'Ts': the cell is empty"):
+    with pytest.raises(DataError, match=r"1 of 2 samples .* are missing, first 'Ts' at sample 1 \(t = 4 s\)"):
         Dataset.from_csv(path, "u", "y", sampling_time=4, others="Ts")
 
 
@@ -101,11 +102,11 @@ def test_time_in_milliseconds_from_header_or_argument(write):
             {"sampling_time": 1},
             r"run.csv: row 2 \(line 3\), column 'y': 'abc' is not a number",
         ),
-        ("#c\nu,y\n1,2\n\n3\n", {"sampling_time": 1}, r"row 2 \(line 5\), column 'y': the cell is empty"),
+        ("#c\nu,y\n1,2\n\n3\n", {"sampling_time": 1}, r"1 of 2 samples .* are missing, first 'y' at sample 1"),
         (
             "u,y\n1,2\n3,nan\n",
             {"sampling_time": 1},
-            r"channel 'y' of experiment 'run' is nan at sample 1 \(t = 1 s\)",
+            r"1 of 2 samples of experiment 'run' are missing, first 'y' at sample 1 \(t = 1 s\)",
         ),
         (
             "time,u,y\n0,1,2\n1,inf,3\n3,4,5\n",
@@ -204,14 +205,13 @@ def test_mat(tmp_path, write):
 
 
 def test_pandas_frames():
-    pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"u [A]": [1, 2, 3], "y": [1.0, 2.0, 4.0], "note": ["a", "b", "c"]})
     data = Dataset.from_pandas(frame, "u", "y", sampling_time=0.1)
     assert data.names == ("u", "y")
     assert data.channel("u").unit == "A"
     dates = frame.assign(time=pandas.to_datetime(["2024-01-01 00:00:00", "2024-01-01 00:00:02", "2024-01-01 00:00:04"]))
     assert Dataset.from_pandas(dates, "u", "y").sampling_time == 2.0
-    with pytest.raises(DataError, match="is nan at sample 1"):
+    with pytest.raises(DataError, match="missing, first 'y' at sample 1"):
         Dataset.from_pandas(frame.assign(y=[1, None, 3]), "u", "y", sampling_time=1)
     with pytest.raises(DataError, match="convert it to real numbers"):
         Dataset.from_pandas(frame, "u", "note", sampling_time=1)

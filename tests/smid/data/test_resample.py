@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from smid.data import DataError
 from smid.data.columns import Table
-from smid.data.resample import check_increasing, resample, uniform_interval
+from smid.data.resample import LONGEST, check_increasing, resample, uniform_interval
 
 intervals = st.lists(st.floats(0.5, 1.5), min_size=2, max_size=40)
 
@@ -31,9 +31,16 @@ def test_straight_lines_are_resampled_exactly(steps, slope, offset, interval):
     values, record = resample(stamps, {"y": offset + slope * stamps}, interval)
     if record.method == "linear":
         grid = interval * np.arange(values["y"].size)
-        np.testing.assert_allclose(values["y"], offset + slope * grid, atol=1e-4 * max(1, abs(slope)))
+        there = np.isfinite(values["y"])
+        np.testing.assert_allclose(values["y"][there], (offset + slope * grid)[there], atol=1e-4 * max(1, abs(slope)))
         assert record.curvature_error["y"] < 1e-9
         assert grid[-1] <= stamps[-1] + 1e-5
+        # A sample is missing exactly inside an interval that is much longer than usual.
+        longest = LONGEST * max(np.median(np.diff(stamps)), interval)
+        within = np.diff(stamps)[np.clip(np.searchsorted(stamps, grid, side="right") - 1, 0, len(steps) - 1)]
+        assert (within[~there] > longest).all()
+        near = np.abs(grid[:, None] - stamps).min(axis=1) <= 1e-5
+        assert (there | near | (within > longest)).all()
 
 
 @settings(deadline=None)
@@ -42,7 +49,7 @@ def test_interpolation_keeps_noise_bounds(steps, seed):
     stamps = np.r_[0.0, np.cumsum(steps)]
     noise = np.random.default_rng(seed).uniform(-1, 1, stamps.size)
     values, _ = resample(stamps, {"noise": noise}, 0.37)
-    assert np.max(np.abs(values["noise"])) <= np.max(np.abs(noise)) + 1e-12
+    assert np.nanmax(np.abs(values["noise"])) <= np.max(np.abs(noise)) + 1e-12
 
 
 def test_curvature_error_covers_the_error_of_a_parabola():
@@ -74,10 +81,22 @@ def test_rounding_of_printed_stamps_is_no_jitter(printed, interval):
     assert abs(found - interval) * 199 <= 2 * table.resolution("time")
 
 
-def test_a_missing_sample_is_not_excused_as_rounding():
+def test_a_missing_row_leaves_a_missing_sample():
     cells = ["0", "1", "2", "4", "5", "6"]
     table = Table("run", "run.csv", {"time": cells})
-    assert uniform_interval(table.numbers("time"), table.resolution("time")) is None
+    assert uniform_interval(table.numbers("time"), table.resolution("time")) == 1.0
+    values, record = resample(table.numbers("time"), {"y": np.arange(6.0)}, 1.0, table.resolution("time"))
+    np.testing.assert_array_equal(values["y"], [0, 1, 2, np.nan, 3, 4, 5])
+    assert record.method == "none"
+
+
+def test_a_missing_cell_spreads_only_over_the_samples_that_would_use_it():
+    stamps = np.array([0.0, 1.1, 2.0, 2.9, 4.0, 5.0])
+    values, record = resample(stamps, {"y": np.array([0.0, 1, np.nan, 3, 4, 5])}, 1.0)
+    assert record.method == "linear"
+    assert np.isnan(values["y"]).tolist() == [False, False, True, False, False, False]
+    values, _ = resample(stamps, {"y": np.array([0.0, np.nan, 2, 3, 4, 5])}, 1.0)
+    assert np.isnan(values["y"]).tolist() == [False, True, False, False, False, False]
 
 
 def test_the_interval_is_the_shortest_decimal_that_fits():

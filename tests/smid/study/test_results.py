@@ -98,7 +98,6 @@ def test_the_figure_shows_the_numbers():
 
 
 def test_the_frame_has_a_row_for_each_cell_and_parameter():
-    pytest.importorskip("pandas", reason="pandas is an extra")
     frame = made(**FULL).to_pandas()
     assert len(frame) == 64
     assert set(frame["parameter"]) == {"a1", "b0"}
