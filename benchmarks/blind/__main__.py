@@ -11,6 +11,7 @@ import time
 from itertools import cycle
 from pathlib import Path
 
+from benchmarks.blind.calibration import draw
 from benchmarks.blind.diagnose_case import KINDS, diagnose_case
 from benchmarks.blind.score import CaseResult, markdown
 from benchmarks.resumable import kept, run
@@ -25,11 +26,9 @@ def _cached(path: Path, samples: int) -> list[CaseResult]:
     results = []
     for entry in kept(path):
         if entry.pop("samples") == samples:
-            results.append(
-                CaseResult(
-                    **entry | {name: tuple(entry[name]) for name in ("truth", "named", "rivals", "probabilities")}
-                )
-            )
+            doubts = tuple((name, p) for name, p in entry.pop("doubts", ()))
+            lists = {name: tuple(entry[name]) for name in ("truth", "named", "rivals", "probabilities")}
+            results.append(CaseResult(**entry | lists, doubts=doubts))
     return results
 
 
@@ -65,6 +64,7 @@ def main() -> None:
         )
     page = markdown(results, time.perf_counter() - started)
     given.output.write_text(page, encoding="utf-8")
+    draw(results, given.output.parent / "pictures" / "calibration.svg")
     print(f"\n{page}", flush=True)
 
 

@@ -39,6 +39,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     rivals: tuple[str, ...] = ()
     ratio, message = float("nan"), ""
     probabilities: tuple[float, ...] = ()
+    doubts: tuple[tuple[str, float], ...] = ()
     try:
         bound = None if "withheld" in kind else case.noise_bound
         result = smid.diagnose(case.model, case.data, noise_bound=bound, certify=False, workers=1)
@@ -48,6 +49,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
         verdict = str(result.verdict)
         named = tuple(str(cause.effect) for cause in result.causes)
         probabilities = tuple(float(cause.confidence) for cause in result.causes)
+        doubts = tuple(result.doubts.items())
         if result.causes:
             rivals = tuple(str(getattr(rival, "effect", rival)) for rival in result.causes[0].rivals)
         recorded = case.data.experiments[0].values[result.output]
@@ -56,5 +58,5 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)
     return CaseResult(
-        kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message, probabilities
+        kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message, probabilities, doubts
     )

@@ -13,7 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["CaseResult", "markdown"]
+__all__ = ["BINS", "CaseResult", "markdown"]
+
+BINS = ((0.0, 0.2), (0.2, 0.5), (0.5, 0.8), (0.8, 0.95), (0.95, 0.99), (0.99, 1.01))
+"""Of probabilities, to compare with how often what has them is right."""
 
 TARGETS = "| asked for | 98 % | at most 3 % | 90 % | 70 % | at most 1.05 | at most 1.2 |"
 
@@ -46,6 +49,8 @@ class CaseResult:
         Error text.
     probabilities : tuple of float
         Of what is named, in the same order.
+    doubts : tuple of (str, float)
+        What was weighed and not named, with its probability.
     """
 
     kind: str
@@ -61,6 +66,13 @@ class CaseResult:
     seconds: float
     message: str = ""
     probabilities: tuple[float, ...] = ()
+    doubts: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def weighed(self) -> list[tuple[float, bool]]:
+        """Probability of each effect named or in doubt, and whether the effect is there."""
+        pairs = [*zip(self.named, self.probabilities, strict=False), *self.doubts]
+        return [(p, name in self.truth) for name, p in pairs]
 
     @property
     def is_right(self) -> bool:
@@ -193,6 +205,7 @@ def markdown(results: Sequence[CaseResult], wall: float) -> str:
         f"| reached | {_share(single)} | {_share(none, right=False)} | {_share(pair)} | {_share(triple)} "
         f"| {median} | {worst} |",
         f"A further cause that is not there: {_further([*single, *pair, *triple])}. {_calibration(results)}",
+        "![Share of the effects that are there, by the probability that they are given](pictures/calibration.svg)",
         f"False alarms without a noise bound: {_share(withheld, right=False)}. "
         f"Verdict `ambiguous`: {sum(result.verdict == 'ambiguous' for result in results)} of {len(results)}. "
         f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
@@ -221,9 +234,9 @@ def _further(results: Sequence[CaseResult]) -> str:
 
 def _calibration(results: Sequence[CaseResult]) -> str:
     """Say how many causes are right, by the probability that they are given."""
-    pairs = [(p, name in r.truth) for r in results for name, p in zip(r.named, r.probabilities, strict=False)]
+    pairs = [pair for r in results for pair in r.weighed]
     parts = []
-    for low, high in ((0.0, 0.8), (0.8, 0.95), (0.95, 0.99), (0.99, 1.01)):
+    for low, high in BINS:
         hits = [right for p, right in pairs if low <= p < high]
         if hits:
             said = f"{low:.0%} to {min(high, 1.0):.0%}"
