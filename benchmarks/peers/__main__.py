@@ -3,7 +3,7 @@
     python -m benchmarks.peers FOLDER [--only RECORD ...] [--smid FILE] [--output docs/peers.md]
 
 FILE is a page that `python -m benchmarks.measured_diagnosis FOLDER --output FILE` wrote: the figures of smid come from
-there, and without it their columns are empty. The peers come with `pip install "smid[peers]"`.
+there, and without it their columns are empty. The extra `peers` installs the peers.
 """
 
 from __future__ import annotations
@@ -12,45 +12,170 @@ import argparse
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 os.environ.update(dict.fromkeys(THREADS, "1"))  # read once, when numpy is imported
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
-import numpy as np  # noqa: E402
-
+from benchmarks import measured_diagnosis  # noqa: E402
 from benchmarks.machine import described  # noqa: E402
-from benchmarks.measured_diagnosis import CASES, START, Case  # noqa: E402
+from benchmarks.measured_diagnosis import CASES, Case  # noqa: E402
 from benchmarks.peers import protocol  # noqa: E402
-from benchmarks.peers.protocol import Peer, Run  # noqa: E402
+from benchmarks.peers.protocol import Peer, identified, rmse, run_of  # noqa: E402
 from smid.data import load_record  # noqa: E402
-from smid.diagnosis.parts import split  # noqa: E402
+from smid.diagnosis.parts import STARTING, split  # noqa: E402
 from smid.fitting.binding import bind  # noqa: E402
 
 PEERS = ("arx", "frols", "recurrent_network")
-SMID_HEAD = "| record | known to be missing | named, in order | test RMSE: base | extended | s |"
+LIBRARIES = ("numpy", "scipy", "sysidentpy", "jax", "jax-sysid")
+SMID = "python -m benchmarks.measured_diagnosis FOLDER --output FILE"
 HEAD = """# Comparison with other identification tools on measured records
 
-This page compares the RMSE of free runs on the test part of public measured records. No fit and no choice uses the test
-part. `{command}` writes the page. The records are not part of the project. [Diagnosis of measured records](measured.md)
-describes the records, the test parts and the base models.
+This page shows the RMSE of free runs on the test part of public measured records, for smid and for other tools. No fit
+and no choice uses the test part. `python -m benchmarks.peers FOLDER --output docs/peers.md` writes the page. The
+records are not part of the project. [Diagnosis of measured records](measured.md) describes their parts and the base
+models.
+
+The protocol:
 
 {protocol}
 
-The free run of a peer is called divergent where its error exceeds {limit:.0f} times the range of the output. The seconds
-of a peer contain the choice of its settings, its fit and its simulations.
+A free run is called divergent if its error exceeds {limit:.0f} times the range of the output. The seconds of a peer are
+those of its choice, its fit and its simulations. Figures of smid are shown if `--smid` names a page that
+`python -m benchmarks.measured_diagnosis` wrote.
 
+The peers:
+
+{peers}
 """
-"""
-
-"""
 
 
-def peers() -> list[Peer]:
+@dataclass(frozen=True)
+class Row:
+    """One test part: its label, its unit, and per peer RMSE, settings and seconds."""
+
+    record: str
+    part: str
+    unit: str
+    rmse: tuple[float | None, ...]
+    settings: tuple[str, ...]
+    seconds: tuple[float, ...]
+
+
+def loaded() -> list[ModuleType]:
     """Import the peers."""
     try:
-        return [import_module(f"benchmarks.peers.{name}").PEER for name in PEERS]
+        return [import_module(f"benchmarks.peers.{name}") for name in PEERS]
     except ModuleNotFoundError as missing:
-        raise SystemExit(f'{missing.name} is not installed: pip install "smid[peers]"') from missing
+        raise SystemExit(f"no {missing.name}; install the peers with: pip install sysidentpy jax-sysid") from None
+
+
+def rows(case: Case, folder: Path, peers: Sequence[Peer]) -> list[Row]:
+    """Fit the peers to one record and simulate them on its test parts."""
+    full = load_record(case.record, folder)
+    data = case.load(full)
+    parts = split(bind(case.model, data), data, case.share)
+    seen = [run_of(data, run) for run in parts.seen.experiments]
+    pairs = zip(data.experiments, parts.test, strict=True)
+    tested = {run.name: (run_of(data, run), int(mask.argmax())) for run, mask in pairs if mask.any()}
+    label = f"last {case.share:.0%} of each run" if isinstance(case.share, float) else ", ".join(case.share)
+    tests = [(label, list(tested.values()), 1.0, data.channel(data.output).unit)]
+    if case.test and list(tested) != [case.test]:
+        part = full.select(case.test)
+        alone = tested.get(case.test) or (run_of(part, part.experiments[0]), part.n_init or STARTING)
+        tests.append((case.test, [alone], case.factor, case.unit))
+    figures = []
+    for peer in peers:
+        began = time.perf_counter()
+        settings, free_run = identified(peer, seen)
+        errors = [rmse(free_run, runs) for _, runs, _, _ in tests]
+        figures.append((errors, ", ".join(map("{} {}".format, peer.meaning, settings)), time.perf_counter() - began))
+    return [
+        Row(
+            case.record,
+            part,
+            unit,
+            tuple(None if errors[k] is None else errors[k] * factor for errors, _, _ in figures),
+            tuple(chosen for _, chosen, _ in figures),
+            tuple(seconds for _, _, seconds in figures),
+        )
+        for k, (part, _, factor, unit) in enumerate(tests)
+    ]
+
+
+def smid_figures(page: str) -> dict[tuple[str, bool], tuple[str, str]]:
+    """Return base and extended RMSE by record, and whether they are of the published test part (second table)."""
+    first, second = (head.strip().splitlines()[-2] for head in (measured_diagnosis.HEAD, measured_diagnosis.TEST_HEAD))
+    if first not in page.splitlines():
+        raise SystemExit(f"--smid: no line {first!r}; write the file with {SMID}")
+    found, published, base = {}, False, 0
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line in (first, second):
+            published, base = line == second, 3 if line == first else 1
+        elif line.startswith("## Sentences"):
+            break
+        elif base and line.startswith("| "):
+            found[cells[0], published] = (cells[base], cells[base + 1])
+    return found
+
+
+def page(results: Sequence[Row], peers: Sequence[ModuleType], smid: dict[tuple[str, bool], tuple[str, str]]) -> str:
+    """Return the tables as Markdown."""
+    rules = (protocol.__doc__ or "").split("\n\n", 1)[1].strip()
+    about = "\n".join(f"- {' '.join((module.__doc__ or '').split())}" for module in peers)
+    titles = [module.PEER.title for module in peers]
+    lines = [HEAD.format(protocol=rules, limit=protocol.DIVERGED, peers=about)]
+    heads = ("record", "test part", "unit", "smid base", "smid extended", *titles)
+    lines += ["## RMSE on the test part", "", _cells(*heads), "|---" * len(heads) + "|"]
+    names = [row.record for row in results]
+    for k, row in enumerate(results):
+        ours = smid.get((row.record, row.record in names[:k]), ("", ""))
+        values = ("diverges" if value is None else f"{value:.4g}" for value in row.rmse)
+        lines.append(_cells(row.record, row.part, row.unit, *ours, *values))
+    lines += ["", "## Chosen settings and seconds", "", _cells("record", *(f"{title} | s" for title in titles))]
+    lines.append("|---" * (1 + 2 * len(titles)) + "|")
+    for row in {row.record: row for row in results}.values():
+        pairs = zip(row.settings, row.seconds, strict=True)
+        lines.append(_cells(row.record, *(f"{chosen} | {seconds:.1f}" for chosen, seconds in pairs)))
+    return "\n".join([*lines, "", described(LIBRARIES)]) + "\n"
+
+
+def _cells(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Print each record as it comes, and write the page."""
+    known = [case.record for case in CASES]
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.peers", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder of the measured records")
+    parser.add_argument("--only", nargs="+", choices=known, default=known, metavar="RECORD", help="these records only")
+    parser.add_argument("--smid", type=Path, metavar="FILE", help="page of benchmarks.measured_diagnosis")
+    parser.add_argument("--output", type=Path, help="Markdown file to write")
+    given = parser.parse_args()
+    if not given.folder.is_dir():
+        parser.error(f"no folder {given.folder}: name the folder of the measured records")
+    if given.smid and not given.smid.is_file():
+        parser.error(f"no file {given.smid}: write it with {SMID}")
+    smid = smid_figures(given.smid.read_text(encoding="utf-8")) if given.smid else {}
+    peers = loaded()
+    results: list[Row] = []
+    for case in CASES:
+        if case.record not in given.only:
+            continue
+        if not (given.folder / case.record).is_dir():
+            print(f"{case.record}: skipped, it is not in the folder", flush=True)
+            continue
+        results += rows(case, given.folder, [module.PEER for module in peers])
+        print(*(row for row in results if row.record == case.record), sep="\n", flush=True)
+        if given.output:
+            given.output.write_text(page(results, peers, smid), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

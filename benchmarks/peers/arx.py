@@ -19,14 +19,9 @@ from relaxations.algebra.arrays import Array
 def fit(runs: Sequence[Run], settings: Settings) -> FreeRun:
     """Fit the equation to all runs at once."""
     order, delay = settings
-    first = _first(order, delay)
+    first = order + delay
     rows = np.vstack(
-        [
-            np.column_stack(
-                [*(run.output[first - i : len(run.output) - i] for i in range(1, order + 1)), _forced(run.inputs, settings)]
-            )
-            for run in runs
-        ]
+        [np.column_stack([_past(run.output, order, first), _forced(run.inputs, settings)]) for run in runs]
     )
     theta = np.linalg.lstsq(rows, np.concatenate([run.output[first:] for run in runs]))[0]
     a, b = theta[:order], theta[order:]
@@ -38,14 +33,15 @@ def fit(runs: Sequence[Run], settings: Settings) -> FreeRun:
     return free_run
 
 
-def _first(order: int, delay: int) -> int:
-    return order + delay
+def _past(output: Array, order: int, first: int) -> Array:
+    """Return the regressors of the output."""
+    return np.column_stack([output[first - lag : len(output) - lag] for lag in range(1, order + 1)])
 
 
 def _forced(inputs: Array, settings: Settings) -> Array:
     """Return the regressors of the inputs, and the one of the offset."""
     order, delay = settings
-    first, n = _first(order, delay), len(inputs)
+    first, n = order + delay, len(inputs)
     lagged = [inputs[first - lag : n - lag] for lag in range(delay, delay + order)]
     return np.column_stack([*lagged, np.ones(n - first)])
 

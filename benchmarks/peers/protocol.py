@@ -1,8 +1,8 @@
 """The strict protocol: a peer is fitted and chosen without the test part, and simulated on it once.
 
 1. The test part is the one of `benchmarks.measured_diagnosis`.
-2. Each candidate of a peer (orders, start of a training) is fitted to the first four fifths of every run of the rest and
-   simulated on the last fifth. The candidate of the least RMSE is fitted again, to the whole rest.
+2. Each candidate of a peer (its orders) is fitted to the first four fifths of every run of the rest and simulated on
+   the last fifth. The candidate of the least RMSE is fitted again, to the whole rest.
 3. Every run is simulated from its beginning. The output samples that a peer may begin from are those before the test
    part, or the first ones of a whole test run, which do not count. They are the ones that smid begins from.
 
@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid import Dataset, Experiment
+from smid import Dataset
+from smid.data import Experiment
 
 VALIDATION = 0.2
 DIVERGED = 100.0

@@ -1,4 +1,4 @@
-"""Recurrent network of jax-sysid: a linear state equation with a network of five neurons beside it, and one at the output.
+"""Recurrent network of jax-sysid: linear state and output equations, each with a network of five neurons beside it.
 
 ``x(t + 1) = A x + B u + W3 s(W1 x + W2 u + b1) + b2`` and ``y = C x + W5 s(W4 x + b3) + b4``, s the sigmoid. Sizes,
 start, regularization and 2000 epochs of L-BFGS are those of jax-sysid's example_parallel_training.py (nonlinear model).
@@ -44,13 +44,14 @@ def fit(runs: Sequence[Run], settings: Settings) -> FreeRun:
     return free_run
 
 
-def _state(x: jax.Array, u: jax.Array, parameters: list[jax.Array]) -> jax.Array:
-    a, b, _, w1, w2, w3, b1, b2, *_ = parameters
+# jax-sysid calls both with its own name of the parameters, `params`.
+def _state(x: jax.Array, u: jax.Array, params: list[jax.Array]) -> jax.Array:
+    a, b, _, w1, w2, w3, b1, b2, *_ = params
     return a @ x + b @ u + w3 @ jax.nn.sigmoid(w1 @ x + w2 @ u + b1) + b2
 
 
-def _output(x: jax.Array, u: jax.Array, parameters: list[jax.Array]) -> jax.Array:  # noqa: ARG001
-    c, (w4, w5, b3, b4) = parameters[2], parameters[8:]
+def _output(x: jax.Array, u: jax.Array, params: list[jax.Array]) -> jax.Array:  # noqa: ARG001
+    c, (w4, w5, b3, b4) = params[2], params[8:]
     return jnp.asarray(c @ x + w5 @ jax.nn.sigmoid(w4 @ x + b3) + b4)
 
 
