@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -23,12 +21,9 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
 from benchmarks import measured_diagnosis  # noqa: E402
 from benchmarks.machine import described  # noqa: E402
-from benchmarks.measured_diagnosis import CASES, Case  # noqa: E402
+from benchmarks.measured_diagnosis import CASES  # noqa: E402
 from benchmarks.peers import protocol  # noqa: E402
-from benchmarks.peers.protocol import Peer, identified, rmse, run_of  # noqa: E402
-from smid.data import load_record  # noqa: E402
-from smid.diagnosis.parts import STARTING, split  # noqa: E402
-from smid.fitting.binding import bind  # noqa: E402
+from benchmarks.peers.compare import Row, rows  # noqa: E402
 
 PEERS = ("arx", "frols", "recurrent_network")
 LIBRARIES = ("numpy", "scipy", "sysidentpy", "jax", "jax-sysid")
@@ -54,57 +49,12 @@ The peers:
 """
 
 
-@dataclass(frozen=True)
-class Row:
-    """One test part: its label, its unit, and per peer RMSE, settings and seconds."""
-
-    record: str
-    part: str
-    unit: str
-    rmse: tuple[float | None, ...]
-    settings: tuple[str, ...]
-    seconds: tuple[float, ...]
-
-
 def loaded() -> list[ModuleType]:
     """Import the peers."""
     try:
         return [import_module(f"benchmarks.peers.{name}") for name in PEERS]
     except ModuleNotFoundError as missing:
         raise SystemExit(f"no {missing.name}; install the peers with: pip install sysidentpy jax-sysid") from None
-
-
-def rows(case: Case, folder: Path, peers: Sequence[Peer]) -> list[Row]:
-    """Fit the peers to one record and simulate them on its test parts."""
-    full = load_record(case.record, folder)
-    data = case.load(full)
-    parts = split(bind(case.model, data), data, case.share)
-    seen = [run_of(data, run) for run in parts.seen.experiments]
-    pairs = zip(data.experiments, parts.test, strict=True)
-    tested = {run.name: (run_of(data, run), int(mask.argmax())) for run, mask in pairs if mask.any()}
-    label = f"last {case.share:.0%} of each run" if isinstance(case.share, float) else ", ".join(case.share)
-    tests = [(label, list(tested.values()), 1.0, data.channel(data.output).unit)]
-    if case.test and list(tested) != [case.test]:
-        part = full.select(case.test)
-        alone = tested.get(case.test) or (run_of(part, part.experiments[0]), part.n_init or STARTING)
-        tests.append((case.test, [alone], case.factor, case.unit))
-    figures = []
-    for peer in peers:
-        began = time.perf_counter()
-        settings, free_run = identified(peer, seen)
-        errors = [rmse(free_run, runs) for _, runs, _, _ in tests]
-        figures.append((errors, ", ".join(map("{} {}".format, peer.meaning, settings)), time.perf_counter() - began))
-    return [
-        Row(
-            case.record,
-            part,
-            unit,
-            tuple(None if errors[k] is None else errors[k] * factor for errors, _, _ in figures),
-            tuple(chosen for _, chosen, _ in figures),
-            tuple(seconds for _, _, seconds in figures),
-        )
-        for k, (part, _, factor, unit) in enumerate(tests)
-    ]
 
 
 def smid_figures(page: str) -> dict[tuple[str, bool], tuple[str, str]]:

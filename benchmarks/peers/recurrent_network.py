@@ -1,9 +1,10 @@
 """Recurrent network of jax-sysid: linear state and output equations, each with a network of five neurons beside it.
 
 ``x(t + 1) = A x + B u + W3 s(W1 x + W2 u + b1) + b2`` and ``y = C x + W5 s(W4 x + b3) + b4``, s the sigmoid. Sizes,
-start, regularization and 2000 epochs of L-BFGS are those of jax-sysid's example_parallel_training.py (nonlinear model).
-The states are 2, 3 or 4; its one seed is 1. The initial state is fitted to the known samples by its `learn_x0`, 10
-passes as in example_rnn.py. Reference: Bemporad, IEEE Trans. Automatic Control 70 (2025), arXiv 2403.03827.
+spread of the random start, regularization and 2000 epochs of L-BFGS are those of jax-sysid's
+example_parallel_training.py (nonlinear model), which trains from one start for each processor; here from one start.
+The states are 2, 3 or 4. The initial state is fitted to the known samples by `learn_x0`, 10 passes as in
+example_rnn.py. Reference: Bemporad, arXiv 2403.03827 (2024).
 """
 
 from __future__ import annotations
