@@ -19,15 +19,13 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 os.environ.update(dict.fromkeys(THREADS, "1"))  # read once, when numpy is imported
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
-from benchmarks import measured_diagnosis  # noqa: E402
 from benchmarks.machine import described  # noqa: E402
 from benchmarks.measured_diagnosis import CASES  # noqa: E402
 from benchmarks.peers import protocol  # noqa: E402
-from benchmarks.peers.compare import Row, rows  # noqa: E402
+from benchmarks.peers.compare import SMID, Row, rows, smid_figures  # noqa: E402
 
 PEERS = ("arx", "frols", "recurrent_network")
 LIBRARIES = ("numpy", "scipy", "sysidentpy", "jax", "jax-sysid")
-SMID = "python -m benchmarks.measured_diagnosis FOLDER --output FILE"
 HEAD = """# Comparison with other identification tools on measured records
 
 This page shows the RMSE of free runs on the test part of public measured records, for smid and for other tools. No fit
@@ -55,23 +53,6 @@ def loaded() -> list[ModuleType]:
         return [import_module(f"benchmarks.peers.{name}") for name in PEERS]
     except ModuleNotFoundError as missing:
         raise SystemExit(f"no {missing.name}; install the peers with: pip install sysidentpy jax-sysid") from None
-
-
-def smid_figures(page: str) -> dict[tuple[str, bool], tuple[str, str]]:
-    """Return base and extended RMSE by record, and whether they are of the published test part (second table)."""
-    first, second = (head.strip().splitlines()[-2] for head in (measured_diagnosis.HEAD, measured_diagnosis.TEST_HEAD))
-    if first not in page.splitlines():
-        raise SystemExit(f"--smid: no line {first!r}; write the file with {SMID}")
-    found, published, base = {}, False, 0
-    for line in page.splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if line in (first, second):
-            published, base = line == second, 3 if line == first else 1
-        elif line.startswith("## Sentences"):
-            break
-        elif base and line.startswith("| "):
-            found[cells[0], published] = (cells[base], cells[base + 1])
-    return found
 
 
 def page(results: Sequence[Row], peers: Sequence[ModuleType], smid: dict[tuple[str, bool], tuple[str, str]]) -> str:

@@ -1,4 +1,4 @@
-"""The figures of all peers on one record."""
+"""The figures of all peers on one record, and those of smid."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.measured_diagnosis import Case
+from benchmarks.measured_diagnosis import HEAD, TEST_HEAD, Case
 from benchmarks.peers.protocol import Peer, identified, rmse, run_of
 from smid.data import load_record
 from smid.diagnosis.parts import STARTING, split
 from smid.fitting.binding import bind
+
+SMID = "python -m benchmarks.measured_diagnosis FOLDER --output FILE"
 
 
 @dataclass(frozen=True)
@@ -57,3 +59,20 @@ def rows(case: Case, folder: Path, peers: Sequence[Peer]) -> list[Row]:
         )
         for k, (part, _, factor, unit) in enumerate(tests)
     ]
+
+
+def smid_figures(page: str) -> dict[tuple[str, bool], tuple[str, str]]:
+    """Return base and extended RMSE by record, and whether they are of the published test part (second table)."""
+    first, second = (head.strip().splitlines()[-2] for head in (HEAD, TEST_HEAD))
+    if first not in page.splitlines():
+        raise SystemExit(f"--smid: no line {first!r}; write the file with {SMID}")
+    found, published, base = {}, False, 0
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line in (first, second):
+            published, base = line == second, 3 if line == first else 1
+        elif line.startswith("## Sentences"):
+            break
+        elif base and line.startswith("| "):
+            found[cells[0], published] = (cells[base], cells[base + 1])
+    return found

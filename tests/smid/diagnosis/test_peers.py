@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.measured_diagnosis import Case
+from benchmarks.measured_diagnosis import HEAD, TEST_HEAD, Case
 from benchmarks.peers import compare
 from benchmarks.peers.arx import PEER
-from benchmarks.peers.compare import Row
+from benchmarks.peers.compare import Row, smid_figures
 from benchmarks.peers.protocol import FreeRun, Run, Settings, identified, rmse, run_of
 from smid import Dataset, OutputError
 from smid.diagnosis.parts import split
@@ -106,3 +106,12 @@ def test_arx_is_simulated_from_its_first_samples() -> None:
 def test_a_divergent_free_run_has_no_rmse() -> None:
     run = Run(np.zeros((300, 1)), np.sin(np.arange(300)))
     assert rmse(lambda inputs, _: 2.0 ** np.arange(len(inputs)), [(run, 10)]) is None
+
+
+def test_figures_of_smid_come_from_the_page_of_the_strict_protocol_only() -> None:
+    page = (
+        f"{HEAD}| a | dead zone | `x` (y) | 2 | 1 V | 30 |\n{TEST_HEAD}| a | 2000 mV | 900 mV | 800 |\n\n## Sentences\n"
+    )
+    assert smid_figures(page) == {("a", False): ("2", "1 V"), ("a", True): ("2000 mV", "900 mV")}
+    with pytest.raises(SystemExit, match="measured_diagnosis FOLDER"):
+        smid_figures(page.replace("test RMSE", "held-out RMSE"))
