@@ -15,6 +15,8 @@ Each section compares smid with another tool, or with another method, in the sam
 Times, bounds and the figures of the diagnosis vary with the processor. Every certified bound is valid on every
 processor. Example: with the same code the held-out RMSE of the tanks in [measured records](measured.md) was 0.241 V
 on one processor and 0.185 V on another.
+
+[Comparison with other identification tools](peers.md) shows free runs on measured records.
 """
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ EXTRAS = {
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
     "notebooks": (("jupytext", "nbconvert", "ipykernel"), "make notebooks"),
     "bench": (("pyscipopt", "padasip", "filterpy", "sklearn"), "other tools that make bench compares with"),
+    "peers": (("sysidentpy", "jax_sysid"), "other tools that benchmarks.peers compares with"),
     "docs": (("sphinx", "myst_nb", "numpydoc", "furo"), "make docs"),
 }
 """Extra of pip -> (the modules it installs, what they are for)."""
