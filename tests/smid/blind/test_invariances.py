@@ -23,7 +23,10 @@ def test_the_base_model_fits_every_variant_alike(seed: int) -> None:
     assert _error(*renamed(case.model, data)) == pytest.approx(expected, rel=1e-5)
     assert _error(case.model, reordered(data)) == pytest.approx(expected, rel=1e-5)
     assert _error(in_other_units(case.model, data), scaled(data)) / OUTPUT == pytest.approx(expected, rel=1e-5)
-    assert renamed(case.model, data)[0].names.isdisjoint(case.model.names)
+    other = renamed(case.model, data)[0]
+    assert {p.name for p in other.parameters}.isdisjoint(p.name for p in case.model.parameters)
+    assert set(other.channels).isdisjoint(case.model.channels)
+    assert {line.signal for line in other.lines}.isdisjoint(line.signal for line in case.model.lines)
 
 
 def test_the_page_counts_what_differs() -> None:
