@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import comb, inf, log
 
+from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
 from smid.diagnosis.search.noise_model import NoiseModel, noise_model
@@ -51,7 +52,8 @@ class Ranking:
 
     The noise model is that of the best set under it.  Where several noise models have this property, and one of them
     takes what a set fails to explain for noise, the one counts whose best set has the largest merit.  So the iteration
-    begins twice: at the best set known and at the set of the least error.
+    begins twice: at the best set known and at the set of the least error.  With a noise bound, what exceeds it in the
+    RMS is not the noise of the record, so a best set that leaves such an error counts only where each does.
 
     Parameters
     ----------
@@ -69,10 +71,19 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
+        settled = [pair for pair in settled if self._keeps_bound(pair[0][0].effects)] or settled
         ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
+
+    def _keeps_bound(self, one: EffectSet) -> bool:
+        """Return whether the RMS of the error of a set is within the noise bound, as that of the noise is."""
+        bound, used = self.record.noise_bound, self.record.used
+        if bound is None:
+            return True
+        kept = [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == self.record.output]
+        return rms(kept) <= bound
 
     def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
         """Rank under the noise model of the best set, beginning with that of a given one."""

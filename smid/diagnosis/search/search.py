@@ -102,7 +102,8 @@ def search(
                 _sort(enlarged(todo, base, fitted, executor, say), sets, failed)
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
-            silent = [one for one in (best, *parts[best]) if one not in heard]
+            near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
+            silent = [one for one in dict.fromkeys((*near, *parts[best])) if one not in heard]
             if not silent:
                 return Found(ranked, _led(parts), failed, False)
             heard.update(silent)
