@@ -1,0 +1,30 @@
+"""Which set leads: with a noise bound, no set whose error cannot be the noise."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.cases import draw
+from smid.diagnosis import EFFECTS
+from smid.diagnosis.search.effect_set import EffectSet
+from smid.diagnosis.search.ranking import Ranking
+from smid.diagnosis.search.record import Record
+from smid.diagnosis.search.trial import fitted_base, try_effect
+from smid.fitting.binding import bind
+
+
+def test_a_drift_is_no_noise_where_the_noise_bound_says_so() -> None:
+    # Without a bound the slow drift of this sensor may as well be a random walk.
+    case = draw(71019, 3, 1000)
+    model = bind(case.model, case.data)
+    used = (np.arange(1000) < 800,)
+    channels = model.input_channels[0], model.output_channels[0]
+    base = fitted_base(model, case.data, used, *channels)
+    trial = try_effect(next(e for e in EFFECTS if e.name == "sensor_drift"), base)
+    assert trial is not None
+    sets = [EffectSet((), base.fit, base.errors), EffectSet((trial,), trial.fit, trial.errors)]
+    free = Record(case.data, used, *channels)
+    for record, leader in ((free, ()), (replace(free, noise_bound=case.noise_bound), ("sensor_drift",))):
+        ranking = Ranking(record, len(EFFECTS))
+        ranking.rank(sets[:1])  # as the search begins
+        assert ranking.rank(sets)[0].names == leader
