@@ -11,6 +11,7 @@ import relaxations.proof.bounding as bounding
 from relaxations.errors import ProblemError
 from relaxations.search.enclosure import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
+from relaxations.proof.method import method_names
 from smid import (
     DataError,
     Dataset,
@@ -151,7 +152,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         lambda _: identify(MODEL, data_of(), 0.1, method="lasserre"),
         ProblemError,
         "unknown method 'lasserre'",
-        "choose auto, lift, ",
+        f"choose {', '.join(method_names())}$",
     ),
     "no round": (lambda _: identify(MODEL, data_of(), 0.1, rounds=0), ProblemError, "rounds is 0", "at least one"),
     "an order too low": (
