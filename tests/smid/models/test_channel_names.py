@@ -88,6 +88,11 @@ def test_equations_are_numbered_where_a_name_clashes() -> None:
     ]
 
 
+def test_roles_decide_where_the_data_call_the_input_y_and_the_output_u() -> None:
+    data = smid.Dataset.from_arrays(input={"y": [0.0, 1, 1, 0]}, output={"u": [0.0, 0, 1, 1.5]}, sampling_time=1.0)
+    assert (bind(OutputError(), data).input_channels, bind(OutputError(), data).output_channels) == (("y",), ("u",))
+
+
 def test_one_column_for_input_and_output_is_refused() -> None:
     with pytest.raises(ModelError, match="'w' stands for 2 channels"):
         OutputError(input="w", output="w")
