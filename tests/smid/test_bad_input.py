@@ -9,9 +9,9 @@ import pytest
 
 import relaxations.proof.bounding as bounding
 from relaxations.errors import ProblemError
+from relaxations.proof.method import method_names
 from relaxations.search.enclosure import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
-from relaxations.proof.method import method_names
 from smid import (
     DataError,
     Dataset,
