@@ -43,10 +43,8 @@ def bind(model: Model, data: Dataset) -> Model:
         )
     sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
     single = all(len(own) == len(given) == 1 for own, given in sides)
-    # A further channel that a model names is the one that its user wants.
-    wanted = names.difference(data.inputs, data.outputs).intersection(model.channels)
-    if single and not wanted:
-        # Rename both: the model's name for one channel may be the data's name for the other.
+    if single:
+        # Rename both: the model's name for one channel may be the data's name for the other, or for a further one.
         renamed = {own[0]: given[0] for own, given in sides if own[0] in _DEFAULTS}
     # Otherwise rename the single missing channel of a side.
     for own, given in () if renamed else sides:
