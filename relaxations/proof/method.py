@@ -189,8 +189,11 @@ def method_names() -> tuple[str, ...]:
     return ("auto", Cuts.name, *_BY_NAME, *(point.name for point in entry_points(group="relaxations.methods")))
 
 
-def relaxation_method(method: str | Method | Cuts) -> Method:
-    """Return the relaxation method that a short name means, or the object itself; ProblemError where it is none."""
+def relaxation_method(method: str | Method | Cuts, others: tuple[str, ...] = ("auto",)) -> Method:
+    """Return the relaxation method that a short name means, or the object itself; ProblemError where it is none.
+
+    The error lists `others` too: what the caller takes besides relaxations.
+    """
     if not isinstance(method, str):
         if isinstance(method, type | Cuts) or not all(hasattr(method, own) for own in _NEEDED):
             raise ProblemError(
@@ -199,7 +202,7 @@ def relaxation_method(method: str | Method | Cuts) -> Method:
         return method
     found = _BY_NAME.get(method) or _entry_points().get(method)
     if found is None:
-        raise ProblemError(f"unknown method {method!r}: choose auto, {', '.join((*_BY_NAME, *_entry_points()))}")
+        raise ProblemError(f"unknown method {method!r}: choose {', '.join((*others, *_BY_NAME, *_entry_points()))}")
     return found
 
 
@@ -207,4 +210,4 @@ def method_of(method: str | Method | Cuts) -> Method | Cuts | None:
     """Return the method that a short name means, cuts among them, None for ``"auto"``; ProblemError if unknown."""
     if isinstance(method, Cuts) or method == Cuts.name:
         return Cuts()
-    return None if method == "auto" else relaxation_method(method)
+    return None if method == "auto" else relaxation_method(method, ("auto", Cuts.name))

@@ -526,6 +526,25 @@ class Dataset(Result):
         return f"<{channel_table(self).caption}>"  # short, because other results print it
 
 
+def check_dataset(data: object) -> None:
+    """Refuse data that are no data set, and name the function that makes one of them; TypeError.
+
+    Examples
+    --------
+    >>> check_dataset(([0, 1], [0, 2]))
+    Traceback (most recent call last):
+        ...
+    TypeError: the data are a tuple, not a Dataset: make one by Dataset.from_arrays(input=..., output=..., \
+sampling_time=...)
+    """
+    if not isinstance(data, Dataset):
+        kind = type(data).__name__
+        how = {"DataFrame": "from_pandas(frame, ", "str": "from_csv(path, "}.get(kind, "from_arrays(")
+        raise TypeError(
+            f"the data are a {kind}, not a Dataset: make one by Dataset.{how}input=..., output=..., sampling_time=...)"
+        )
+
+
 def _only(role: str, names: tuple[str, ...]) -> str:
     if len(names) > 1:
         raise DataError(f"there are {len(names)} {role}s ({', '.join(names)}); choose one from dataset.{role}s")

@@ -23,7 +23,7 @@ MOST_GAPS = 5  # gaps in words; the others are counted
 TALLEST = 12.0  # inches
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Overview(Tabular):
     """A file on its time grid, with its missing samples.
 

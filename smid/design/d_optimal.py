@@ -26,7 +26,7 @@ SINGULAR_COST = 1e3  # cost of a singular matrix
 PEOPLE = 5  # population size per number of the choice
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
     """D-optimal input and its information.
 

@@ -31,7 +31,7 @@ __all__ = ["FisherInformation", "fisher_information", "model_information"]
 SINGULAR = 1e-12  # share of the largest eigenvalue below which a direction is not excited
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FisherInformation(Tabular):
     """Fisher information of an experiment.
 

@@ -28,7 +28,7 @@ FIRST_STEP, SHORTER = 0.15, 0.8  # step as a share of the box, and its factor af
 LEAST_WIDTH = 1e-12
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Shrinking(Result):
     """Input and the widths of its certified intervals.
 

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from smid.data import DataError, Dataset
+from smid.data.dataset import check_dataset
 from smid.models import Model
 from smid.models.edit_lines import rename_channels
 from smid.models.running import at_sampling_time
 
+_DEFAULTS = {"u", "y"}
+"""The channels of a built-in model whose user names none; any other name was given, and must be in the data."""
+
 
 def bind(model: Model, data: Dataset) -> Model:
-    """Return the model with the data's sampling time and with its one missing input and output channel renamed.
+    """Return the model with the data's sampling time, and with its input ``u`` and output ``y`` renamed.
 
-    Names are unchanged if all channels are in the data, or if no single pair of channels matches.
+    They get the names of the only input and the only output of the data. Other names are never changed.
 
     Raises
     ------
+    TypeError
+        If the data are no `smid.Dataset`.
     DataError
         If a channel name is not a valid identifier.
     ModelError
@@ -27,6 +33,7 @@ def bind(model: Model, data: Dataset) -> Model:
     >>> bind(OutputError(), data).channels
     ('current', 'pressure')
     """
+    check_dataset(data)
     names = {c.name for c in data.channels}
     renamed: dict[str, str] = {}
     clumsy = [c for c in (*data.inputs, *data.outputs) if not c.isidentifier()]
@@ -36,14 +43,12 @@ def bind(model: Model, data: Dataset) -> Model:
         )
     sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
     single = all(len(own) == len(given) == 1 for own, given in sides)
-    # A further channel that a model names is the one that its user wants.
-    wanted = names.difference(data.inputs, data.outputs).intersection(model.channels)
-    if single and not wanted and not names.issuperset(model.channels):
-        # Rename both: the model's name for one channel may be the data's name for the other.
-        renamed = {own[0]: given[0] for own, given in sides}
+    if single:
+        # Rename both: the model's name for one channel may be the data's name for the other, or for a further one.
+        renamed = {own[0]: given[0] for own, given in sides if own[0] in _DEFAULTS}
     # Otherwise rename the single missing channel of a side.
     for own, given in () if renamed else sides:
         missing = [c for c in own if c not in names]
-        if len(missing) == 1 and len(given) == 1 and given[0] not in own:
+        if len(missing) == 1 and missing[0] in _DEFAULTS and len(given) == 1 and given[0] not in own:
             renamed[missing[0]] = given[0]
     return at_sampling_time(rename_channels(model, renamed), data.sampling_time)

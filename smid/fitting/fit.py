@@ -28,6 +28,7 @@ from scipy.optimize import least_squares
 from relaxations.algebra.arrays import Array, Mask
 from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
+from smid.display.result import Part, Result
 from smid.models import Model
 from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
@@ -44,8 +45,8 @@ _SMALL, _ENDLESS = 1e-6, 0.95  # change in the second half over change in the fi
 _RUNAWAY = 1e6  # standard deviations; a larger residual counts as divergence
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
     """Model fitted to data.
 
     Parameters
@@ -65,6 +66,10 @@ class Fit:
     simulated: tuple[Mapping[str, Array], ...]
     cost: float
     n_free: int
+
+    def _content(self) -> Iterator[Part]:
+        yield self.model
+        yield f"{self.n_free} fitted numbers; sum of the squared residuals, in standard deviations: {self.cost:.6g}"
 
     @property
     def is_finite(self) -> bool:

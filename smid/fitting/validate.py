@@ -48,7 +48,7 @@ class Score:
     violations: int | None
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Validation(Tabular):
     """Scores of a model's free run on data.
 

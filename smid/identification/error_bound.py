@@ -34,7 +34,7 @@ from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.models import Model, ModelError
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ErrorBound(Result):
     """An enclosure of the least noise bound of a channel.
 

@@ -146,7 +146,7 @@ def interval_table(caption: str, intervals: tuple[ParameterInterval, ...]) -> Ta
     return Table(caption, _HEADER, tuple(i.cells for i in intervals), "r" * len(_HEADER))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate(Tabular):
     """Parameter uncertainty intervals of a model on data.
 

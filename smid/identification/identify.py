@@ -62,6 +62,10 @@ class EmptyFeasibleSetError(ValueError, Result):
         self.least_bound = least_bound
         self.samples = samples
 
+    def __reduce__(self) -> tuple[type[EmptyFeasibleSetError], tuple[Any, ...]]:
+        # An error pickles its message alone, and this one comes back from worker processes.
+        return EmptyFeasibleSetError, (str(self), self.least_bound, self.samples)
+
     def _content(self) -> Iterator[Part]:
         yield str(self)
         rows = tuple((run, str(k), f"{weight:.0%}") for run, k, weight in self.samples)

@@ -15,7 +15,7 @@ import sympy
 
 from smid.models.edit_parameters import origins_with
 from smid.models.errors import ModelError
-from smid.models.parts import Line, Measurement, Parameter
+from smid.models.parts import Line, Measurement, Parameter, check_name
 from smid.models.symbols import canonical, rename_signals, signal, t, unused
 
 if TYPE_CHECKING:
@@ -278,7 +278,7 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
     Raises
     ------
     ModelError
-        If one channel stands for two of the model.
+        If one channel stands for two of the model, or a name is not a valid identifier.
 
     Examples
     --------
@@ -287,6 +287,8 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
     w2[t] = -a1*w2[t - 1] + b0*w[t - 1]
     """
     channels = {old: names.get(old, old) for old in model.channels}
+    for channel in channels.values():
+        check_name(channel, "channel")
     for channel, count in Counter(channels.values()).items():
         if count > 1:
             raise ModelError(f"the channel {channel!r} stands for {count} channels of the model: rename one of them")

@@ -11,7 +11,7 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from smid.models.errors import ModelError
-from smid.models.symbols import canonical, number, rewritten, signal
+from smid.models.symbols import canonical, number, rewritten, signal, unevaluated
 
 __all__ = ["decimals", "from_text", "shown", "to_text"]
 
@@ -22,6 +22,9 @@ FUNCTIONS: dict[str, Any] = {
         *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
     )
 }
+_RELATIONS = {ast.Lt: sympy.Lt, ast.LtE: sympy.Le, ast.Gt: sympy.Gt, ast.GtE: sympy.Ge}
+_EQUALITIES = {"Eq": sympy.Eq, "Ne": sympy.Ne}
+_JUNCTIONS = {ast.BitAnd: sympy.And, ast.BitOr: sympy.Or}
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -62,7 +65,7 @@ def decimals(expression: sympy.Expr, exactly: bool = False) -> sympy.Expr:
             swap[item] = sympy.Float(nearest if is_same else float(f"{nearest:.15g}"))
     if not swap:
         return expression
-    return rewritten(expression, swap, lambda node, arguments: node.func(*arguments, evaluate=False))
+    return rewritten(expression, swap, lambda node, arguments: unevaluated(node.func, arguments))
 
 
 def _nearest(item: sympy.Rational) -> float | None:
@@ -101,6 +104,8 @@ def from_text(text: str) -> sympy.Expr:
     --------
     >>> from_text("2*w[t - 1] + Max(0, a)")
     2*w[t - 1] + Max(0, a)
+    >>> from_text("Piecewise((u[t], u[t] > a), (0, True))")
+    Piecewise((u[t], a < u[t]), (0, True))
     """
     try:
         return canonical(_read(ast.parse(text, mode="eval").body))
@@ -123,6 +128,29 @@ def _read(node: ast.expr) -> Any:
             return signal(name)[_read(index)]
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
             return FUNCTIONS[name](*map(_read, arguments))
+        case ast.Call(func=ast.Name(id="Piecewise"), args=branches, keywords=[]):
+            return sympy.Piecewise(*map(_read_branch, branches))
     raise ModelError(
-        f"'{ast.unparse(node)}' is not understood: use + - * / **, signals as w[t - 1], and {', '.join(FUNCTIONS)}"
+        f"'{ast.unparse(node)}' is not understood: use + - * / **, signals as w[t - 1], Piecewise, and "
+        f"{', '.join(FUNCTIONS)}"
     )
+
+
+def _read_branch(node: ast.expr) -> tuple[Any, Any]:
+    match node:
+        case ast.Tuple(elts=[value, condition]):
+            return _read(value), _read_condition(condition)
+    raise ModelError(f"'{ast.unparse(node)}' is no branch of a Piecewise: write (value, condition)")
+
+
+def _read_condition(node: ast.expr) -> Any:
+    match node:
+        case ast.Constant(value=bool() as value):
+            return sympy.true if value else sympy.false
+        case ast.Compare(left=left, ops=[kind], comparators=[right]) if type(kind) in _RELATIONS:
+            return _RELATIONS[type(kind)](_read(left), _read(right))
+        case ast.Call(func=ast.Name(id=name), args=[left, right], keywords=[]) if name in _EQUALITIES:
+            return _EQUALITIES[name](_read(left), _read(right))
+        case ast.BinOp(left=left, op=kind, right=right) if type(kind) in _JUNCTIONS:
+            return _JUNCTIONS[type(kind)](_read_condition(left), _read_condition(right))
+    raise ModelError(f"'{ast.unparse(node)}' is no condition: compare by < <= > >= Eq Ne, and join by & |")

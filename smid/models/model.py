@@ -192,8 +192,8 @@ class Model:
             return self
         if self.sampling_time is None:
             raise ModelError(
-                f"model {self.name!r} has rates and no sampling time: give sampling_time in seconds, "
-                "or a Dataset, which knows its own"
+                f"model {self.name!r} has rates and no sampling time: build it with Model(..., "
+                "sampling_time=...), in seconds, or use a Dataset, which knows its own"
             )
         return self._discretised
 

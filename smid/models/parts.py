@@ -14,10 +14,13 @@ from smid.models.errors import ModelError
 from smid.models.expressions import shown
 from smid.models.symbols import VALUE, canonical, end, packed, references, t, unpacked
 
-__all__ = ["Edit", "Line", "Measurement", "Parameter"]
+__all__ = ["Edit", "Line", "Measurement", "Parameter", "check_name"]
 
 
-def _check_name(name: str, kind: str) -> None:
+def check_name(name: object, kind: str) -> None:
+    """Refuse what is no name of a parameter, signal, channel or noise."""
+    if not isinstance(name, str):
+        raise ModelError(f"{kind} name {name!r} cannot be used: give one name, as text")
     if not name.isidentifier() or name in {"t", VALUE.name}:
         raise ModelError(f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'")
 
@@ -64,7 +67,7 @@ class Parameter:
     null: float | None = None
 
     def __post_init__(self) -> None:
-        _check_name(self.name, "parameter")
+        check_name(self.name, "parameter")
         for side, direction in (("lower", -1), ("upper", 1)):
             object.__setattr__(self, side, end(getattr(self, side), direction))
         if not self.lower <= self.upper:
@@ -114,7 +117,7 @@ class Line:
             raise ModelError(f"a line cannot define '{self.target}': its target must be a signal now, as in w[t]")
         object.__setattr__(self, "target", target)
         object.__setattr__(self, "expression", canonical(self.expression))
-        _check_name(self.signal, "signal")
+        check_name(self.signal, "signal")
         for name, lag in self.reads:
             if lag < 0:
                 raise ModelError(
@@ -178,7 +181,7 @@ class Measurement:
             (self.signal, "signal"),
             (self.noise or "noise", "noise"),
         ):
-            _check_name(name, kind)
+            check_name(name, kind)
         if self.channel == self.signal:
             raise ModelError(f"channel and signal are both called {self.channel!r}: name the unseen signal differently")
         if self.inverse is not None:

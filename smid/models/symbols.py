@@ -10,6 +10,7 @@ from typing import Any
 
 import sympy
 from sympy.core.function import Application
+from sympy.functions.elementary.piecewise import ExprCondPair
 
 from relaxations.algebra.ball_arithmetic import outwards
 from smid.models.errors import ModelError
@@ -27,6 +28,7 @@ __all__ = [
     "signal",
     "swapped",
     "t",
+    "unevaluated",
     "unpacked",
     "unused",
 ]
@@ -206,6 +208,19 @@ def rewritten(
     return done[expression]
 
 
+def unevaluated(function: Callable[..., sympy.Expr], arguments: list[sympy.Expr]) -> sympy.Expr:
+    """Return a node as its arguments give it.
+
+    Examples
+    --------
+    >>> x = sympy.Symbol("x")
+    >>> unevaluated(sympy.Add, [x, x])
+    x + x
+    """
+    # A branch of a Piecewise is a pair, which sympy never evaluates.
+    return function(*arguments) if function is ExprCondPair else function(*arguments, evaluate=False)
+
+
 def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
     if all(new is old for new, old in zip(arguments, node.args, strict=True)):
         return node
@@ -215,7 +230,7 @@ def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
         is_power = isinstance(node, sympy.Pow) and (arguments[0].is_Add or not arguments[1].is_number)
         keeps = is_power or isinstance(node, Application)
     if keeps and not all(argument.is_number for argument in arguments):
-        return node.func(*arguments, evaluate=False)
+        return unevaluated(node.func, arguments)
     return node.func(*arguments)
 
 
@@ -232,7 +247,7 @@ def _renamed(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
     if node.is_Add or node.is_Mul:
         # Sympy's own order, by which sums of the same terms are equal.
         arguments.sort(key=_SYMPY_ORDER)
-    return node.func(*arguments, evaluate=False)
+    return unevaluated(node.func, arguments)
 
 
 def _compare(a: sympy.Expr, b: sympy.Expr) -> int:
@@ -268,7 +283,7 @@ def unpacked(parts: tuple[Any, ...]) -> sympy.Expr:
     for part in parts:
         if isinstance(part, tuple):
             function, *places = part
-            part = function(*(done[k] for k in places), evaluate=False)
+            part = unevaluated(function, [done[k] for k in places])
         done.append(part)
     return done[-1]
 

@@ -113,6 +113,10 @@ class RecursiveEstimator:
         """Return the present parameters, shape (n,)."""
         return self._theta.copy()
 
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.arx.names, self._theta, strict=True))
+        return f"{type(self).__name__} after {self._count} samples: {values}"
+
     @property
     def history(self) -> History:
         """Return the parameters and errors of all samples so far."""

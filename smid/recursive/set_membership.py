@@ -171,6 +171,9 @@ class RecursiveSet:
             for name, low, high, first, last in ends
         )
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} after {self._count} samples: {', '.join(map(str, self.intervals))}"
+
     @property
     def empty(self) -> int | None:
         """Return the last sample with which a set became empty, or None."""

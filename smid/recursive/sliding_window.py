@@ -91,6 +91,9 @@ class SlidingWindow:
         """Return the certified intervals of the last computed window; before it, the model's own box."""
         return self._intervals
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} after {len(self._lower)} samples: {', '.join(map(str, self.intervals))}"
+
     @property
     def empty(self) -> int | None:
         """Return the last sample with which a window was certified empty, or None."""

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
+from smid.data import Dataset
 from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
@@ -44,11 +45,13 @@ def report(
 
 
 @overload
-def report(result: Study, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None) -> Path: ...
+def report(
+    result: Study | Dataset, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None
+) -> Path: ...
 
 
 def report(
-    result: Estimate | Diagnosis | Study,
+    result: Estimate | Diagnosis | Study | Dataset,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -58,7 +61,7 @@ def report(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write a report of an estimate, a diagnosis or a study, and return its path.
+    """Write a report of an estimate, a diagnosis, a study or a data set, and return its path.
 
     Parameters
     ----------
@@ -86,7 +89,7 @@ def report(
     OSError
         If the path cannot be written; :func:`check_report` tests both before long work.
     TypeError
-        For a diagnosis or a study with an option of another result.
+        For another result, or an option of another result.
 
     Warns
     -----
@@ -112,10 +115,18 @@ def report(
     # Imported here, so that a report of an estimate loads neither diagnosis nor studies.
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.reports.diagnosis_page import diagnosis_page
+    from smid.reports.overview_page import dataset_page
     from smid.reports.study_page import study_page
+    from smid.study import Study
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
+    if not isinstance(result, Study | Dataset):
+        raise TypeError(
+            f"a {type(result).__name__} has no report: give an Estimate, a Diagnosis, a Study or a Dataset, or print it"
+        )
     if notes or links:
-        raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out for a study")
+        raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
+    if isinstance(result, Dataset):
+        return write_page(dataset_page(result, settings=settings), path)
     return write_page(study_page(result, settings=settings), path)

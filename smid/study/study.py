@@ -30,7 +30,7 @@ _FACTORS = (
 )
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Study(Tabular):
     """The outcomes of a grid of cells.
 

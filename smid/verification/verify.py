@@ -25,7 +25,7 @@ from smid.verification.origin import DIGITS, data_statement, model_statement
 __all__ = ["NotProvenError", "Verification", "read_origin", "verify"]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Verification(Result):
     """A proof that holds, about a model and data.
 

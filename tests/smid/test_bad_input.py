@@ -9,6 +9,7 @@ import pytest
 
 import relaxations.proof.bounding as bounding
 from relaxations.errors import ProblemError
+from relaxations.proof.method import method_names
 from relaxations.search.enclosure import Proof
 from relaxations.solvers.interface import ConicSolution, Stop
 from smid import (
@@ -20,10 +21,12 @@ from smid import (
     ModelError,
     OutputError,
     Wiener,
+    diagnose,
     error_bound,
     identify,
     load_model,
     lowest_order,
+    validate,
 )
 
 RNG = np.random.default_rng(0)
@@ -84,6 +87,48 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         DataError,
         "the model needs the channel 'current', the data have u, v, y",
         "name the channels",
+    ),
+    "a name that no channel has": (
+        lambda _: identify(OutputError(input="nonsense", stable=True), data_of(), 0.1),
+        DataError,
+        "the model needs the channel 'nonsense', the data have u, y",
+        "name the channels",
+    ),
+    "a name that no channel has, validation": (
+        lambda _: validate(OutputError(output="nonsense").with_values({"a1": 0.1, "b0": 1.0}), data_of()),
+        ModelError,
+        "the channel 'nonsense': they have u, y",
+        "the data lack",
+    ),
+    "a list of inputs": (
+        lambda _: OutputError(input=["u1", "u2"]),  # type: ignore[arg-type]
+        ModelError,
+        r"channel name \['u1', 'u2'\] cannot be used",
+        "give one name",
+    ),
+    "a frame": (
+        lambda _: identify(MODEL, data_of().to_pandas(), 0.1),  # type: ignore[arg-type]
+        TypeError,
+        "the data are a DataFrame, not a Dataset",
+        r"Dataset.from_pandas\(frame, input=..., output=..., sampling_time=...\)",
+    ),
+    "a pair of arrays": (
+        lambda _: validate(MODEL, (U, Y)),  # type: ignore[arg-type]
+        TypeError,
+        "the data are a tuple, not a Dataset",
+        r"Dataset.from_arrays\(input=",
+    ),
+    "a path, phase 1": (
+        lambda _: error_bound(MODEL, "run.csv"),  # type: ignore[arg-type]
+        TypeError,
+        "the data are a str",
+        r"Dataset.from_csv\(path, ",
+    ),
+    "a frame, diagnosis": (
+        lambda _: diagnose(MODEL, data_of().to_pandas()),  # type: ignore[arg-type]
+        TypeError,
+        "the data are a DataFrame",
+        "Dataset.from_pandas",
     ),
     "too few samples": (
         lambda _: identify(OutputError(2, 1, stable=True), data_of(U[:6], Y[:6]), 0.1),
@@ -151,7 +196,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         lambda _: identify(MODEL, data_of(), 0.1, method="lasserre"),
         ProblemError,
         "unknown method 'lasserre'",
-        "choose auto, lift, ",
+        f"choose {', '.join(method_names())}$",
     ),
     "no round": (lambda _: identify(MODEL, data_of(), 0.1, rounds=0), ProblemError, "rounds is 0", "at least one"),
     "an order too low": (

@@ -1,5 +1,6 @@
 """What a user of notebooks and pandas expects of every result: HTML, words, plain data, and a frame that agrees."""
 
+import copy
 import dataclasses
 import importlib
 import inspect
@@ -253,6 +254,13 @@ def test_words_are_no_dump_of_fields(results):
     for result in results:
         assert not str(result).startswith(f"{type(result).__name__}("), type(result)
         assert len(repr(result)) <= len(str(result)) + 100, type(result)
+
+
+def test_results_compare_without_an_error_and_can_be_keys(results):
+    # A Cause holds its evidence as a mapping, so that it has no hash yet.
+    for result in (r for r in results if not isinstance(r, Cause)):
+        other = copy.deepcopy(result)
+        assert (result == other) <= (hash(result) == hash(other)), type(result)
 
 
 def test_plain_data_are_json(results):

@@ -141,7 +141,7 @@ def no_solve(*_, **__):
     [
         (
             {"method": "magic"},
-            "unknown method 'magic': choose auto, lift, rlt, sparse, dense, terms, chordal, textbook",
+            "unknown method 'magic': choose auto, benders, lift, rlt, sparse, dense, terms, chordal, textbook",
         ),
         ({"rounds": 0}, "rounds is 0: at least one is needed"),
         ({"order": 0}, "the least order is 1"),

@@ -84,3 +84,14 @@ def test_a_model_that_always_runs_away_is_refused() -> None:
     model = OutputError(fixed={"a1": -3.0})
     with pytest.raises(DataError, match="cannot be simulated"):
         fit(model, _data(OutputError(), {"a1": -0.5, "b0": 1.0}))
+
+
+def test_a_fit_prints_its_model_and_its_cost() -> None:
+    u = np.sin(np.arange(2000.0) ** 1.2)
+    y = simulate(OutputError(), {"u": u}, {"a1": -0.5, "b0": 1.0})["y"]
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    found = fit(OutputError(), data)
+    model, cost = repr(found).rsplit("\n", 1)
+    assert model == str(found.model)
+    assert cost.startswith(f"{found.n_free} fitted numbers")
+    assert len(found.to_dict()["simulated"][0]["y"]) == 2000

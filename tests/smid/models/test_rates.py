@@ -91,7 +91,7 @@ def test_structure_and_order_of_rates():
 
 def test_a_sampling_time_is_needed_and_comes_from_the_data():
     pair = bent_pair(sampling_time=None)
-    with pytest.raises(ModelError, match="no sampling time: give sampling_time"):
+    with pytest.raises(ModelError, match=r"no sampling time: build it with Model\(\.\.\., sampling_time="):
         simulate(pair, {"u": INPUT})
     exact = simulate(bent_pair(sampling_time=0.2), {"u": INPUT}, initial={"x": [0.5], "z": [0.0]})["y"]
     data = Dataset.from_arrays(input={"u": INPUT}, output={"y": exact}, sampling_time=0.2)

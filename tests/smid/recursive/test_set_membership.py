@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from relaxations.search.enclosure import Proof
 from smid import DataError, Dataset, ModelError, OutputError, identify
-from smid.recursive import Arx
+from smid.recursive import Arx, NormalisedGradient, RecursiveEstimator, SlidingWindow
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_history import Change
 from smid.recursive.set_membership import RecursiveSet
@@ -286,3 +286,18 @@ def test_the_figure_shows_intervals_truth_and_changes():
     assert history.plot().axes[-1].get_xlabel() == "sample"
     with pytest.raises(DataError, match=r"truth has shape \(3,\): give \(2,\)"):
         history.plot([1.0, 2.0, 3.0])
+
+
+def test_estimators_print_their_samples_and_parameters() -> None:
+    estimators = (
+        RecursiveSet(Arx(), 0.1, {"b0": (-10.0, 10.0)}),
+        SlidingWindow(OutputError(stable=True), 0.1, window=8, every=4),
+        RecursiveEstimator(Arx(), NormalisedGradient()),
+    )
+    for estimator in estimators:
+        for u, y in zip([1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2], strict=True):
+            estimator.update(u, y)
+        assert repr(estimator).startswith(f"{type(estimator).__name__} after 8 samples: a1 ")
+        assert "b0 " in repr(estimator)
+        assert "\n" not in repr(estimator)
+    assert str(estimators[0].intervals[0]) in repr(estimators[0])

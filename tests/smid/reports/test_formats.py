@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -13,6 +14,7 @@ from smid.reports import PdfWarning, check_report, pdf, report
 from smid.reports.content import Equations, Facts, Items, Page, Rich, Section, coloured
 from smid.reports.documents import diagnose_document, identify_document
 from smid.reports.formats import write_page
+from tests.smid.cli.test_json_schema import check_object
 
 
 class Cells(HTMLParser):
@@ -87,6 +89,27 @@ def test_json_is_the_documented_one(estimate, bound, validation, named, tmp_path
     written = read(report(estimate, tmp_path / "r.json", bound, [validation]))
     assert written == json.loads(json.dumps(identify_document(estimate, bound, [validation])))
     assert read(report(named, tmp_path / "d.json")) == json.loads(json.dumps(diagnose_document(named)))
+
+
+def test_a_data_set_has_the_page_of_its_record(estimate, tmp_path):
+    (run,) = estimate.data.experiments
+    two = estimate.data.with_experiments([run, replace(run, name="again")])
+    for data, headings in ((estimate.data, ["Channels", "Samples"]), (two, 2 * ["Channels", "Samples"])):
+        text = report(data, tmp_path / "data.md").read_text(encoding="utf-8")
+        assert [line.split()[1] for line in text.splitlines() if line.startswith("## ")][: len(headings)] == headings
+        document = json.loads(report(data, tmp_path / "data.json").read_text(encoding="utf-8"))
+        check_object(document, "smid.dataset/1", "smid.dataset/1")
+        for run, told in zip(data.experiments, document["experiments"], strict=True):
+            assert told["samples"] == run.n_samples
+            assert {c["channel"]: c["max"] for c in told["channels"]} == {n: v.max() for n, v in run.values.items()}
+
+
+def test_a_result_without_a_page_is_told_in_a_line(estimate, tmp_path):
+    for result in (estimate["a1"], None):
+        with pytest.raises(TypeError, match=r"has no report: give an Estimate, a Diagnosis, a Study or a Dataset"):
+            report(result, tmp_path / "page.html")
+    with pytest.raises(TypeError, match="notes and links belong to"):
+        report(estimate.data, tmp_path / "page.html", notes=["a remark"])
 
 
 @pytest.mark.parametrize("name", ["r.docx", "r", "r.HTML"])

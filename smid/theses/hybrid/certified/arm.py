@@ -48,7 +48,7 @@ MOST_PARTS = 120
 UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CertifiedArm(CertifiedConstants):
     """Intervals that contain the constants of every arm that explains the angles.
 

@@ -10,7 +10,7 @@ from smid.display.result import Tabular
 __all__ = ["CertifiedConstants"]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CertifiedConstants(Tabular):
     """Intervals, by name, that contain the constants of every plant that explains the data."""
 

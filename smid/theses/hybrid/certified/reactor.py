@@ -52,7 +52,7 @@ SERIES = 1e-2  # below it phi is taken between terms of its series
 UNITS = {"tau": "s", "a": ""}
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CertifiedReactor(CertifiedConstants):
     """Intervals that contain the constants of every reactor that explains the concentrations.
 

@@ -73,7 +73,7 @@ class InputRow:
     arm: CertifiedArm
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InputStudy(Chapter, Tabular):
     """The experiments under every input.
 
