@@ -101,7 +101,7 @@ class Rival:
         return {name: plain(getattr(self, name)) for name in ("effect", "rmse", "odds", "why")}
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Cause(Result):
     """A named effect.
 

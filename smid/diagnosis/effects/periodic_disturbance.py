@@ -32,7 +32,9 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     timed, now = with_clock(model, site.sampling_time)
     name = free_name(timed, f"{site.output}_joined")
     starts = []
-    frequency = fresh(model, "disturbance_frequency", (math.pi / site.duration, math.pi / site.sampling_time), "rad/s")
+    frequency = fresh(
+        model, "disturbance_frequency", (2 * math.pi / site.duration, math.pi / site.sampling_time), "rad/s"
+    )
     for peak in peaks(site, _PEAKS):
         a, b = (max(-size, min(size, value)) for value in amplitudes(site, peak))
         starts.append({sine.name: a, cosine.name: b, frequency.name: peak})

@@ -11,7 +11,7 @@ from smid.display.result import Part, Result
 from smid.display.table import Table
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class NameProof(Result):
     """The proof of the name that a diagnosis gives.
 

@@ -32,7 +32,7 @@ class Window:
 
 
 def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator[Window]:
-    """Yield windows around the largest error, each the one with the largest squares that holds the one before.
+    """Yield windows where the errors are largest, small ones first, each the part of the next with the largest squares.
 
     Parameters
     ----------
@@ -46,10 +46,9 @@ def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator
     """
     number = int(np.argmax([np.abs(r).max(initial=0.0) for r in residual]))
     squares = np.asarray(residual[number]) ** 2
-    first, last = squares.size - 1, 0  # of the window before; here any window may be next
-    for size in dict.fromkeys(min(size, squares.size) for size in sizes):
-        power = np.convolve(squares, np.ones(size), "valid")
-        lowest = max(last + 1 - size, 0)
-        first = lowest + int(np.argmax(power[lowest : first + 1]))
+    found, first, last = list[Window](), 0, squares.size - 1
+    for size in sorted({min(size, squares.size) for size in sizes}, reverse=True):
+        first += int(np.argmax(np.convolve(squares[first : last + 1], np.ones(size), "valid")))
         last = first + size - 1
-        yield Window(number, first, last)
+        found.append(Window(number, first, last))
+    yield from reversed(found)
