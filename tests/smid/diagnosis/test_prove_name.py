@@ -36,7 +36,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def proven(found):
-    return prove_name(found, BOUND, 40)
+    return prove_name(found, BOUND, 20)
 
 
 def least_bound(u, y):
