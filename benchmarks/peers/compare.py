@@ -71,8 +71,8 @@ def smid_figures(page: str) -> dict[tuple[str, bool], tuple[str, str]]:
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if line in (first, second):
             published, base = line == second, 3 if line == first else 1
-        elif line.startswith("## Sentences"):
-            break
+        elif not line.startswith("|"):
+            base = 0
         elif base and line.startswith("| "):
             found[cells[0], published] = (cells[base], cells[base + 1])
     return found

@@ -23,6 +23,18 @@ def missing_samples(experiment: Experiment) -> NDArray[np.bool_]:
     return missing
 
 
+def stretches(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return where a mask holds without a break: first sample, and the first after it.
+
+    Examples
+    --------
+    >>> stretches(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
 def split_at_gaps(experiment: Experiment, sampling_time: float) -> tuple[Experiment, ...]:
     """Return the parts without missing samples, numbered from 1; a part shorter than `LEAST` samples is left out.
 
@@ -40,9 +52,8 @@ def split_at_gaps(experiment: Experiment, sampling_time: float) -> tuple[Experim
     missing = missing_samples(experiment)
     if not missing.any():
         return (experiment,)
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], missing, [True]]).astype(np.int8)))
-    stretches = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= LEAST]
-    if not stretches:
+    kept = [(a, b) for a, b in stretches(~missing) if b - a >= LEAST]
+    if not kept:
         k = int(np.flatnonzero(missing)[0])
         name = next(name for name, array in experiment.values.items() if np.isnan(array[k]))
         instant = experiment.start_time + k * sampling_time
@@ -56,7 +67,7 @@ def split_at_gaps(experiment: Experiment, sampling_time: float) -> tuple[Experim
             experiment,
             name=f"{experiment.name}_{number}",
             values={name: array[a:b] for name, array in experiment.values.items()},
-            start_time=experiment.start_time + int(a) * sampling_time,
+            start_time=experiment.start_time + a * sampling_time,
         )
-        for number, (a, b) in enumerate(stretches, 1)
+        for number, (a, b) in enumerate(kept, 1)
     )

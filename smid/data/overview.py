@@ -10,7 +10,7 @@ from smid.data.channel import Channel
 from smid.data.columns import Table as Columns
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
-from smid.data.gaps import missing_samples
+from smid.data.gaps import missing_samples, stretches
 from smid.data.load import on_grid, time_column, units_of
 from smid.data.resample import Resampling
 from smid.display.result import Part, Tabular
@@ -49,8 +49,7 @@ class Overview(Tabular):
     @property
     def gaps(self) -> tuple[tuple[int, int], ...]:
         """Return the stretches in which some channel is missing: first sample, and the first after it."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], missing_samples(self.run), [False]]).astype(np.int8)))
-        return tuple(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+        return tuple(stretches(missing_samples(self.run)))
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for channel in self.channels:

@@ -142,7 +142,7 @@ class Diagnosis(Tabular):
         if self.name_proof is not None:
             yield self.name_proof
         yield from self._after
-        if self.model is not self.base:
+        if self.is_extended:
             yield self.gain
 
     @property
@@ -212,7 +212,7 @@ class Diagnosis(Tabular):
         """One sentence with the gain."""
         g = self.gain
         unit = f" {self.unit}".rstrip()
-        if self.model is self.base:
+        if not self.is_extended:
             return f"Test RMSE of the base model: {g.rmse_before:.4g}{unit} over {g.samples} samples."
         return (
             f"On {g.samples} test samples the RMSE changes from {g.rmse_before:.4g} to {g.rmse_after:.4g}{unit}, the "

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from relaxations.algebra.arrays import Array, Mask
+from smid.data.gaps import stretches
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.evidence.correlation import Correlation
@@ -185,8 +186,7 @@ def _time(diagnosis: Diagnosis) -> tuple[Array, list[float]]:
 
 
 def _shade(axes: Axes, time: Array, held: Mask, label: str) -> None:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(int)))
-    for first, after in edges.reshape(-1, 2):
+    for first, after in stretches(held):
         axes.axvspan(time[first], time[after - 1], color=SHADE, alpha=0.8, linewidth=0, zorder=0, label=label)
         label = "_"
 

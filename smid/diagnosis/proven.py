@@ -9,8 +9,7 @@ from smid.diagnosis.cause import Cause, CauseParameter
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.identification.estimate import ParameterInterval
 from smid.identification.identify import identify
-from smid.models import ModelError
-from smid.models.simulated import SIMULATION
+from smid.models.simulated import check_equations
 
 
 def prove_parameters(
@@ -55,11 +54,7 @@ def prove_parameters(
     >>> bias.proven, bias.lower < 0.5 < bias.upper
     (True, True)
     """
-    if SIMULATION in diagnosis.model.origins.values():
-        raise ModelError(
-            "the intervals of a diagnosed simulation cannot be certified: of the simulator only its recorded output is "
-            "known; diagnose a model instead"
-        )
+    check_equations(diagnosis.model, "the intervals of a diagnosed simulation cannot be certified")
     estimate = identify(diagnosis.model, diagnosis.data.crop(0, samples), noise_bound, progress=progress)
     proven = {interval.name: interval for interval in estimate.intervals}
     return replace(diagnosis, causes=tuple(_proven(cause, proven) for cause in diagnosis.causes))

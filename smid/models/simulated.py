@@ -18,7 +18,7 @@ from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, signal, t
 from smid.models.symbols import number, rename_signals, swapped, unused
 
-__all__ = ["SIMULATION", "Simulated", "standalone"]
+__all__ = ["SIMULATION", "Simulated", "check_equations", "standalone"]
 
 SIMULATION = "simulation"
 """The origin of the simulated output and of the remainder: they are no part of the plant."""
@@ -109,3 +109,9 @@ def standalone(model: Model) -> Model:
     (output,) = given - {remainder.signal}
     now = signal(output)[t]
     return replace(model, lines=(Line(now, now - remainder.expression), *model.lines))
+
+
+def check_equations(model: Model, what: str) -> None:
+    """Refuse to prove something of a recorded simulation, of which there are no equations; ModelError."""
+    if SIMULATION in model.origins.values():
+        raise ModelError(f"{what}: of the simulator only its recorded output is known; diagnose a model instead")

@@ -23,7 +23,7 @@ from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.proof.window import Window, windows
 from smid.feasible.feasible_set import check_noise_bound
 from smid.models import Model, ModelError
-from smid.models.simulated import SIMULATION
+from smid.models.simulated import check_equations
 
 _NOISE = "the effect acts on the noise, which the bound limits"
 
@@ -75,11 +75,7 @@ def prove_name(
     """
     began = time.monotonic()
     check_seconds(seconds)
-    if SIMULATION in diagnosis.base.origins.values():
-        raise ModelError(
-            "the name of a diagnosed simulation cannot be proven: of the simulator only its recorded output is known; "
-            "diagnose a model instead"
-        )
+    check_equations(diagnosis.base, "the name of a diagnosed simulation cannot be proven")
     output, bounds = diagnosis.output, check_noise_bound(diagnosis.base, noise_bound, None)
     if output not in bounds:
         raise ModelError(

@@ -1,6 +1,7 @@
 """Records of a first-order lag with something hidden in it, simulated by hand."""
 
 import numpy as np
+from scipy.optimize import linprog
 from scipy.signal import lfilter
 
 from smid import Dataset, Model, OutputError
@@ -44,3 +45,15 @@ def record(
 def autoregressive(random: np.random.Generator, n: int, pole: float) -> np.ndarray:
     """x[t] = pole x[t-1] + e[t] with white e of variance one, from its stationary state."""
     return lfilter([1.0], [1.0, -pole], random.standard_normal(n + 500))[500:]
+
+
+def least_bound(u: np.ndarray, y: np.ndarray, pole: float) -> float:
+    """Return the least noise bound at a fixed pole: a linear program in the gain and the first state."""
+    g = np.zeros((len(u), 2))
+    g[0, 1] = 1.0
+    for k in range(1, len(u)):
+        g[k] = pole * g[k - 1]
+        g[k, 0] += u[k - 1]
+    one = np.ones((len(u), 1))
+    program = np.block([[g, -one], [-g, -one]]), np.r_[y, -y]
+    return float(linprog([0, 0, 1], *program, bounds=[(None, None), (None, None), (0, None)]).fun)

@@ -4,12 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 from smid import Dataset
 from smid.diagnosis.proof.emptiness import prove_empty
 from smid.fitting.fit import fit
-from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
+from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, least_bound, record, steps
 
 
 def proof(data: Dataset, noise_bound: float):
@@ -27,18 +26,6 @@ def test_nothing_is_proven_where_the_truth_is_feasible(seed):
         noise = BOUND * (1 - 1e-9) * np.random.default_rng(seed).choice([-1.0, 1.0], len(u))
         data = record(u, clean + noise, bound=0.0)
     assert proof(data, BOUND) is None
-
-
-def least_bound(u: np.ndarray, y: np.ndarray, pole: float) -> float:
-    """Return the least noise bound at a fixed pole: a linear program in the gain and the first state."""
-    g = np.zeros((len(u), 2))
-    g[0, 1] = 1.0
-    for k in range(1, len(u)):
-        g[k] = pole * g[k - 1]
-        g[k, 0] += u[k - 1]
-    one = np.ones((len(u), 1))
-    program = np.block([[g, -one], [-g, -one]]), np.r_[y, -y]
-    return float(linprog([0, 0, 1], *program, bounds=[(None, None), (None, None), (0, None)]).fun)
 
 
 @pytest.mark.parametrize("seed", range(3))

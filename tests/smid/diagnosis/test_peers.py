@@ -113,5 +113,8 @@ def test_figures_of_smid_come_from_the_page_of_the_strict_protocol_only() -> Non
         f"{HEAD}| a | dead zone | `x` (y) | 2 | 1 V | 30 |\n{TEST_HEAD}| a | 2000 mV | 900 mV | 800 |\n\n## Sentences\n"
     )
     assert smid_figures(page) == {("a", False): ("2", "1 V"), ("a", True): ("2000 mV", "900 mV")}
+    # Another table on the page says something else of the same record.
+    other = "| record | held out |\n|---|---|\n| a | 9 | 9 | 9 | 9 |\n\n"
+    assert smid_figures(page.replace("## Sentences", other + "## Sentences")) == smid_figures(page)
     with pytest.raises(SystemExit, match="measured_diagnosis FOLDER"):
         smid_figures(page.replace("test RMSE", "held-out RMSE"))
