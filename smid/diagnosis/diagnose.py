@@ -14,11 +14,11 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
-from smid.data import DataError, Dataset
+from smid.data import Dataset
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
+from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
-from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
@@ -36,14 +36,13 @@ from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
 from smid.diagnosis.search.whole import compared
 from smid.diagnosis.simulator import simulator
-from smid.feasible.feasible_set import check_noise_bound, check_samples, is_constant
+from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 
 _STRUCTURE = 0.2
-_STEP = 0.5  # of the range: a step response with little damping swings over nearly twice its step
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
@@ -116,7 +115,7 @@ def diagnose(
     """
     began = time.monotonic()
     check_seconds(seconds)
-    chosen = _chosen(effects)
+    chosen = chosen_effects(effects)
     if workers is not None and workers < 1:
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
     with _time_to_fit(seconds, began):
@@ -126,14 +125,14 @@ def diagnose(
     if not model.input_channels or not model.output_channels:
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_samples(model, data)
-    bound = _bound(model, noise_bound)
+    bound = bound_of_output(model, noise_bound)
     say = progress or _silent
     shortened = shorten(model, data, test, bounded=bound is not None)
     data, parts = shortened.data, shortened.parts
     model = replace(model, sampling_time=data.sampling_time) if model.continuous else model
     for sentence in shortened.said:
         say(sentence)
-    _check_moving(model, parts.seen)
+    check_moving(model, parts.seen)
     record = _record(model, shortened.searched, bound)
     faults = data_faults(parts.seen)
     for fault in faults:
@@ -393,69 +392,6 @@ def _noise_effects(
 
 def _silent(_line: str) -> None:
     """Drop a line of progress."""
-
-
-def _chosen(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]:
-    known = {effect.name: effect for effect in EFFECTS}
-    if effects is None:
-        return EFFECTS
-    if isinstance(effects, str):
-        raise ModelError(f"effects = {effects!r}: give a list of names, [{effects!r}]")
-    chosen = []
-    for item in effects:
-        if isinstance(item, str) and item not in known:
-            raise ModelError(
-                f"effect {item!r} is unknown: choose from {', '.join(known)}, or give an Effect of your own"
-            )
-        chosen.append(known[item] if isinstance(item, str) else item)
-    if not chosen or len({e.name for e in chosen}) < len(chosen):
-        raise ModelError("the effects to try must be at least one, each under its own name: list every effect once")
-    return tuple(chosen)
-
-
-def _bound(model: Model, noise_bound: float | Mapping[str, float] | None) -> float | None:
-    """Return the noise bound of the main output."""
-    if noise_bound is None:
-        return None
-    noisy = {m.channel for m in model.measurements if m.noise is not None}
-    outputs = [c for c in model.output_channels if c in noisy]
-    if not outputs:
-        raise ModelError(
-            "the model takes no output as noisy, so a noise bound does not apply: give none, or a model whose output "
-            "has noise"
-        )
-    return check_noise_bound(model, noise_bound, None)[outputs[0]]
-
-
-def _check_moving(model: Model, data: Dataset) -> None:
-    """Raise an error if a channel of the model is constant before the test part."""
-    still = {
-        channel: data.experiments[0].values[channel][0] for channel in model.channels if is_constant(data, channel)
-    }
-    for channel in model.output_channels:
-        if channel in still:
-            raise DataError(
-                f"the output {channel!r} is constant: it is {still[channel]:g} at every sample before the test part; "
-                "check the sensor, or crop the record to where it moves"
-            )
-    from_rest = still.keys() >= set(model.input_channels) and any(_steps(data, c) for c in model.output_channels)
-    for channel in model.input_channels:
-        if channel in still and not from_rest:
-            raise DataError(
-                f"the input {channel!r} does not excite: it is {still[channel]:g} at every sample before the test "
-                "part; measure with an input that moves (a step, a ramp, a PRBS), crop the record to where it does, or "
-                "leave it out of the model"
-            )
-
-
-def _steps(data: Dataset, channel: str) -> bool:
-    """Return whether an output ends far from where it begins and moves little by then, as a step response does."""
-    runs = [run.values[channel] for run in data.experiments]
-    ends = [y[-max(1, len(y) // 4) :] for y in runs]
-    return all(
-        abs(np.median(end) - y[0]) >= _STEP * np.ptp(y) and np.ptp(end) <= _STEP * np.ptp(y)
-        for y, end in zip(runs, ends, strict=True)
-    )
 
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
