@@ -9,8 +9,9 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. The search ends where nothing is
-left to grow.  Six numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
-blocks left out in turn, `TAIL` degrees of freedom of the noise, and `SCREEN`, what an effect has to promise.
+left to grow.  Seven numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
+blocks left out in turn, `TAIL` degrees of freedom of the noise, `SCREEN`, what an effect has to promise, and `HALVING`,
+one in how many is fitted to the end.
 """
 
 from __future__ import annotations

@@ -17,13 +17,13 @@ from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
 from smid.fitting.fit import Errors, Fit, Fitting, fit, one_step_ahead
 from smid.models import Model, ModelError
+from smid.models.sensitivities import Initial
 
 # The effort of a trial: which of its extensions and starts are fitted, and for how many evaluations.
 _NEAR = 0.05  # of the way from the base model to a start
 _EXTENSIONS = 5  # those with the best signatures
 _ADAPTED, _ADAPTING = 12, 5  # starts to which the rest of the model is adapted first
 _STARTS, _SHORT = 2, 10  # of these, the one with the best signature, then those that fit best
-_AFRESH = 2  # extensions that are also fitted from the one-step-ahead fit of the whole
 _FINISHED, _LONG = 2, 200  # extensions fitted to the end: poles near one and initial states make narrow valleys
 
 
@@ -116,8 +116,52 @@ def fitted_base(
     return Base(found, errors, data, used, input, output, difference)
 
 
-def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | None:
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """An effect after a few steps on a base: what decides whether it is fitted to the end.
+
+    Parameters
+    ----------
+    effect
+        Its name.
+    criterion
+        Of the best extension, see `_criterion`.
+    candidates
+        The extensions that fit best, the best first.
+    """
+
+    effect: str
+    criterion: float
+    candidates: tuple[_Candidate, ...]
+    variants: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """An extension with the values and the states before sample 0 that a short fit found."""
+
+    criterion: float
+    cost: float
+    extension: Extension
+    values: Mapping[str, float]
+    initial: tuple[Initial, ...]
+    signature: float
+
+
+def try_effect(effect: Effect, base: Base) -> Trial | None:
     """Fit the promising extensions that an effect offers and return the best; None where there is none.
+
+    Raises
+    ------
+    ModelError
+        If no extension can be simulated from any start.
+    """
+    begun = begin(effect, base)
+    return finish(begun, base) if begun else None
+
+
+def begin(effect: Effect, base: Base, least: float = -np.inf) -> Begun | None:
+    """Fit the promising extensions that an effect offers for a few steps; None where there is none.
 
     Parameters
     ----------
@@ -144,30 +188,43 @@ def try_effect(effect: Effect, base: Base, least: float = -np.inf) -> Trial | No
                 "are nearer to the null values"
             )
         ranked.sort(key=lambda item: -item[2][0][0])
-        tried = []
-        for place, (extension, problem, scored) in enumerate(ranked[:_EXTENSIONS]):
+        candidates = []
+        for extension, problem, scored in ranked[:_EXTENSIONS]:
             # Adapt only the rest of the model to each start first, so that starts can be compared. For small starts
             # only the signature is informative.
             new = _added(extension.model, base.fit.model)
             first, *others = [problem.solve(vector, _ADAPTING, 1e-2, new) for _, vector in scored[:_ADAPTED]]
             others.sort(key=lambda pair: pair[1])
-            begun = [vector for vector, _ in (first, *others[: _STARTS - 1])]
-            if place < _AFRESH:
-                # Without the effect the fit of the base may be far off: begin from a fit of the whole, too.
-                ahead = one_step_ahead(extension.model, base.data, base.used, starts=1)
-                begun += [problem.start(ahead)] if ahead else []
-            fitted = [problem.solve(vector, _SHORT, 1e-4) for vector in begun]
+            fitted = [problem.solve(vector, _SHORT, 1e-4) for vector, _ in (first, *others[: _STARTS - 1])]
             vector, cost = min(fitted, key=lambda pair: pair[1])
-            tried.append((_criterion(cost, problem.n_free, base), cost, vector, extension, problem, scored[0][0]))
-        tried.sort(key=lambda item: item[0])
-        for k, (_, _, vector, extension, problem, signature) in enumerate(tried[:_FINISHED]):
+            criterion, found = _criterion(cost, problem.n_free, base), _values(problem, vector)
+            initial = tuple(problem.initial(vector))
+            candidates.append(_Candidate(criterion, cost, extension, found, initial, scored[0][0]))
+        best = sorted(candidates, key=lambda c: c.criterion)[:_FINISHED]
+        return Begun(effect.name, best[0].criterion, tuple(best), variants) if best else None
+
+
+def finish(begun: Begun, base: Base) -> Trial | None:
+    """Fit an effect to the end; None where its parameters end outside what they must lie in, or the fit diverges."""
+    with np.errstate(all="ignore"):
+        tried = []
+        for candidate in begun.candidates:
+            model, problem = candidate.extension.model, _from(candidate, base)
+            vector, cost = problem.start(candidate.values), candidate.cost
+            # Without the effect the fit of the base may be far off: begin from a fit of the whole, too.
+            if ahead := one_step_ahead(model, base.data, base.used, starts=1):
+                other = _from(candidate, base)
+                fresh, less = other.solve(other.start(ahead), _SHORT, 1e-4)
+                vector, problem = (fresh, other) if less < cost else (vector, problem)
             vector, cost = problem.solve(vector, _LONG)
-            tried[k] = (_criterion(cost, problem.n_free, base), cost, vector, extension, problem, signature)
-        tried = [item for item in tried if np.isfinite(item[1]) and _is_itself(item[3], item[4], item[2])]
+            if np.isfinite(cost) and _is_itself(candidate.extension, problem, vector):
+                tried.append((_criterion(cost, problem.n_free, base), cost, vector, problem, candidate))
         if not tried:
             return None
-        _, cost, vector, extension, problem, signature = min(tried, key=lambda item: item[0])
-        return _trial(effect, extension, base, problem, vector, cost, signature, variants)
+        _, cost, vector, problem, candidate = min(tried, key=lambda item: item[0])
+        return _trial(
+            begun.effect, candidate.extension, base, problem, vector, cost, candidate.signature, begun.variants
+        )
 
 
 def _promises(least: float, share: float, problem: Fitting, extension: Extension, base: Base) -> bool:
@@ -189,7 +246,7 @@ def _promises(least: float, share: float, problem: Fitting, extension: Extension
 
 def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
     """Return whether all parameters lie where the effect is not another one."""
-    values = dict(zip(problem.run.parameters, vector.tolist(), strict=False))
+    values = _values(problem, vector)
     return all(low < values[name] < high for name, (low, high) in extension.inside.items())
 
 
@@ -205,12 +262,12 @@ def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] 
                 fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
                 vector, cost = min(fitted, key=lambda pair: pair[1])
                 if np.isfinite(cost) and problem.result(vector, cost).is_finite:
-                    return _trial(effect, extension, base, problem, vector, cost, trial.signature, trial.variants)
+                    return _trial(effect.name, extension, base, problem, vector, cost, trial.signature, trial.variants)
     return None
 
 
 def _trial(
-    effect: Effect,
+    effect: str,
     extension: Extension,
     base: Base,
     problem: Fitting,
@@ -221,7 +278,7 @@ def _trial(
 ) -> Trial:
     fit, errors = problem.result(vector, cost), tuple(problem.errors(vector, True))
     added = _added(extension.model, base.fit.model)
-    return Trial(effect.name, extension.label, fit, added, signature, errors, variants, extension.describe)
+    return Trial(effect, extension.label, fit, added, signature, errors, variants, extension.describe)
 
 
 def _added(extended: Model, model: Model) -> tuple[str, ...]:
@@ -232,6 +289,14 @@ def _added(extended: Model, model: Model) -> tuple[str, ...]:
 def fitting(model: Model, base: Base) -> Fitting:
     """Return the fit of a model to what a base was fitted to, from the initial states of its fit."""
     return Fitting(model, base.data, base.used, base.fit.initial, difference=base.difference)
+
+
+def _from(candidate: _Candidate, base: Base) -> Fitting:
+    return Fitting(candidate.extension.model, base.data, base.used, candidate.initial, difference=base.difference)
+
+
+def _values(problem: Fitting, vector: Array) -> dict[str, float]:
+    return dict(zip(problem.run.parameters, vector.tolist(), strict=False))
 
 
 def _known(extension: Extension, base: Base) -> dict[str, float]:
