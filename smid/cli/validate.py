@@ -15,11 +15,11 @@ from smid.cli.options import FILE, Columns, Reading, argument, group, option, ta
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.data.read_csv import read_text
-from smid.fitting.validate import validate as validate_model
 from smid.models import Model
 from smid.reports import data_report
 from smid.reports.documents import validate_document
 from smid.reports.page import capitalised
+from smid.validation.validate import validate as validate_model
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
 from smid.display.versions import versions
-from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model
+from smid.validation.validate import Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 from smid.data import Dataset
-from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.reports.estimate_page import estimate_page
 from smid.reports.formats import check_report, write_page
+from smid.validation.validate import Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis

@@ -83,6 +83,15 @@ class Validation(Tabular):
         header = ("experiment", "output", "samples", "RMSE", "fit %", "largest", "violations")
         return Table("", header, rows, "llrrrrr")
 
+    def error(self, number: int) -> Array:
+        """Return measured minus simulated output of the score of this number, shape (samples,), after the warm-up."""
+        score, k = self.scores[number], self.experiment(number)
+        return (self.data.values(score.channel, k) - self.simulated[k][score.channel])[-score.samples :]
+
+    def experiment(self, number: int) -> int:
+        """Return the number of the experiment of the score of this number."""
+        return number // len(self.model.output_channels)
+
     def _content(self) -> Iterator[Part]:
         yield self.table
 
@@ -100,7 +109,7 @@ class Validation(Tabular):
 
     def plot(self, number: int = 0) -> Figure:
         """Return a figure of measured output, free run and error, for the score of this number."""
-        from smid.fitting.figures import simulation_figure
+        from smid.validation.figures import simulation_figure
 
         return simulation_figure(self, number)
 

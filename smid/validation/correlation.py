@@ -22,8 +22,9 @@ from scipy.signal import correlate
 from scipy.stats import norm
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.evidence.structure import FEWEST
 
+FEWEST = 40
+"""A record of fewer samples is not searched for structure."""
 MOST_LAGS = 25
 _BAND = float(norm.ppf(0.995))
 
@@ -48,6 +49,17 @@ class Correlation:
     lags: NDArray[np.int64]
     values: Array
     band: float
+
+    @property
+    def chance(self) -> float:
+        """Probability that chance alone gives a correlation as large as the largest one (Bonferroni over the lags)."""
+        largest = float(np.abs(self.values).max()) / self.band * _BAND
+        return min(1.0, self.lags.size * 2 * float(norm.sf(largest)))
+
+    @property
+    def strongest(self) -> int:
+        """Lag of the largest correlation."""
+        return int(self.lags[np.argmax(np.abs(self.values))])
 
     @property
     def outside(self) -> Mask:
