@@ -122,8 +122,8 @@ def delay_estimate(data: Dataset, input: str | None = None, output: str | None =
     """Estimate the delay from an input to an output; `samples` is None if the input does not act on the output.
 
     Noise can hide a slow first response: then the estimate is larger than the delay. It is smaller than the delay in
-    about 1 of 100 records. `OutputError(delay=...)` counts in the same way: a plant whose output answers one sample later
-    has a delay of one sample.
+    about 1 of 100 records. `OutputError(delay=...)` counts in the same way: a plant whose output answers one sample
+    later has a delay of one sample.
 
     Parameters
     ----------

@@ -172,6 +172,14 @@ class Residuals(Tabular):
         return all(one.is_white and not one.depends_on for one in self.outputs)
 
     @property
+    def conclusion(self) -> str:
+        """Return the verdict on all outputs in one sentence."""
+        tests = [row["chance"] >= SIGNIFICANT for row in self._rows()]
+        if all(tests):
+            return "The residuals pass all tests: they are white and independent of the inputs."
+        return f"The residuals fail {tests.count(False)} of {len(tests)} tests: the model or its noise lacks something."
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """Return the verdicts, one sentence for each test."""
         return tuple(sentence for one in self.outputs for sentence in one.sentences)
@@ -184,6 +192,7 @@ class Residuals(Tabular):
     def _content(self) -> Iterator[Part]:
         yield self.table
         yield from self.sentences
+        yield self.conclusion
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         return (row for one in self.outputs for row in one._rows())

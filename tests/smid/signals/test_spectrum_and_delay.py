@@ -81,9 +81,8 @@ def test_unrelated_signals_have_no_delay() -> None:
 
 
 def test_chance_exceeds_the_band_in_one_of_a_hundred_records() -> None:
-    beyond = [
-        one.rise[-1] > one.band[-1] for one in (delay_estimate(record(white(s), white(7000 + s))) for s in range(300))
-    ]
+    found = (delay_estimate(record(white(seed), white(7000 + seed))) for seed in range(300))
+    beyond = [one.rise[-1] > one.band[-1] for one in found]
     assert np.mean(beyond) == pytest.approx(0.01, abs=0.015)
 
 
@@ -108,7 +107,7 @@ def test_the_other_input_is_accounted_for() -> None:
     [
         (lambda: delay_estimate(record(white(0), np.ones(600))), "channel 'y' is constant"),
         (lambda: delay_estimate(record(white(0), white(1)), output="z"), "no channel 'z'"),
-        (lambda: delay_estimate(record(white(0, 60), white(1, 60))), "30 samples after the first 30 are too few for 42"),
+        (lambda: delay_estimate(record(white(0, 60), white(1, 60))), "30 samples after the first 30 are too few"),
         (lambda: delay_estimate(record(white(0), white(1)), longest=0), "longest = 0 leaves no delay to test"),
         (lambda: spectrum(record(white(0), np.ones(600))), "the output 'y' is constant: it has no spectrum"),
         (lambda: spectrum(record(white(0, 20), white(1, 20))), "needs two segments of 16: take a longer record"),
