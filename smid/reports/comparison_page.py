@@ -11,7 +11,8 @@ from smid.validation import Comparison
 
 _HOW = (
     "Each model runs freely: it reads the input, and the measured output only to start. All models are scored on the "
-    "same samples. The fit is 100 % for a perfect free run, and 0 % for one that is no better than the mean of the output."
+    "same samples. The fit is 100 % for a perfect free run, and 0 % for one that is no better than the mean of the "
+    "output."
 )
 
 

@@ -11,8 +11,8 @@ from smid.validation import Residuals
 
 _HOW = (
     "The residual is the measured output minus the free run of the model. A test counts the lags at which the "
-    "correlation lies outside its 99 % band. The probability is that of a correlation as large as the largest one, at any lag, by "
-    "chance alone. A test is failed below 1 %."
+    "correlation lies outside its 99 % band. The probability is that chance alone gives a correlation as large as the "
+    "largest one at any lag, or, for the own past, as many lags outside the band. A test is failed below 1 %."
 )
 
 

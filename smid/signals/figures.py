@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from smid.display.style import BLUE, GRID, INK, ORANGE, SKY, WIDTH, style
 
@@ -34,7 +35,7 @@ def draw_density(axes: Axes, spectrum: Spectrum, name: str, colour: str) -> None
     """Draw the spectrum of a channel on logarithmic axes."""
     unit = spectrum.data.channel(name).unit
     axes.loglog(spectrum.frequency, spectrum.density[name], color=colour)
-    axes.set_ylabel(f"{name} [{unit or '1'}²/Hz]".replace("[1²", "[1"))
+    axes.set_ylabel(f"{name} [{unit}²/Hz]" if unit else f"{name} [1/Hz]")
     _frame(axes, spectrum)
 
 
@@ -43,6 +44,7 @@ def draw_coherence(axes: Axes, spectrum: Spectrum, pair: tuple[str, str]) -> Non
     axes.axhspan(0, spectrum.level, color=SKY, alpha=0.3, linewidth=0)
     axes.semilogx(spectrum.frequency, spectrum.coherence[pair], color=INK)
     axes.set_ylim(0, 1.02)
+    axes.set_yticks((0, 0.5, 1))
     axes.set_ylabel(f"coherence\n{pair[0]} → {pair[1]}")
     _frame(axes, spectrum)
 
@@ -50,6 +52,11 @@ def draw_coherence(axes: Axes, spectrum: Spectrum, pair: tuple[str, str]) -> Non
 def _frame(axes: Axes, spectrum: Spectrum) -> None:
     axes.grid(True, linewidth=0.4, color=GRID)
     axes.set_xlim(spectrum.frequency[0], spectrum.frequency[-1])
+    # Ticks at 1, 2, 5, 10 where they have room; over many decades at powers of ten.
+    decades = np.log10(spectrum.frequency[-1] / spectrum.frequency[0])
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2.5 else (1,)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def delay_figure(delay: Delay) -> Figure:
@@ -63,8 +70,11 @@ def delay_figure(delay: Delay) -> Figure:
         axes.plot(lags, rise, color=BLUE, marker="o", markersize=3, label="rise of the one-step error variance")
         if delay.samples is not None:
             axes.axvline(delay.samples, color=INK, linewidth=0.8, linestyle="--", label=f"delay: {delay.samples}")
-        axes.set_yscale("symlog", linthresh=max(float(band.max()), 1e-9))
-        axes.set_ylim(0, None)
+        if rise.max() > 3 * band.max():  # then a linear scale would hide the band
+            axes.set_yscale("symlog", linthresh=max(float(band.max()), 1e-9))
+            axes.set_ylim(0, 2 * rise.max())
+        else:
+            axes.set_ylim(0, None)
         axes.set_xlabel(f"assumed delay from {delay.input} to {delay.output} [samples]")
         axes.set_ylabel("rise [%]")
         axes.grid(True, linewidth=0.4, color=GRID)

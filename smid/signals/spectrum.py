@@ -89,8 +89,8 @@ class Spectrum(Tabular):
                 (
                     str(channel),
                     self.data.role(name),
-                    *(f"{self._power_below(name, share):.3g}" if there else "-" for share in (0.5, 0.9)),
-                    f"{self.frequency[np.argmax(density)]:.3g}" if there else "-",
+                    *(f"{self._power_below(name, share):.4g}" if there else "-" for share in (0.5, 0.9)),
+                    f"{self.frequency[np.argmax(density)]:.4g}" if there else "-",
                 )
             )
         caption = f"Welch spectra of {self.segment} samples per segment, {self.segments:.3g} independent segments."
@@ -106,7 +106,7 @@ class Spectrum(Tabular):
                 y,
                 f"{100 * np.mean(values > self.level):.0f} %",
                 f"{values.max():.2f}",
-                f"{self.frequency[np.argmax(values)]:.3g}",
+                f"{self.frequency[np.argmax(values)]:.4g}",
             )
             for (u, y), values in self.coherence.items()
         )

@@ -53,17 +53,17 @@ class Comparison(Tabular):
         """Return a table with one row for each experiment, output and model, the best fit first."""
         rows = tuple(
             (
-                s.experiment,
-                s.channel,
                 name,
-                str(s.samples),
                 f"{s.fit_percent:.2f}",
                 f"{s.rmse:.4g} {s.unit}".rstrip(),
                 f"{s.largest:.4g} {s.unit}".rstrip(),
+                s.channel,
+                s.experiment,
+                str(s.samples),
             )
             for name, s in self._scores
         )
-        return Table("", ("experiment", "output", "model", "samples", "fit %", "RMSE", "largest"), rows, "lllrrrr")
+        return Table("", ("model", "fit %", "RMSE", "largest", "output", "experiment", "samples"), rows, "lrrrllr")
 
     def _content(self) -> Iterator[Part]:
         yield self.table

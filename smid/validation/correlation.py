@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
 from relaxations.algebra.arrays import Array, Mask
 
@@ -52,9 +52,16 @@ class Correlation:
 
     @property
     def chance(self) -> float:
-        """Probability that chance alone gives a correlation as large as the largest one (Bonferroni over the lags)."""
+        """Probability that chance alone gives a correlation as large as the largest one at any lag.
+
+        It is Bonferroni's. The lags of a white signal are independent: for its own past, chance may also give as many
+        lags outside the band (binomial), and the probability is twice the smaller of the two.
+        """
         largest = float(np.abs(self.values).max()) / self.band * _BAND
-        return min(1.0, self.lags.size * 2 * float(norm.sf(largest)))
+        chance = self.lags.size * 2 * float(norm.sf(largest))
+        if not self.against:
+            chance = 2 * min(chance, float(binom.sf(int(self.outside.sum()) - 1, self.lags.size, 0.01)))
+        return min(1.0, chance)
 
     @property
     def strongest(self) -> int:

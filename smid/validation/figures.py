@@ -96,9 +96,9 @@ def residuals_figure(residuals: Residuals, number: int = 0) -> Figure:
     tests = (found.own, *found.with_inputs)
     unit = f" [{found.unit}]" if found.unit else ""
     with style():
-        rows = len(tests) + 1
-        figure = Figure(figsize=(WIDTH, 0.4 + 1.5 * (rows + 1)), layout="constrained")
-        grid = figure.add_gridspec(rows + 1, 2)
+        rows = 1 + len(tests)
+        figure = Figure(figsize=(WIDTH, 1.6 * rows), layout="constrained")
+        grid = figure.add_gridspec(rows, 2)
         # Over time, one experiment after the other.
         panel = figure.add_subplot(grid[0, :])
         runs, step = residuals.errors.experiments, found.sampling_time
@@ -107,6 +107,8 @@ def residuals_figure(residuals: Residuals, number: int = 0) -> Figure:
             time = start + step * np.arange(run.n_samples)
             panel.plot(time, run.values[found.channel], color=INK, linewidth=0.6)
             start = float(time[-1]) + step
+        panel.grid(True, linewidth=0.4, color=GRID)
+        panel.margins(x=0.01)
         panel.set_ylabel(f"residual of\n{found.channel}{unit}")
         panel.set_xlabel("time [s]" if len(runs) == 1 else "time, one experiment after the other [s]")
         # Correlations on the left; spectrum and coherences on the right.
@@ -119,6 +121,7 @@ def residuals_figure(residuals: Residuals, number: int = 0) -> Figure:
         low, high = spectrum.white
         right.axhspan(level * low, level * high, color=SKY, alpha=0.3, linewidth=0)
         draw_density(right, spectrum, found.channel, BLUE)
+        right.set_xlabel("frequency [Hz]")
         for k, one in enumerate(found.with_inputs):
             right = figure.add_subplot(grid[2 + k, 1])
             draw_coherence(right, spectrum, (one.against, found.channel))

@@ -2,8 +2,8 @@
 
 The residual is the measured output minus the free run, after the warm-up. A model that is right leaves a residual as
 white as the noise of the sensor, and independent of the inputs. Each test counts the lags outside the 99 % band; one in
-a hundred is there by chance. A test is failed if the largest correlation of all lags is one that chance gives in less
-than 1 % of records. Correlation with an input at positive lags shows dynamics that the model lacks; at negative lags
+a hundred is there by chance. A test is failed if chance gives such a correlation in less than 1 % of records; see
+`Correlation.chance`. Correlation with an input at positive lags shows dynamics that the model lacks; at negative lags
 only, it shows feedback from output to input.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from smid.data import DataError, Dataset, Experiment
 from smid.display.result import Part, Tabular
-from smid.display.table import Table, figure
+from smid.display.table import Table
 from smid.models import Model
 from smid.signals.spectrum import Spectrum, spectrum
 from smid.validation.correlation import FEWEST, Correlation, autocorrelation, cross_correlation
@@ -72,7 +72,7 @@ class OutputResiduals(Tabular):
         found = [f"{size}. {verdict}: {self._counted(self.own)}"]
         for one in self.with_inputs:
             if one.chance >= SIGNIFICANT:
-                verdict = f"It is independent of {one.against}"
+                verdict = f"No significant dependence on {one.against}"
             elif not np.any(one.outside & (one.lags >= 0)):
                 verdict = f"It is followed by {one.against}, which is feedback"
             else:
@@ -131,18 +131,18 @@ def _table(rows: Iterator[dict[str, Any]]) -> Table:
         (
             row["output"],
             row["with"],
+            "passed" if row["chance"] >= SIGNIFICANT else "failed",
             f"{row['outside']} of {row['lags']}",
             f"{0.01 * row['lags']:.2g}",
             f"{row['largest']:.3f}",
             f"{row['band']:.3f}",
             f"{row['lag']:.4g}",
-            figure(row["chance"]),
-            "passed" if row["chance"] >= SIGNIFICANT else "failed",
+            f"{row['chance']:.2g}" if row["chance"] >= 1e-4 else "< 0.0001",
         )
         for row in rows
     )
-    header = ("residual", "with", "outside 99 %", "by chance", "largest", "band", "at lag [s]", "probability", "test")
-    return Table("", header, cells, "llrrrrrrl")
+    header = ("residual", "with", "test", "outside 99 %", "by chance", "largest", "band", "at lag [s]", "probability")
+    return Table("", header, cells, "lllrrrrrr")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,7 +176,7 @@ class Residuals(Tabular):
         """Return the verdict on all outputs in one sentence."""
         tests = [row["chance"] >= SIGNIFICANT for row in self._rows()]
         if all(tests):
-            return "The residuals pass all tests: they are white and independent of the inputs."
+            return "The residuals pass all tests: they are white, and show no significant dependence on the inputs."
         return f"The residuals fail {tests.count(False)} of {len(tests)} tests: the model or its noise lacks something."
 
     @property

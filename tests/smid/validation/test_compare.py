@@ -45,7 +45,7 @@ def test_each_experiment_has_its_rows_the_best_first() -> None:
     frame = found.to_pandas()
     assert frame["experiment"].tolist() == ["a", "a", "b", "b"]
     assert frame["model"].tolist() == ["output error 2", "output error 1"] * 2
-    assert [row[2] for row in found.table.rows] == frame["model"].tolist()
+    assert [row[0] for row in found.table.rows] == frame["model"].tolist()
     assert "Best mean fit: output error 2" in str(found)
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["order"] == list(found.validations)
     assert len(found.plot(1).axes[0].lines) == 3  # measured, and one for each model

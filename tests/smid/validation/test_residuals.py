@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from smid import DataError, Dataset, ModelError, OutputError, Residuals, residuals
+from smid.validation.correlation import Correlation
 
 MODEL = OutputError(1).with_values({"a1": -0.8, "b0": 0.4})
 
@@ -33,6 +34,15 @@ def test_white_noise_keeps_the_bands_and_passes() -> None:
     # Each test fails for one record in a hundred at most.
     assert sum(not one.is_white for one in found) <= 3
     assert sum(bool(one.depends_on) for one in found) <= 3
+
+
+def test_many_small_correlations_are_not_white_either() -> None:
+    """None is large, but four lags are just outside the band: chance gives that in 1 of 10,000 records."""
+    values = np.full(25, 0.01)
+    values[[2, 7, 11, 20]] = 0.14
+    assert Correlation("", np.arange(1, 26), values, 0.13).chance < 0.001
+    values[[2, 7, 11]] = 0.01
+    assert Correlation("", np.arange(1, 26), values, 0.13).chance > 0.1
 
 
 @pytest.mark.parametrize("seed", range(5))
