@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from smid.cli.console import Command
 from smid.cli.loading import load_estimate
 from smid.cli.options import FILE, EstimateColumns, argument, group, takes
 from smid.cli.outputs import Outputs, writes
+from smid.models import ModelError
 from smid.reports import report
 from smid.reports.documents import compare_document
 from smid.validation import compare as compare_models
@@ -36,6 +38,12 @@ def compare(given: Candidates, outputs: Outputs) -> None:
     columns and its sampling time are those of the first model, unless you name others.
     """
     found = [load_estimate(path) for path in given.estimates]
+    for path, one in zip(given.estimates, found, strict=True):
+        if not math.isclose(one.sampling_time, found[0].sampling_time):
+            raise ModelError(
+                f"{path} was identified at {one.sampling_time:g} s and {given.estimates[0]} at "
+                f"{found[0].sampling_time:g} s: compare estimates of one sampling time"
+            )
     # Two files of one name in different folders are named by their paths.
     stems = Counter(Path(path).stem for path in dict.fromkeys(given.estimates))
     names = [Path(path).stem if stems[Path(path).stem] == 1 else path for path in given.estimates]

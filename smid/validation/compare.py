@@ -12,15 +12,14 @@ from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
-from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
-from smid.validation.validate import Score, Validation, validate
+from smid.validation.validate import Candidate, Score, Validation, bound_model, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Candidate = Model | Estimate
+M = TypeVar("M")
 T = TypeVar("T")
 
 
@@ -131,7 +130,7 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     'fast'
     """
     check_dataset(data)
-    bound = {name: _told(name, bind, model, data) for name, model in _named(models).items()}
+    bound = {name: _told(name, bound_model, given, data) for name, given in _named(models).items()}
     # Score all models on the same samples.
     start = max(data.n_init, *(model.max_lag for model in bound.values()))
     for run in data.experiments:
@@ -143,10 +142,10 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     scored = data.with_n_init(start)
     found = {name: _told(name, validate, model, scored) for name, model in bound.items()}
     first = next(iter(found.values()))
-    for name, one in found.items():
-        if one.model.output_channels != first.model.output_channels:
+    for name, other in found.items():
+        if other.model.output_channels != first.model.output_channels:
             raise ModelError(
-                f"model {name!r} has the outputs {', '.join(one.model.output_channels)}, not "
+                f"model {name!r} has the outputs {', '.join(other.model.output_channels)}, not "
                 f"{', '.join(first.model.output_channels)}: compare models of the same outputs"
             )
     for score in first.scores:  # the measured output is the same for all
@@ -159,7 +158,7 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     return Comparison(data, dict(ranked))
 
 
-def _told(name: str, work: Callable[[Model, Dataset], T], model: Model, data: Dataset) -> T:
+def _told(name: str, work: Callable[[M, Dataset], T], model: M, data: Dataset) -> T:
     """Return what the work returns; its errors name the model."""
     try:
         return work(model, data)
@@ -167,22 +166,16 @@ def _told(name: str, work: Callable[[Model, Dataset], T], model: Model, data: Da
         raise type(error)(f"model {name!r}: {error}") from None
 
 
-def _named(models: Mapping[str, Candidate] | Sequence[Candidate]) -> dict[str, Model]:
-    """Return the models by name."""
+def _named(models: Mapping[str, Candidate] | Sequence[Candidate]) -> dict[str, Candidate]:
+    """Return the candidates by name; those of a sequence that share one are numbered."""
+    if isinstance(models, Model | Estimate):
+        raise TypeError(f"a single {type(models).__name__} was given: give a list or a mapping of models")
     if isinstance(models, Mapping):
-        given = list(models.items())
+        named = dict(models)
     else:
-        given = []
-        own = [_model(one).name for one in models]
-        for k, (one, name) in enumerate(zip(models, own, strict=True)):
-            given.append((f"{name} {own[: k + 1].count(name)}" if own.count(name) > 1 else name, one))
-    if not given:
+        own = [one.model.name if isinstance(one, Estimate) else getattr(one, "name", "model") for one in models]
+        numbered = [f"{name} {own[: k + 1].count(name)}" if own.count(name) > 1 else name for k, name in enumerate(own)]
+        named = dict(zip(numbered, models, strict=True))
+    if not named:
         raise ModelError("no model to compare: give at least one")
-    return {str(name): _model(one) for name, one in given}
-
-
-def _model(given: Candidate) -> Model:
-    model = given.model if isinstance(given, Estimate) else given
-    if not isinstance(model, Model):
-        raise TypeError(f"a {type(given).__name__} cannot be compared: give models with values, or estimates")
-    return model
+    return named

@@ -18,10 +18,9 @@ import numpy as np
 from smid.data import DataError, Dataset, Experiment
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
-from smid.models import Model
 from smid.signals.spectrum import Spectrum, spectrum
 from smid.validation.correlation import FEWEST, Correlation, autocorrelation, cross_correlation
-from smid.validation.validate import Validation, validate
+from smid.validation.validate import Candidate, Validation, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -213,13 +212,13 @@ class Residuals(Tabular):
         return residuals_figure(self, number)
 
 
-def residuals(model: Model, data: Dataset) -> Residuals:
+def residuals(model: Candidate, data: Dataset) -> Residuals:
     """Test the residuals of a model's free run: whiteness, independence of the inputs, spectrum.
 
     Parameters
     ----------
     model
-        With parameter values, such as ``estimate.model``.
+        With parameter values. An estimate stands for its central model.
 
     Raises
     ------

@@ -57,6 +57,7 @@ def test_files_of_one_name_are_named_by_their_paths(smid):
         ("compare plant.json other.csv --report c.docx", "choose .html, .pdf, .md or .json"),
         ("residuals plant.json other.csv long.csv", "unexpected extra argument"),
         ("residuals plant.json short.csv", "its tests need 40"),
+        ("compare plant.json slower.json other.csv", "slower.json was identified at 0.2 s and plant.json at 0.1 s"),
         ("compare plant.json constant.csv", "output 'y' is constant"),
     ],
 )
@@ -65,6 +66,9 @@ def test_a_mistake_is_told_in_one_line(smid, line, words):
     Path("short.csv").write_text("\n".join(rows[:22]) + "\n")
     constant = [row.rsplit(",", 1)[0] + ",1.0" for row in rows[2:]]
     Path("constant.csv").write_text("\n".join([*rows[:2], *constant]) + "\n")
+    slower = json.loads(Path("plant.json").read_text())
+    slower["estimate"]["data"]["sampling_time"] = 0.2
+    Path("slower.json").write_text(json.dumps(slower))
     result = smid(line)
     assert result.exit_code == 2
     assert words in result.stderr

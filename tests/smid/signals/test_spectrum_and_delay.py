@@ -86,6 +86,16 @@ def test_chance_exceeds_the_band_in_one_of_a_hundred_records() -> None:
     assert np.mean(beyond) == pytest.approx(0.01, abs=0.015)
 
 
+def test_units_do_not_matter() -> None:
+    data = plant(3, "held", 7)
+    other = record(1e6 * data.values("u") + 1e7, 1e-6 * data.values("y") - 3)
+    first, second = delay_estimate(data), delay_estimate(other)
+    assert first.samples == second.samples
+    np.testing.assert_allclose(first.rise, second.rise, rtol=1e-4, atol=1e-6)
+    coherences = [spectrum(one).coherence["u", "y"] for one in (data, other)]
+    np.testing.assert_allclose(*coherences, rtol=1e-4)
+
+
 def test_feedback_is_not_taken_for_a_delay() -> None:
     u, y, noise = np.zeros(600), np.zeros(600), white(0)
     dither = white(1)

@@ -55,6 +55,11 @@ def test_an_estimate_stands_for_its_central_model() -> None:
     data = record(60, 3)
     estimate = identify(OutputError(1, stable=True), data, 0.06)
     assert compare([estimate], data).validations["output error"].scores == validate(estimate.model, data).scores
+    slower = data.decimate(2, antialias=False)
+    with pytest.raises(
+        ModelError, match=r"model 'plant': the estimate has a sampling time of 0\.1 s, .* 0\.2 s: resample"
+    ):
+        compare({"plant": estimate}, slower)
 
 
 def constant(data: Dataset) -> Dataset:
@@ -71,7 +76,8 @@ def constant(data: Dataset) -> Dataset:
         ({"true": TRUE}, constant(record(50, 0)), DataError,
          "output 'y' is constant in experiment 'experiment', so it has no fit: leave the experiment out"),
         ({"late": LATE}, record(3, 0), DataError, "has 3 samples, none after the first 4 .*: take a longer record"),
-        ([1.0], record(50, 0), TypeError, "a float cannot be compared: give models with values, or estimates"),
+        ([1.0], record(50, 0), TypeError, "a float cannot be simulated: give a model with values, or an estimate"),
+        (TRUE, record(50, 0), TypeError, "a single Model was given: give a list or a mapping of models"),
         ([TRUE], [1.0], TypeError, "the data are a list, not a Dataset"),
     ],
 )  # fmt: skip
