@@ -46,22 +46,21 @@ def test_files_of_one_name_are_named_by_their_paths(smid):
     assert [line.split()[0] for line in result.stdout.splitlines()[:3]] == ["model", "plant.json", "old/plant.json"]
 
 
+MISTAKES = {
+    "compare plant.json": "Missing argument 'MODEL...'",
+    "compare run.csv other.csv": "run.csv is not valid JSON",
+    "compare plant.json none.csv": "no file 'none.csv'",
+    "compare plant.json other.csv --output z": "no column 'z'",
+    "compare plant.json other.csv --report c.docx": "choose .html, .pdf, .md or .json",
+    "residuals plant.json other.csv long.csv": "unexpected extra argument",
+    "residuals plant.json short.csv": "its tests need 40",
+    "compare plant.json slower.json other.csv": "slower.json was identified at 0.2 s and plant.json at 0.1 s",
+    "compare plant.json constant.csv": "output 'y' is constant",
+}
+
+
 @pytest.mark.usefixtures("estimates")
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("compare plant.json", "Missing argument 'MODEL...'"),
-        ("compare run.csv other.csv", "run.csv is not valid JSON"),
-        ("compare plant.json none.csv", "no file 'none.csv'"),
-        ("compare plant.json other.csv --output z", "no column 'z'"),
-        ("compare plant.json other.csv --report c.docx", "choose .html, .pdf, .md or .json"),
-        ("residuals plant.json other.csv long.csv", "unexpected extra argument"),
-        ("residuals plant.json short.csv", "its tests need 40"),
-        ("compare plant.json slower.json other.csv", "slower.json was identified at 0.2 s and plant.json at 0.1 s"),
-        ("compare plant.json constant.csv", "output 'y' is constant"),
-    ],
-)
-def test_a_mistake_is_told_in_one_line(smid, line, words):
+def test_mistakes_are_told_in_one_line(smid):
     rows = Path("other.csv").read_text().splitlines()
     Path("short.csv").write_text("\n".join(rows[:22]) + "\n")
     constant = [row.rsplit(",", 1)[0] + ",1.0" for row in rows[2:]]
@@ -69,7 +68,8 @@ def test_a_mistake_is_told_in_one_line(smid, line, words):
     slower = json.loads(Path("plant.json").read_text())
     slower["estimate"]["data"]["sampling_time"] = 0.2
     Path("slower.json").write_text(json.dumps(slower))
-    result = smid(line)
-    assert result.exit_code == 2
-    assert words in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
+    for line, words in MISTAKES.items():
+        result = smid(line)
+        assert result.exit_code == 2, line
+        assert words in result.stderr, line
+        assert len(result.stderr.strip().splitlines()) == 1, line
