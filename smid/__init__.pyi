@@ -1,9 +1,8 @@
-from . import data, design, diagnosis, hybrid, models, networks, recursive, reports, sensors, signals, study
+from . import data, design, diagnosis, hybrid, models, networks, recursive, reports, sensors, signals, study, validation
 from .data import DataError, Dataset
 from .diagnosis import Diagnosis, diagnose
 from .feasible.feasible_set import FeasibleSet
 from .fitting.binding import bind
-from .fitting.validate import Validation, validate
 from .identification.error_bound import ErrorBound, error_bound
 from .identification.estimate import CentreStatus, Estimate, ParameterInterval
 from .identification.identify import EmptyFeasibleSetError, identify
@@ -22,11 +21,13 @@ from .models import (
 )
 from .reports import report
 from .study import order_study
+from .validation import Comparison, Residuals, Validation, compare, residuals, validate
 from .verification import NotProvenError, Verification, verify
 
 __version__: str
 __all__ = [
     "CentreStatus",
+    "Comparison",
     "DataError",
     "Dataset",
     "Diagnosis",
@@ -44,11 +45,13 @@ __all__ = [
     "Parameter",
     "ParameterInterval",
     "Reactor",
+    "Residuals",
     "RotatingArm",
     "Validation",
     "Verification",
     "Wiener",
     "bind",
+    "compare",
     "data",
     "design",
     "diagnose",
@@ -64,9 +67,11 @@ __all__ = [
     "recursive",
     "report",
     "reports",
+    "residuals",
     "sensors",
     "signals",
     "study",
     "validate",
+    "validation",
     "verify",
 ]

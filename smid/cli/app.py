@@ -10,6 +10,7 @@ from smid.cli.console import Face
 
 # Each line is the first sentence of the command's docstring, so that the help page needs no import of the command.
 COMMANDS = {
+    "compare": ("smid.cli.compare:compare", "Compare identified models by their free runs over one record."),
     "demo": (
         "smid.cli.demo:demo",
         "Identify a clutch actuator on simulated records, and find why the model fails on steps.",
@@ -27,6 +28,10 @@ COMMANDS = {
         "Compute the least noise bound with which a model explains a record.",
     ),
     "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
+    "residuals": (
+        "smid.cli.residuals:residuals",
+        "Test the residuals of an identified model: whiteness, independence of the input, spectrum.",
+    ),
     "show": (
         "smid.cli.show:show",
         "Print what was understood of a record: channels, units, sampling time, gaps, ranges and faults.",

@@ -19,7 +19,6 @@ from smid.cli.outputs import Outputs, pdf_warnings_printed
 from smid.data import Dataset
 from smid.data.bundled import load_clutch, true_parameters
 from smid.diagnosis import Diagnosis, diagnose
-from smid.fitting.validate import Validation, validate
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import identify
@@ -28,6 +27,7 @@ from smid.reports import check_report
 from smid.reports import report as write_report
 from smid.reports.documents import identify_document
 from smid.reports.page import capitalised
+from smid.validation.validate import Validation, validate
 
 RECORD, OTHER = "hammerstein_20C_ramp_a", "hammerstein_20C_ramp_b"
 STEPS = "varying_pole_20C_steps"

@@ -35,7 +35,7 @@ def read_estimate(text: str, path: str) -> Document:
         raise ModelError(f"{path} is not valid JSON: {error}; give a file that smid identify --json wrote") from None
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema == IDENTIFY and "empty" in content:
-        raise ModelError(f"{path} says that no parameters explain the data: there is no model to validate")
+        raise ModelError(f"{path} says that no parameters explain the data: there is no model to simulate")
     estimate = content.get("estimate") if schema == IDENTIFY else content
     if not isinstance(estimate, dict) or estimate.get("schema") != "smid.estimate/1":
         raise ModelError(
@@ -43,6 +43,6 @@ def read_estimate(text: str, path: str) -> Document:
         )
     if not estimate["model"]["values"]:
         raise ModelError(
-            f"{path} holds a model without values, because no parameter could be bounded: there is nothing to validate"
+            f"{path} holds a model without values, because no parameter could be bounded: there is nothing to simulate"
         )
     return estimate

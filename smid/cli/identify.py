@@ -28,7 +28,6 @@ from smid.cli.verbose import log_error_bound, log_estimate, verbose_option
 from smid.data import Dataset
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
-from smid.fitting.validate import Validation, validate
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
@@ -37,6 +36,7 @@ from smid.models import Model, ModelError
 from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
+from smid.validation.validate import Validation, validate
 
 # Just above the least noise bound the intervals are narrow for any data: the feasible set shrinks to a point there.
 DEFAULT = NoiseBound(1.2, True)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
 from relaxations.solvers.interface import check_solver
-from smid.cli.options import Columns, Problem, Reading, Record
+from smid.cli.documents import read_estimate
+from smid.cli.options import Columns, EstimateColumns, Problem, Reading, Record
 from smid.data import Dataset
 from smid.data.columns import Table
 from smid.data.gaps import MISSING
@@ -25,6 +26,32 @@ from smid.models import Model, load_model
 def load_record(record: Record, channels: Sequence[str] | None = None) -> Dataset:
     """Return the samples that the user asked for."""
     return load_data(record.path, record.columns, channels, record.start, record.stop)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A model that ``smid identify`` wrote, with the noise bounds and the sampling time of its record."""
+
+    model: Model
+    noise_bound: dict[str, float]
+    sampling_time: float
+
+    def load(self, path: str, columns: EstimateColumns) -> Dataset:
+        """Return a record at the sampling time of the estimate; its columns are those of the model, unless named."""
+        own = Columns(
+            columns.input or self.model.input_channels[0],
+            columns.output or self.model.output_channels[0],
+            columns.sampling_time or self.sampling_time,
+            columns.time,
+            columns.reading,
+        )
+        return load_data(path, own)
+
+
+def load_estimate(path: str) -> Identified:
+    """Return the model of a file that ``smid identify --json`` wrote; ModelError names the path."""
+    found = read_estimate(read_text(Path(path)), path)
+    return Identified(Model.from_dict(found["model"]), found["noise_bound"], found["data"]["sampling_time"])
 
 
 def load_data(

@@ -152,6 +152,21 @@ class Columns:
 
 
 @dataclass(frozen=True)
+class EstimateColumns:
+    """The columns of a record to simulate; those that the user does not name are those of the estimate."""
+
+    input: str | None = option(metavar="U", help="Column of the input. [default: as in the estimate]")
+    output: str | None = option(metavar="Y", help="Column of the output. [default: as in the estimate]")
+    sampling_time: float | None = option(
+        type=float, metavar="S", help="Sampling time in seconds. [default: as in the estimate]"
+    )
+    time: str | None = option(
+        metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"
+    )
+    reading: Reading = group(Reading)
+
+
+@dataclass(frozen=True)
 class Record:
     """A record in a CSV file, and the samples to take from it."""
 

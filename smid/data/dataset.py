@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from smid.data import edit
+from smid.data import condition, edit
 from smid.data.channel import Channel, name_hint
 from smid.data.columns import Missing, Names
 from smid.data.errors import DataError
@@ -417,6 +417,75 @@ class Dataset(Result):
         array([-1.,  1.])
         """
         return edit.normalise(self, method)
+
+    def detrend(self, kind: condition.Trend = "constant", channels: str | Sequence[str] | None = None) -> "Dataset":
+        """Remove the mean, or the straight line of best fit, from each experiment.
+
+        A nonlinear model needs the levels that this removes, and an offset in the model does the same for a linear one.
+        Mean and line contain noise: a noise bound D of the raw samples becomes up to 2 D for the mean, and no bound
+        that is worth using for the line.
+
+        Parameters
+        ----------
+        kind
+            "constant" for the mean, "linear" for the straight line.
+        channels
+            By default all inputs and outputs.
+
+        Raises
+        ------
+        DataError
+            For another kind, a missing channel, or normalised data.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=[0, 2, 4], output=[1, 1, 4], sampling_time=1)
+        >>> data.detrend().values("input")
+        array([-2.,  0.,  2.])
+        >>> data.detrend("linear", "output").source
+        'straight line of each experiment removed from output'
+        """
+        return condition.detrend(self, kind, channels)
+
+    def filter(
+        self,
+        above: float | None = None,
+        below: float | None = None,
+        order: int = 4,
+        channels: str | Sequence[str] | None = None,
+    ) -> "Dataset":
+        """Keep a range of frequencies, by a Butterworth filter that runs forwards and backwards: without delay.
+
+        **A noise bound of the raw samples does not hold after the filter.** The filter h turns ``|noise| <= D`` into
+        ``D sum|h|``, and it extrapolates the ends of the record. So do not give the sensor's bound to `identify`,
+        `error_bound` or `diagnose` with filtered data: their proofs would mean nothing. The filter looks ahead, so an
+        output may move before its input. Filter inputs and outputs alike, or the model must contain the filter.
+
+        Parameters
+        ----------
+        above, below
+            Edges in Hz: `below` alone is a low-pass, `above` alone a high-pass, both a band-pass. An edge frequency
+            keeps half of its amplitude.
+        order
+            Of one run of the filter.
+        channels
+            By default all inputs and outputs.
+
+        Raises
+        ------
+        DataError
+            For edges outside the frequencies of the record, a missing channel, normalised data, or an experiment that
+            is too short.
+
+        Examples
+        --------
+        >>> t = 0.01 * np.arange(1000)
+        >>> slow, fast = np.sin(2 * np.pi * t), np.sin(2 * np.pi * 20 * t)
+        >>> data = Dataset.from_arrays(input=slow + fast, output=fast, sampling_time=0.01)
+        >>> float(np.abs(data.filter(below=5).values("input") - slow)[50:-50].max()) < 0.01
+        True
+        """
+        return condition.filter(self, above, below, order, channels)
 
     def with_experiments(self, experiments: Sequence[Experiment]) -> "Dataset":
         """Return the same channels and roles with other experiments; resampling records are dropped."""

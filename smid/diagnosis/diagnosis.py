@@ -14,7 +14,6 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.cause import Cause, percent
-from smid.diagnosis.evidence.correlation import Correlation, autocorrelation, cross_correlation
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.experiment import SeparatingExperiment
@@ -23,6 +22,7 @@ from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.result import Part, Tabular
 from smid.models import Model
+from smid.validation.correlation import Correlation, autocorrelation, cross_correlation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,9 +12,9 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.data.gaps import stretches
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis
-from smid.diagnosis.evidence.correlation import Correlation
 from smid.diagnosis.experiment import SeparatingExperiment
 from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
+from smid.validation.figures import draw_correlation
 
 _LONG = 400  # samples; in longer records two close curves cannot be distinguished
 _CLOSE = 200  # samples of the close view
@@ -68,20 +68,11 @@ def correlation_figure(diagnosis: Diagnosis) -> Figure:
         panels = figure.subplots(rows, len(models), sharey=True, squeeze=False)
         for column, (name, found, colour) in zip(panels.T, models, strict=True):
             for axes, one in zip(column, found, strict=False):
-                _stems(axes, one, step, colour)
+                draw_correlation(axes, one, step, colour)
             column[0].set_title(name, loc="left", fontsize=8)
         for axes, one in zip(panels[:, 0], models[0][1], strict=False):
             axes.set_ylabel(f"with {one.against}" if one.against else "with its past")
     return figure
-
-
-def _stems(axes: Axes, found: Correlation, step: float, colour: str) -> None:
-    lags = step * found.lags
-    axes.axhspan(-found.band, found.band, color=SKY, alpha=0.3, linewidth=0)
-    axes.vlines(lags, 0, found.values, color=colour, linewidth=1.2)
-    axes.axhline(0, color=INK, linewidth=0.6)
-    axes.set_ylim(-1, 1)
-    axes.set_xlabel("lag [s]")
 
 
 def _draw(diagnosis: Diagnosis, top: Axes, below: Axes, time: Array, curves: tuple[Array, Array, Array]) -> None:

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
 from smid.display.versions import versions
-from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model
+from smid.validation import Comparison, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
 
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
-DIAGNOSE = "smid.diagnose/1"
+DIAGNOSE, COMPARE, RESIDUALS = "smid.diagnose/1", "smid.compare/1", "smid.residuals/1"
 
 Document = dict[str, Any]
 
@@ -70,6 +70,16 @@ def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Docu
 def validate_document(validations: Sequence[Validation]) -> Document:
     """Return what ``smid validate --json`` writes."""
     return {"schema": VALIDATE, "validations": [v.to_dict() for v in validations], "versions": versions()}
+
+
+def compare_document(comparison: Comparison) -> Document:
+    """Return what ``smid compare --json`` writes."""
+    return {"schema": COMPARE, "comparison": comparison.to_dict(), "versions": versions()}
+
+
+def residuals_document(residuals: Residuals) -> Document:
+    """Return what ``smid residuals --json`` writes."""
+    return {"schema": RESIDUALS, "analysis": residuals.to_dict(), "versions": versions()}
 
 
 def diagnose_document(diagnosis: Diagnosis) -> Document:

@@ -11,7 +11,6 @@ import numpy as np
 from relaxations.search.enclosure import Proof
 from smid.data import Dataset
 from smid.display.table import Table
-from smid.fitting.validate import Score, Validation, validate
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model, ModelError
@@ -19,6 +18,7 @@ from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Re
 from smid.reports.documents import Document, identify_document
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
+from smid.validation.validate import Score, Validation, validate
 
 _CERTIFICATE = (
     'For each bound, a convex program gives multipliers. They write "parameter minus bound" as a sum of squares plus '
@@ -262,7 +262,7 @@ def _score_row(s: Score) -> tuple[str, ...]:
 
 
 def _simulation(run: Validation, number: int) -> Picture:
-    from smid.fitting.figures import simulation_figure  # needs matplotlib
+    from smid.validation.figures import simulation_figure  # needs matplotlib
 
     score = run.scores[number]
     bound = (

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 from smid.data import Dataset
-from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.reports.estimate_page import estimate_page
 from smid.reports.formats import check_report, write_page
+from smid.validation import Comparison, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
@@ -46,12 +46,15 @@ def report(
 
 @overload
 def report(
-    result: Study | Dataset, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None
+    result: Study | Dataset | Comparison | Residuals,
+    path: str | PathLike[str],
+    *,
+    settings: Mapping[str, str] | None = None,
 ) -> Path: ...
 
 
 def report(
-    result: Estimate | Diagnosis | Study | Dataset,
+    result: Estimate | Diagnosis | Study | Dataset | Comparison | Residuals,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -61,7 +64,9 @@ def report(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write a report of an estimate, a diagnosis, a study or a data set, and return its path.
+    """Write a report of a result, and return its path.
+
+    A result is an estimate, a diagnosis, a study, a data set, a comparison of models, or tests of residuals.
 
     Parameters
     ----------
@@ -114,19 +119,26 @@ def report(
         raise TypeError("error_bound, validations and truth belong to an estimate: leave them out")
     # Imported here, so that a report of an estimate loads neither diagnosis nor studies.
     from smid.diagnosis.diagnosis import Diagnosis
+    from smid.reports.comparison_page import comparison_page
     from smid.reports.diagnosis_page import diagnosis_page
     from smid.reports.overview_page import dataset_page
+    from smid.reports.residuals_page import residuals_page
     from smid.reports.study_page import study_page
     from smid.study import Study
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
-    if not isinstance(result, Study | Dataset):
+    if not isinstance(result, Study | Dataset | Comparison | Residuals):
         raise TypeError(
-            f"a {type(result).__name__} has no report: give an Estimate, a Diagnosis, a Study or a Dataset, or print it"
+            f"a {type(result).__name__} has no report: give an Estimate, a Diagnosis, a Study, a Dataset, a Comparison "
+            "or Residuals, or print it"
         )
     if notes or links:
         raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
     if isinstance(result, Dataset):
         return write_page(dataset_page(result, settings=settings), path)
+    if isinstance(result, Comparison):
+        return write_page(comparison_page(result, settings=settings), path)
+    if isinstance(result, Residuals):
+        return write_page(residuals_page(result, settings=settings), path)
     return write_page(study_page(result, settings=settings), path)

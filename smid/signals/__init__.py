@@ -1,9 +1,10 @@
-"""Input signals for a plant, each a function of its options and its seed, and a filter for measured signals."""
+"""Input signals for a plant, each a function of its options and its seed; spectrum, delay and filter of records."""
 
 from collections.abc import Callable
 
 from relaxations.algebra.arrays import Array
 from smid.signals.constant import constant
+from smid.signals.delay import Delay, delay_estimate
 from smid.signals.modulating_filter import ModulatingFilter
 from smid.signals.multisine import multisine
 from smid.signals.noise import noise
@@ -13,6 +14,7 @@ from smid.signals.qprs import qprs
 from smid.signals.qprts import qprts
 from smid.signals.ramp import ramp
 from smid.signals.sine import sine
+from smid.signals.spectrum import Spectrum, spectrum
 from smid.signals.spread import plot_spread
 from smid.signals.staircase import staircase
 from smid.signals.step import step
@@ -31,9 +33,12 @@ SIGNALS: dict[str, Callable[..., Array]] = {
 __all__ = [
     "SIGNALS",
     "TABLE_F1",
+    "Delay",
     "ModulatingFilter",
     "Sines",
+    "Spectrum",
     "constant",
+    "delay_estimate",
     "multisine",
     "noise",
     "noisy_staircase",
@@ -43,6 +48,7 @@ __all__ = [
     "qprts",
     "ramp",
     "sine",
+    "spectrum",
     "staircase",
     "step",
     "sum_of_sines",

@@ -100,12 +100,23 @@ def identified():
     steps = (OrderStep(model, True, False, str(empty), 0.03), OrderStep(model, False, True, "Tight.", None))
     yield smid.LowestOrder(steps, estimate, "y", "bar", 0.01)
     yield smid.validate(estimate.model, data, 0.1)
+    yield smid.compare([estimate.model, estimate], data)
     with TemporaryDirectory() as folder:
         proof = Path(folder) / "proof.json"
         smid.identify(smid.OutputError(1, stable=True), data, 0.1, certificate=proof)
         yield smid.verify(proof, data)
     with ThreadPoolExecutor(1) as executor:
         yield smid.order_study(model, data, 0.1, orders=[1], executor=executor)
+
+
+def after_the_fit():
+    rng = np.random.default_rng(0)
+    u = rng.standard_normal(200)
+    y = np.concatenate([[0.0], u[:-1]]) + 0.1 * rng.standard_normal(200)
+    data = smid.Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1, units={"y": "<bar>"})
+    yield from (smid.signals.spectrum(data), smid.signals.delay_estimate(data, longest=10))
+    tested = smid.residuals(smid.OutputError(0).with_values({"b0": 0.9}), data)
+    yield from (tested, tested.outputs[0])
 
 
 def diagnosed():
@@ -203,7 +214,7 @@ def clutch():
     yield SensorTraces("5.14", ("20C_ramp_b",), np.arange(3.0), np.ones(3), np.ones(3), {"PX": np.zeros(3)})
 
 
-SOURCES = (identified, diagnosed, tracked, designed, networks, reactor, arm, clutch)
+SOURCES = (identified, after_the_fit, diagnosed, tracked, designed, networks, reactor, arm, clutch)
 
 
 @pytest.fixture(scope="module")

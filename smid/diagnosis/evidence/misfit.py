@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.diagnosis.effects.parts.naming import quantity
-from smid.diagnosis.evidence.structure import DIRECTIONS, FEWEST, Structure, binned, input_direction, level_codes
+from smid.diagnosis.evidence.structure import DIRECTIONS, Structure, binned, input_direction, level_codes
 from smid.diagnosis.evidence.time_correlation import (
     frequency_structure,
     mean_structure,
@@ -27,6 +27,7 @@ from smid.diagnosis.evidence.time_correlation import (
 )
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
+from smid.validation.correlation import FEWEST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -31,14 +31,13 @@ from scipy.stats import f
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.autoregression import autoregression
+from smid.validation.correlation import FEWEST
 
 CHANCE = 1e-3
 """Probability by chance above which a dependence has share zero."""
 DIRECTIONS = ("rises", "falls", "holds after a rise", "holds after a fall", "has not moved yet")
 _SMALLEST_BIN = 5
 _FEW_VALUES = 10
-FEWEST = 40
-"""A record of fewer samples is not searched for structure."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from scipy.stats import chi2, f
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.autoregression import autocovariance, autoregression
-from smid.diagnosis.evidence.structure import CHANCE, FEWEST, Bin, Structure, range_of
+from smid.diagnosis.evidence.structure import CHANCE, Bin, Structure, range_of
+from smid.validation.correlation import FEWEST
 
 LARGEST_LAG = 30
 

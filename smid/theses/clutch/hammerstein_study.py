@@ -31,7 +31,6 @@ from smid.data.bundled import load_clutch
 from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
-from smid.fitting.validate import Validation
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.models import Model
@@ -50,6 +49,7 @@ from smid.theses.clutch.hammerstein.printed import (
 )
 from smid.theses.clutch.hammerstein.structures import StructureChoice, choose_structure
 from smid.theses.clutch.plant import NOISE_BOUND
+from smid.validation.validate import Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

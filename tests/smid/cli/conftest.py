@@ -13,6 +13,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_record(tmp_path / "run.csv", seed=1)
     write_record(tmp_path / "other.csv", seed=2)
+    write_record(tmp_path / "long.csv", seed=3, count=200)
     Path("model.toml").write_text('class = "OutputError"\nna = 1\nstable = true\n')
     return tmp_path
 

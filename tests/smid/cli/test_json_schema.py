@@ -64,13 +64,15 @@ COMMON = "run.csv --input u --output y --model model.toml"
         (f"identify {COMMON} --noise-bound 0.01", "smid.identify/1, empty"),
         (f"error-bound {COMMON}", "smid.error-bound/1"),
         ("validate estimate.json other.csv", "smid.validate/1"),
+        ("compare estimate.json other.csv", "smid.compare/1"),
+        ("residuals estimate.json long.csv", "smid.residuals/1"),
         ("show run.csv", "smid.show/1"),
         ("doctor", "smid.doctor/1"),
         (f"study {COMMON} --noise-bounds 0.1 --orders 1", "smid.study/1"),
     ],
 )
 def test_documents_are_as_documented(smid, line, name):
-    if line.startswith("validate"):
+    if "estimate.json" in line:
         smid(f"identify {COMMON} --noise-bound 0.1 --json estimate.json")
     smid(f"{line} --json out.json")
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))

@@ -6,8 +6,8 @@ import pytest
 
 import smid
 from smid.data import Dataset
-from smid.fitting.validate import validate
 from smid.models import OutputError
+from smid.validation.validate import validate
 
 N, BOUND = 200, 0.05
 TRUTH = {"a1": -0.8, "b0": 0.4}

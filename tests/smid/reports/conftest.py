@@ -46,8 +46,11 @@ def named():
 
 @pytest.fixture(scope="session")
 def pages(tmp_path_factory, estimate, bound, validation, named):
-    """A folder with the pages of the estimate and of the diagnosis."""
+    """A folder with the pages of the estimate, the diagnosis, a comparison and residuals."""
     folder = tmp_path_factory.mktemp("pages")
     smid.report(estimate, folder / "identification.html", bound, [validation])
     smid.report(named, folder / "diagnosis.html")
+    static = smid.OutputError(na=0).with_values({"b0": 0.5})
+    smid.report(smid.compare({"first order": estimate, "static": static}, record(2)), folder / "comparison.html")
+    smid.report(smid.residuals(static, record(3, 200)), folder / "residuals.html")
     return folder

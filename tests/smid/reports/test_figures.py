@@ -8,10 +8,10 @@ import pytest
 import smid
 from relaxations.search.enclosure import Proof
 from smid.display.style import inline_svg, notebook_svg, style
-from smid.fitting.figures import simulation_figure
 from smid.identification.figures import intervals_figure
 from smid.identification.lowest_order import OrderStep
 from smid.reports.page import data_figure
+from smid.validation.figures import simulation_figure
 
 
 def texts(axes):

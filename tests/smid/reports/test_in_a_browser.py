@@ -13,6 +13,8 @@ from tests.smid.theses.clutch.small_clutch_studies import small_sensor_chapter
 KINDS = {
     "identification": ["Proven: all parameters that explain", "Validation on other records", "Not proven"],
     "diagnosis": ["Cause: input dead zone", "Other effects, and why they are rejected", "Before and after"],
+    "comparison": ["Best fit: first order", "Free runs", "measured", "static ("],
+    "residuals": ["The residuals fail", "The residual is not white", "coherence", "with its past"],
     "study": ["All 2 runs have certified intervals", "All runs", "noise bound of y"],
     "sensors": ["One sensor for all temperatures", "An interval for the position", "What cannot be compared"],
     "hybrid": ["Certified intervals", "excites order", "voltage [V]"],

@@ -9,10 +9,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from smid.display.style import BLUE, GREEN, GRID, INK, NARROW, ORANGE, RED, SKY, WIDTH, style
-from smid.fitting.validate import Validation
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns
 from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.printed import PRINTED, PrintedComparison
+from smid.validation.validate import Validation
 
 __all__ = ["free_runs_figure", "printed_figure", "validation_figure", "width_figure"]
 

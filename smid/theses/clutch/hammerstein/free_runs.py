@@ -11,8 +11,8 @@ import numpy as np
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
-from smid.fitting.validate import Validation, validate
 from smid.models import Model, ModelError
+from smid.validation.validate import Validation, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

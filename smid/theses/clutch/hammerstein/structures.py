@@ -19,11 +19,11 @@ from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
-from smid.fitting.validate import validate
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.models import ModelError
 from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
+from smid.validation.validate import validate
 
 __all__ = ["STRUCTURES", "Structure", "StructureChoice", "choose_structure"]
 

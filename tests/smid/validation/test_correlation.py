@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from smid.diagnosis.evidence.correlation import autocorrelation, cross_correlation
+from smid.validation.correlation import autocorrelation, cross_correlation
 
 RUNS = 200
 

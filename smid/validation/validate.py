@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
+from smid.data.dataset import check_dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
-from smid.models import Model
+from smid.identification.estimate import Estimate
+from smid.models import Model, ModelError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Candidate = Model | Estimate
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,15 @@ class Validation(Tabular):
         header = ("experiment", "output", "samples", "RMSE", "fit %", "largest", "violations")
         return Table("", header, rows, "llrrrrr")
 
+    def error(self, number: int) -> Array:
+        """Return measured minus simulated output of the score of this number, shape (samples,), after the warm-up."""
+        score, k = self.scores[number], self.experiment(number)
+        return (self.data.values(score.channel, k) - self.simulated[k][score.channel])[-score.samples :]
+
+    def experiment(self, number: int) -> int:
+        """Return the number of the experiment of the score of this number."""
+        return number // len(self.model.output_channels)
+
     def _content(self) -> Iterator[Part]:
         yield self.table
 
@@ -100,12 +114,35 @@ class Validation(Tabular):
 
     def plot(self, number: int = 0) -> Figure:
         """Return a figure of measured output, free run and error, for the score of this number."""
-        from smid.fitting.figures import simulation_figure
+        from smid.validation.figures import simulation_figure
 
         return simulation_figure(self, number)
 
 
-def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
+def bound_model(given: Candidate, data: Dataset) -> Model:
+    """Return a model, or the central model of an estimate, with the channels and the sampling time of the data.
+
+    Raises
+    ------
+    TypeError
+        If neither a model nor an estimate is given.
+    ModelError, DataError
+        If an estimate has another sampling time than the data, or as `smid.bind`.
+    """
+    if not isinstance(given, Model | Estimate):
+        raise TypeError(f"a {type(given).__name__} cannot be simulated: give a model with values, or an estimate")
+    if isinstance(given, Model):
+        return bind(given, data)
+    check_dataset(data)
+    if not isclose(given.data.sampling_time, data.sampling_time):
+        raise ModelError(
+            f"the estimate has a sampling time of {given.data.sampling_time:g} s, and the record one of "
+            f"{data.sampling_time:g} s: resample the record"
+        )
+    return bind(given.model, data)
+
+
+def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
     """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
     The free run starts from the first measured outputs. These samples and the warm-up (``n_init``) are not scored.
@@ -113,14 +150,14 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
     Parameters
     ----------
     model
-        With parameter values, such as ``estimate.model``.
+        With parameter values. An estimate stands for its central model.
     noise_bound
         Bound for counting violations.
 
     Raises
     ------
-    ModelError, DataError
-        If the model has no values, or does not fit the data.
+    TypeError, ModelError, DataError
+        If the model is none, has no values, or does not fit the data.
 
     Examples
     --------
@@ -130,13 +167,13 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
     >>> score.violations, round(score.largest, 2)
     (0, 0.05)
     """
-    model = bind(model, data)
-    simulation = model.simulate(data)
-    start = max(data.n_init, model.max_lag)
+    bound_to = bound_model(model, data)
+    simulation = bound_to.simulate(data)
+    start = max(data.n_init, bound_to.max_lag)
     scores = []
     # Score each output of each experiment after the warm-up.
     for number, experiment in enumerate(data.experiments):
-        for channel in model.output_channels:
+        for channel in bound_to.output_channels:
             error = (experiment.values[channel] - simulation.outputs[number][channel])[start:]
             if not len(error):
                 raise DataError(
@@ -160,4 +197,4 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
                     None if bound is None else int((np.abs(error) > bound).sum()),
                 )
             )
-    return Validation(model, data, tuple(scores), tuple(dict(o) for o in simulation.outputs))
+    return Validation(bound_to, data, tuple(scores), tuple(dict(o) for o in simulation.outputs))

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.evidence.structure import FEWEST
 
+FEWEST = 40
+"""A record of fewer samples is not searched for structure."""
 MOST_LAGS = 25
 _BAND = float(norm.ppf(0.995))
 
@@ -48,6 +49,24 @@ class Correlation:
     lags: NDArray[np.int64]
     values: Array
     band: float
+
+    @property
+    def chance(self) -> float:
+        """Probability that chance alone gives a correlation as large as the largest one at any lag.
+
+        It is Bonferroni's. The lags of a white signal are independent: for its own past, chance may also give as many
+        lags outside the band (binomial), and the probability is twice the smaller of the two.
+        """
+        largest = float(np.abs(self.values).max()) / self.band * _BAND
+        chance = self.lags.size * 2 * float(norm.sf(largest))
+        if not self.against:
+            chance = 2 * min(chance, float(binom.sf(int(self.outside.sum()) - 1, self.lags.size, 0.01)))
+        return min(1.0, chance)
+
+    @property
+    def strongest(self) -> int:
+        """Lag of the largest correlation."""
+        return int(self.lags[np.argmax(np.abs(self.values))])
 
     @property
     def outside(self) -> Mask:
