@@ -176,5 +176,5 @@ def evidence_with_noise_effect(
     score_drop
         See `smid.diagnosis.effects.effect.Detection`.
     """
-    plain = evidence(record, noise_model(errors, base, record.used), fit, boxes)
+    plain = evidence(record, noise_model(errors, record.used, base), fit, boxes)
     return replace(plain, value=plain.value + score_drop / 2)

@@ -57,18 +57,20 @@ class NoiseModel:
         return result
 
 
-def noise_model(errors: Errors, base: Errors, used: Sequence[Mask]) -> NoiseModel:
+def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> NoiseModel:
     """Return the noise model that errors of free runs tell.
 
     Parameters
     ----------
-    errors, base
-        Of the fit that explains most, and of the base model; see `smid.fitting.fit.Fitting.errors`.
+    errors
+        Of the fit that explains most, see `smid.fitting.fit.Fitting.errors`.
     used
         Shape (n,). Per experiment, the samples that count; the others are bridged.
+    base
+        Errors of the base model, a share of which is the discrepancy; without them there is none.
     """
     left, missed = _bridged(errors, used), _bridged(base, used)
-    taps = {channel: _taps(parts, missed[channel]) for channel, parts in left.items()}
+    taps = {channel: _taps(parts, missed.get(channel, [])) for channel, parts in left.items()}
     price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in parts)) for c, parts in left.items())
     return NoiseModel(taps, float(price))
 
@@ -89,7 +91,7 @@ def _bridged(errors: Errors, used: Sequence[Mask]) -> dict[str, _Bridged]:
 def _taps(left: _Bridged, missed: _Bridged) -> Array:
     n = sum(error.size for error, _ in left)
     noise = levinson(own := _autocovariance(left), n)
-    whole = levinson(own + DISCREPANCY**2 * _autocovariance(missed), n)
+    whole = levinson(own + DISCREPANCY**2 * _autocovariance(missed), n) if missed else noise
     past = noise.coefficients.size - 1
     innovations = np.concatenate([noise.whiten(error)[mask[past:]] for error, mask in left])
     least = _LEAST * max(float(np.abs(error).max()) for error, _ in left) or 1.0

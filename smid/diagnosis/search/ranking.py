@@ -93,7 +93,7 @@ class Ranking:
         seen = [start]
         while True:
             if seen[-1] not in self._tables:
-                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.base, self.record.used))
+                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used, self.base))
             table = self._tables[seen[-1]]
             ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.

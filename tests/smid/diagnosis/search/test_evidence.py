@@ -22,18 +22,13 @@ def noisy(seed: int, bias: float = 0.0) -> Record:
     return Record(data, (np.ones(N, bool),), "u", "y")
 
 
-def nothing(errors):
-    """Errors of a base model that lacks nothing."""
-    return tuple((e, channel, 0 * error, slope) for e, channel, error, slope in errors)
-
-
 def test_the_noise_model_whitens_coloured_noise_to_deviation_one():
     random = np.random.default_rng(0)
     noise = np.zeros(4000)
     for k, e in enumerate(random.normal(size=4000)):
         noise[k] = 0.9 * noise[k - 1] + 0.3 * e
     errors = ((0, "y", noise, np.empty((4000, 0))),)
-    model = noise_model(errors, nothing(errors), (np.ones(4000, bool),))
+    model = noise_model(errors, (np.ones(4000, bool),))
     white = model.innovations("y", noise)[model.past :]
     assert model.taps["y"][1] / model.taps["y"][0] == pytest.approx(-0.9, abs=0.03)
     assert np.mean(weights(white) * white**2) == pytest.approx(1.0, rel=1e-6), "the likeliest scale"
@@ -45,7 +40,7 @@ def test_one_bad_sample_hardly_moves_the_noise_model():
     spoilt = noise.copy()
     spoilt[500] = 40.0
     errors = [((0, "y", e, np.empty((1000, 0))),) for e in (noise, spoilt)]
-    plain, other = (noise_model(e, nothing(e), (np.ones(1000, bool),)) for e in errors)
+    plain, other = (noise_model(e, (np.ones(1000, bool),)) for e in errors)
     assert other.taps["y"][0] == pytest.approx(plain.taps["y"][0], rel=0.05)
 
 
@@ -54,7 +49,7 @@ def test_what_a_law_may_leave_is_little_evidence_but_noise_of_its_size_is_as_bef
     noise, missed = 0.1 * random.normal(size=2000), np.sin(np.arange(2000) / 20)
     used = (np.ones(2000, bool),)
     left, base = (((0, "y", e, np.empty((2000, 0))),) for e in (noise, missed + noise))
-    alone, both = noise_model(left, nothing(left), used), noise_model(left, base, used)
+    alone, both = noise_model(left, used), noise_model(left, used, base)
 
     def cost(model, error):
         return float(np.sum(model.innovations("y", error)[model.past :] ** 2))
@@ -70,7 +65,7 @@ def test_left_out_blocks_cost_little_where_the_model_is_right(seed):
     """In theory each of the k fitted numbers costs about half a nat more than where all samples were seen."""
     seen = noisy(seed)
     base = fitted_base(LAG, seen.data, seen.used, "u", "y")
-    noise = noise_model(base.errors, base.errors, seen.used)
+    noise = noise_model(base.errors, seen.used)
     found = evidence(seen, noise, base.fit, {})
     bound = bound_of_evidence(seen, noise, base.errors, {})
     assert bound - 3 * base.fit.n_free < found.value <= bound + 0.5
@@ -97,7 +92,7 @@ def test_a_bias_is_worth_it_where_it_is_and_not_where_it_is_not():
         trial = try_effect(sensor_bias.EFFECT, base)
         assert trial is not None
         p = trial.fit.model.parameter(trial.parameters[0])
-        noise = noise_model(trial.errors, base.errors, seen.used)
+        noise = noise_model(trial.errors, seen.used)
         without = evidence(seen, noise, base.fit, {}).value
         beside = evidence(seen, noise, trial.fit, {p.name: p.upper - p.lower}).value
         assert (beside > without) == better
@@ -119,7 +114,7 @@ def test_a_run_that_diverges_has_no_evidence():
     seen = noisy(0)
     base = fitted_base(OutputError(), seen.data, seen.used, "u", "y")
     broken = tuple((e, c, np.full_like(error, np.inf), slope) for e, c, error, slope in base.errors)
-    assert bound_of_evidence(seen, noise_model(base.errors, base.errors, seen.used), broken, {}) == -np.inf
+    assert bound_of_evidence(seen, noise_model(base.errors, seen.used), broken, {}) == -np.inf
 
 
 def test_the_density_is_students():
