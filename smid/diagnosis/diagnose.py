@@ -28,7 +28,9 @@ from smid.diagnosis.long_record import fitted_to, shorten
 from smid.diagnosis.parts import Parts, free_run
 from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import rms, spread, structure
+from smid.diagnosis.search.evidence import evidence
 from smid.diagnosis.search.guarded import Failure, guarded
+from smid.diagnosis.search.noise_model import noise_model
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
@@ -345,13 +347,12 @@ def _assemble(
 
 
 def _likeliest(one: Visited, record: Record) -> Fit:
-    """Return the fit of a set by its merit: the likeliest under the noise model."""
+    """Return the likeliest fit of a set under its noise; what its laws may leave judges sets, and moves no number."""
     found = one.effects.fit
-    if one.evidence is None:
-        return found
     problem = Fitting(found.model, record.data, record.used, found.initial)
     problem.start(found.model.values)
-    return problem.result(one.evidence.vector, found.cost)
+    noise = noise_model(one.effects.errors, record.used)
+    return problem.result(evidence(record, noise, found, one.effects.boxes).vector, found.cost)
 
 
 def _experiment(found: Posterior, looked: _Looked) -> SeparatingExperiment | None:

@@ -134,6 +134,8 @@ class Detection:
     score_drop
         Twice the gain in log-likelihood of the residual over an autoregression of the largest order, by Schwarz's
         criterion, to compare with effects that free runs show; None where it does not compete with them.
+    explained
+        Where it competes, the mean square of the residual that it accounts for, in the squared unit of the output.
     glitches
         Shape (n,). Per experiment, samples to leave out of every fit.
 
@@ -150,6 +152,7 @@ class Detection:
     confidence: float
     evidence: Mapping[str, float]
     score_drop: float | None = None
+    explained: float = 0.0
     glitches: tuple[Mask, ...] | None = None
 
 

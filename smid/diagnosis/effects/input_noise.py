@@ -129,6 +129,7 @@ def _detect(model: Model, site: Site) -> Detection | None:
         float(1 - np.exp(-ratio / 2) - 0.5 * np.exp(-rival / 2)),
         {"likelihood_ratio_to_white": ratio, "likelihood_ratio_to_coloured": rival},
         rival,
+        power - float(np.exp(log_floor)),
     )
 
 

@@ -9,7 +9,6 @@ Reference: Brockwell and Davis, Time Series: Theory and Methods, 2nd ed., sectio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,26 +89,6 @@ def autoregression(x: Array) -> Autoregression:
     0.6
     """
     return levinson(autocovariance(x, min(LARGEST_ORDER, x.size // 10)), x.size)
-
-
-def autoregression_of(errors: Sequence[Array]) -> Autoregression:
-    """Describe errors of several runs, whose mean ought to be zero, by one autoregression.
-
-    Parameters
-    ----------
-    errors
-        Shape (n,). Per run.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).standard_normal((2, 2000))
-    >>> found = autoregression_of([*np.asarray(lfilter([1.0], [1.0, -0.8], noise))])
-    >>> round(found.explained, 1)
-    0.6
-    """
-    n = sum(e.size for e in errors)
-    lags = min(LARGEST_ORDER, min(e.size for e in errors) // 10)
-    return levinson(sum((autocovariance(e, lags, 0.0) * (e.size / n) for e in errors), np.zeros(lags + 1)), n)
 
 
 def levinson(gamma: Array, n: int) -> Autoregression:

@@ -12,7 +12,9 @@ import numpy as np
 
 from relaxations.deadline import Progress, map_in_time
 from smid.diagnosis.effects.effect import Detection, Effect
+from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.guarded import Failure, guarded
+from smid.diagnosis.search.noise_model import DISCREPANCY
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Begun, Trial, begin, finish, fitting, refit
 from smid.fitting.fit import Errors, Fit
@@ -157,16 +159,22 @@ def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: 
         return replace(found, fit=problem.result(vector, cost), errors=tuple(problem.errors(vector, True)))
 
 
-def with_noise_effects(one: EffectSet, record: Record, effects: Sequence[Effect]) -> list[EffectSet | Failure]:
-    """Return a set with each effect on the noise that its residual shows and that competes; tell which fail."""
+def with_noise_effects(
+    one: EffectSet, record: Record, base: Fit, effects: Sequence[Effect]
+) -> list[EffectSet | Failure]:
+    """Return a set with each effect on the noise that its residual shows and that competes; tell which fail.
+
+    What laws may leave of the error of the base model is no sign of an effect on the noise.
+    """
     if one.detected:
         return []
+    left = (DISCREPANCY * rms(record.part(record.residual(base)))) ** 2
     result: list[EffectSet | Failure] = []
     for effect in effects:
         if effect.detect is not None and not effect.marks_glitches:
             found = guarded(effect.name, effect.detect, one.fit.model, record.site(one.fit))
             if isinstance(found, Failure):
                 result.append(found)
-            elif found is not None and found.score_drop is not None:
+            elif found is not None and found.score_drop is not None and found.explained > left:
                 result.append(replace(one, detected=(effect, found)))
     return result

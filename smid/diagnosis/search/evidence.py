@@ -167,7 +167,7 @@ def _step(
 
 
 def evidence_with_noise_effect(
-    record: Record, fit: Fit, errors: Errors, boxes: Mapping[str, float], score_drop: float
+    record: Record, base: Errors, fit: Fit, errors: Errors, boxes: Mapping[str, float], score_drop: float
 ) -> Evidence:
     """Return the evidence of a model whose noise has an effect, which takes the place of the noise model.
 
@@ -176,5 +176,5 @@ def evidence_with_noise_effect(
     score_drop
         See `smid.diagnosis.effects.effect.Detection`.
     """
-    plain = evidence(record, noise_model(errors, record.used), fit, boxes)
+    plain = evidence(record, noise_model(errors, record.used, base), fit, boxes)
     return replace(plain, value=plain.value + score_drop / 2)

@@ -4,6 +4,10 @@ The noise belongs to the record, not to the candidate: with a noise model of its
 would pass as coloured noise.  It is an autoregression :math:`A(q) v_t = \sigma e_t` for each output channel, with
 innovations e of a Student distribution of ten degrees of freedom, so that no single sample decides
 (Lange, Little and Taylor, Journal of the American Statistical Association 84, 1989).
+
+A law is right to a few per cent only. What it leaves of an effect is no noise, and no sign of another effect either. So
+the noise has a second part, the *discrepancy*: it has the autocovariance of the base model's error, times
+`DISCREPANCY` squared (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63, 2001).
 """
 
 from __future__ import annotations
@@ -14,10 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.evidence.autoregression import autoregression_of
+from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autocovariance, levinson
 from smid.fitting.fit import Errors
 
 TAIL = 10.0
+DISCREPANCY = 0.1
+"""What laws that are only nearly right may leave of the error of the base model, as a share of it."""
+
 _ITERATIONS = 20
 _LEAST = 1e-9  # deviation of the innovations, as a share of the largest residual
 
@@ -50,35 +57,56 @@ class NoiseModel:
         return result
 
 
-def noise_model(errors: Errors, used: Sequence[Mask]) -> NoiseModel:
+def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> NoiseModel:
     """Return the noise model that errors of free runs tell.
 
     Parameters
     ----------
     errors
-        Of a fit, see `smid.fitting.fit.Fitting.errors`.
+        Of the fit that explains most, see `smid.fitting.fit.Fitting.errors`.
     used
         Shape (n,). Per experiment, the samples that count; the others are bridged.
+    base
+        Errors of the base model, a share of which is the discrepancy; without them there is none.
     """
-    parts: dict[str, list[tuple[Array, Mask]]] = {}
-    for e, channel, error, _ in errors:
-        parts.setdefault(channel, []).append((error, used[e][: len(error)]))
-    taps = {channel: _taps(pairs) for channel, pairs in parts.items()}
-    price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in pairs)) for c, pairs in parts.items())
+    left, missed = _bridged(errors, used), _bridged(base, used)
+    taps = {channel: _taps(parts, missed.get(channel, [])) for channel, parts in left.items()}
+    price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in parts)) for c, parts in left.items())
     return NoiseModel(taps, float(price))
 
 
-def _taps(pairs: Sequence[tuple[Array, Mask]]) -> Array:
-    bridged = [np.interp(np.arange(e.size), np.flatnonzero(m), e[m]) for e, m in pairs]
-    noise = autoregression_of(bridged)
+_Bridged = list[tuple[Array, Mask]]
+
+
+def _bridged(errors: Errors, used: Sequence[Mask]) -> dict[str, _Bridged]:
+    """Return the errors of each channel, with lines across the samples that do not count, and which count."""
+    parts: dict[str, _Bridged] = {}
+    for e, channel, error, _ in errors:
+        mask = used[e][: len(error)]
+        bridged = np.interp(np.arange(error.size), np.flatnonzero(mask), error[mask])
+        parts.setdefault(channel, []).append((bridged, mask))
+    return parts
+
+
+def _taps(left: _Bridged, missed: _Bridged) -> Array:
+    n = sum(error.size for error, _ in left)
+    noise = levinson(own := _autocovariance(left), n)
+    whole = levinson(own + DISCREPANCY**2 * _autocovariance(missed), n) if missed else noise
     past = noise.coefficients.size - 1
-    innovations = np.concatenate([noise.whiten(b)[m[past:]] for b, (_, m) in zip(bridged, pairs, strict=True)])
-    least = _LEAST * max(float(np.abs(b).max()) for b in bridged) or 1.0
+    innovations = np.concatenate([noise.whiten(error)[mask[past:]] for error, mask in left])
+    least = _LEAST * max(float(np.abs(error).max()) for error, _ in left) or 1.0
     # Likeliest deviation of the Student distribution, by reweighting.
     deviation = max(float(np.sqrt(np.mean(innovations**2))), least)
     for _ in range(_ITERATIONS):
         deviation = max(float(np.sqrt(np.mean(weights(innovations / deviation) * innovations**2))), least)
-    return noise.coefficients / deviation
+    grown = np.sqrt(whole.innovation / noise.innovation) if noise.innovation > 0 else 1.0
+    return np.asarray(whole.coefficients / (deviation * grown))
+
+
+def _autocovariance(parts: _Bridged) -> Array:
+    """Return the autocovariance of errors whose mean ought to be zero."""
+    n, lags = sum(e.size for e, _ in parts), min(LARGEST_ORDER, min(e.size for e, _ in parts) // 10)
+    return sum((autocovariance(e, lags, 0.0) * (e.size / n) for e, _ in parts), np.zeros(lags + 1))
 
 
 def weights(innovations: Array) -> Array:

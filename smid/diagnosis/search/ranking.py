@@ -11,6 +11,7 @@ from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
 from smid.diagnosis.search.noise_model import NoiseModel, noise_model
 from smid.diagnosis.search.record import Record
+from smid.fitting.fit import Errors
 
 REACH = 7.0
 """Nats below the best, odds of a thousand, up to which sets are compared by all blocks, and grown."""
@@ -57,12 +58,14 @@ class Ranking:
 
     Parameters
     ----------
+    base
+        Errors of the base model.
     count
         How many effects may be put on a model.
     """
 
-    def __init__(self, record: Record, count: int) -> None:
-        self.record, self.count = record, count
+    def __init__(self, record: Record, base: Errors, count: int) -> None:
+        self.record, self.base, self.count = record, base, count
         self._best: EffectSet | None = None
         self._tables: dict[EffectSet, _Table] = {}
 
@@ -90,7 +93,7 @@ class Ranking:
         seen = [start]
         while True:
             if seen[-1] not in self._tables:
-                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used))
+                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used, self.base))
             table = self._tables[seen[-1]]
             ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.
@@ -126,5 +129,5 @@ class Ranking:
     def _evidence(self, one: EffectSet, noise: NoiseModel) -> Evidence:
         if one.detected:
             gained = one.detected[1].score_drop or 0.0
-            return evidence_with_noise_effect(self.record, one.fit, one.errors, one.boxes, gained)
+            return evidence_with_noise_effect(self.record, self.base, one.fit, one.errors, one.boxes, gained)
         return evidence(self.record, noise, one.fit, one.boxes)

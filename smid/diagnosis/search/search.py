@@ -9,9 +9,9 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. The search ends where nothing is
-left to grow.  Seven numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
-blocks left out in turn, `TAIL` degrees of freedom of the noise, `SCREEN`, what an effect has to promise, and `HALVING`,
-one in how many is fitted to the end.
+left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
+blocks left out in turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `SCREEN`, what
+an effect has to promise, and `HALVING`, one in how many is fitted to the end.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def search(
     """
     by_name = {e.name: e for e in effects}
     fitted = [e for e in effects if e.detect is None]
-    ranking = Ranking(record, len(effects))
+    ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
     sets = {leader.names: leader}
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
@@ -109,7 +109,7 @@ def search(
                 return Found(ranked, _led(parts), failed, False)
             heard.update(silent)
             for one in silent:
-                _sort(with_noise_effects(one, record, effects), sets, failed)
+                _sort(with_noise_effects(one, record, base.fit, effects), sets, failed)
     except (TimeIsUp, KeyboardInterrupt):
         return Found(ranked, _led(parts), failed, True)
 

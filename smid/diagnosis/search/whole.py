@@ -39,9 +39,9 @@ def compared(record: Record, base: Base, found: Found, effects: Sequence[Effect]
         again = put_again(one.effects.trials, base, by_name, one.effects.fit.model.values)
         if again is not None:
             sets[again.names] = again
-    ranking = Ranking(record, len(effects))
+    ranking = Ranking(record, base.errors, len(effects))
     leader = ranking.rank(sets.values())[0].effects
-    heard = [one for one in with_noise_effects(leader, record, effects) if isinstance(one, EffectSet)]
+    heard = [one for one in with_noise_effects(leader, record, base.fit, effects) if isinstance(one, EffectSet)]
     return replace(found, visited=ranking.rank([*sets.values(), *heard]))
 
 

@@ -8,7 +8,7 @@ import pytest
 from smid import OutputError
 from smid.diagnosis.effects import sensor_bias
 from smid.diagnosis.search.evidence import bound_of_evidence, evidence
-from smid.diagnosis.search.noise_model import NoiseModel, log_density, noise_model, weights
+from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, log_density, noise_model, weights
 from smid.diagnosis.search.record import FOLDS, Record
 from smid.diagnosis.search.trial import fitted_base, try_effect
 from tests.smid.diagnosis.lag_records import LAG, lag, record, steps
@@ -27,7 +27,8 @@ def test_the_noise_model_whitens_coloured_noise_to_deviation_one():
     noise = np.zeros(4000)
     for k, e in enumerate(random.normal(size=4000)):
         noise[k] = 0.9 * noise[k - 1] + 0.3 * e
-    model = noise_model(((0, "y", noise, np.empty((4000, 0))),), (np.ones(4000, bool),))
+    errors = ((0, "y", noise, np.empty((4000, 0))),)
+    model = noise_model(errors, (np.ones(4000, bool),))
     white = model.innovations("y", noise)[model.past :]
     assert model.taps["y"][1] / model.taps["y"][0] == pytest.approx(-0.9, abs=0.03)
     assert np.mean(weights(white) * white**2) == pytest.approx(1.0, rel=1e-6), "the likeliest scale"
@@ -38,8 +39,25 @@ def test_one_bad_sample_hardly_moves_the_noise_model():
     noise = np.random.default_rng(1).normal(size=1000)
     spoilt = noise.copy()
     spoilt[500] = 40.0
-    plain, other = (noise_model(((0, "y", e, np.empty((1000, 0))),), (np.ones(1000, bool),)) for e in (noise, spoilt))
+    errors = [((0, "y", e, np.empty((1000, 0))),) for e in (noise, spoilt)]
+    plain, other = (noise_model(e, (np.ones(1000, bool),)) for e in errors)
     assert other.taps["y"][0] == pytest.approx(plain.taps["y"][0], rel=0.05)
+
+
+def test_what_a_law_may_leave_is_little_evidence_but_noise_of_its_size_is_as_before():
+    random = np.random.default_rng(2)
+    noise, missed = 0.1 * random.normal(size=2000), np.sin(np.arange(2000) / 20)
+    used = (np.ones(2000, bool),)
+    left, base = (((0, "y", e, np.empty((2000, 0))),) for e in (noise, missed + noise))
+    alone, both = noise_model(left, used), noise_model(left, used, base)
+
+    def cost(model, error):
+        return float(np.sum(model.innovations("y", error)[model.past :] ** 2))
+
+    share = DISCREPANCY * missed
+    assert cost(alone, share) > 900
+    assert cost(both, share) < 0.1 * cost(alone, share)
+    assert cost(both, noise) == pytest.approx(cost(alone, noise), rel=0.2)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.blind.cases import draw
 from smid.diagnosis import EFFECTS
+from smid.diagnosis.search import noise_model
 from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.ranking import Ranking
 from smid.diagnosis.search.record import Record
@@ -13,8 +15,9 @@ from smid.diagnosis.search.trial import fitted_base, try_effect
 from smid.fitting.binding import bind
 
 
-def test_a_drift_is_no_noise_where_the_noise_bound_says_so() -> None:
-    # Without a bound the slow drift of this sensor may as well be a random walk.
+def test_a_drift_is_no_noise_where_the_noise_bound_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Without a bound, and if laws could leave nothing, the slow drift of this sensor may as well be a random walk.
+    monkeypatch.setattr(noise_model, "DISCREPANCY", 0.0)
     case = draw(71019, 3, 1000)
     model = bind(case.model, case.data)
     used = (np.arange(1000) < 800,)
@@ -25,6 +28,6 @@ def test_a_drift_is_no_noise_where_the_noise_bound_says_so() -> None:
     sets = [EffectSet((), base.fit, base.errors), EffectSet((trial,), trial.fit, trial.errors)]
     free = Record(case.data, used, *channels)
     for record, leader in ((free, ()), (replace(free, noise_bound=case.noise_bound), ("sensor_drift",))):
-        ranking = Ranking(record, len(EFFECTS))
+        ranking = Ranking(record, base.errors, len(EFFECTS))
         ranking.rank(sets[:1])  # as the search begins
         assert ranking.rank(sets)[0].names == leader
