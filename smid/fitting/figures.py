@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from smid.display.style import BLUE, GRID, INK, RED, SKY, WIDTH, style
+from smid.fitting.validate import scored_samples
 
 if TYPE_CHECKING:
     from smid.fitting.validate import Validation
@@ -40,8 +41,8 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
             )
             below.axhline(bound, color=RED, linewidth=0.8, linestyle="--", label="noise bound")
             below.axhline(-bound, color=RED, linewidth=0.8, linestyle="--")
-            outside = np.abs(error) > bound
-            outside[: len(error) - score.samples] = False  # warm-up samples are not scored
+            scored = scored_samples(validation.model, validation.data, k, score.channel, simulated)
+            outside = (np.abs(error) > bound) & scored
             if outside.any():
                 below.plot(time[outside], error[outside], color=RED, marker=".", markersize=3, linestyle="")
         # Signals, axes and one legend for both axes.

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import DataError, Dataset
+from smid.data.listing import missing_notes
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
@@ -26,7 +27,7 @@ class Score:
     Parameters
     ----------
     samples
-        Number of compared samples: those after the warm-up.
+        Number of compared samples: those after the warm-up that are not missing.
     rmse
         In the channel's unit.
     fit_percent
@@ -85,6 +86,7 @@ class Validation(Tabular):
 
     def _content(self) -> Iterator[Part]:
         yield self.table
+        yield from missing_notes(self.data)
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         return (asdict(score) for score in self.scores)
@@ -108,7 +110,8 @@ class Validation(Tabular):
 def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
     """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
-    The free run starts from the first measured outputs. These samples and the warm-up (``n_init``) are not scored.
+    The free run starts from the first measured outputs. These samples, the warm-up (``n_init``) and missing samples are
+    not scored.
 
     Parameters
     ----------
@@ -132,19 +135,21 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
     """
     model = bind(model, data)
     simulation = model.simulate(data)
-    start = max(data.n_init, model.max_lag)
     scores = []
     # Score each output of each experiment after the warm-up.
     for number, experiment in enumerate(data.experiments):
         for channel in model.output_channels:
-            error = (experiment.values[channel] - simulation.outputs[number][channel])[start:]
-            if not len(error):
+            simulated = simulation.outputs[number][channel]
+            scored = scored_samples(model, data, number, channel, simulated)
+            if not scored.any():
                 raise DataError(
-                    f"experiment {experiment.name!r} has {experiment.n_samples} samples, none after the first {start} "
-                    "that start the simulation: take a longer record"
+                    f"experiment {experiment.name!r} has {experiment.n_samples} samples, none of {channel!r} after the "
+                    "first ones that start the simulation: take a longer record"
                 )
+            measured = experiment.values[channel][scored]
+            error = measured - simulated[scored]
             bound = noise_bound.get(channel) if isinstance(noise_bound, Mapping) else noise_bound
-            deviation = np.linalg.norm(experiment.values[channel][start:] - experiment.values[channel][start:].mean())
+            deviation = np.linalg.norm(measured - measured.mean())
             with np.errstate(divide="ignore", invalid="ignore"):
                 fit = 100 * (1 - np.linalg.norm(error) / deviation)
             scores.append(
@@ -161,3 +166,13 @@ def validate(model: Model, data: Dataset, noise_bound: float | Mapping[str, floa
                 )
             )
     return Validation(model, data, tuple(scores), tuple(dict(o) for o in simulation.outputs))
+
+
+def scored_samples(model: Model, data: Dataset, number: int, channel: str, simulated: Array) -> Mask:
+    """Return which samples of an output of an experiment are compared with its free run, shape (n,).
+
+    They are not missing, and lie after the warm-up and after the samples that start the run.
+    """
+    begun = int(np.argmax(~np.isnan(simulated)))
+    there = ~np.isnan(data.values(channel, number))
+    return np.asarray(there & (np.arange(len(there)) >= max(data.n_init, begun + model.max_lag)))
