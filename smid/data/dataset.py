@@ -14,7 +14,7 @@ from smid.data.channel import Channel, name_hint
 from smid.data.columns import Missing, Names
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
-from smid.data.gaps import split_at_gaps, split_note
+from smid.data.gaps import split_at_gaps, split_note, without_gaps
 from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.resample import Resampling
@@ -360,6 +360,24 @@ class Dataset(Result):
         """Return the samples of a channel in all experiments, one after the other."""
         self.channel(name)
         return np.concatenate([run.values[name] for run in self.experiments])
+
+    def without_gaps(self) -> "Dataset":
+        """Return the parts between missing samples as experiments, for methods that read every sample.
+
+        Parts of fewer than 10 samples are left out; `source` says what was split.
+
+        Raises
+        ------
+        DataError
+            If no part is left.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=range(30), output=[*range(15), np.nan, *range(14)], sampling_time=1)
+        >>> [run.n_samples for run in data.without_gaps().experiments]
+        [15, 14]
+        """
+        return without_gaps(self)
 
     merge = staticmethod(edit.merge)
     crop = edit.crop

@@ -42,6 +42,18 @@ def stretches(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
+def bridged(samples: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return samples with lines across the gaps, for what reads a sample but must not take it for a measured one.
+
+    Examples
+    --------
+    >>> bridged(np.array([np.nan, 1.0, np.nan, 3.0]))
+    array([1., 1., 2., 3.])
+    """
+    there = np.flatnonzero(~np.isnan(samples))
+    return np.interp(np.arange(samples.size), there, samples[there]).astype(np.float64)
+
+
 def split_at_gaps(experiment: Experiment, sampling_time: float, channels: Collection[str]) -> tuple[Experiment, ...]:
     """Return the parts in which these channels are complete, numbered from 1.
 
@@ -107,3 +119,13 @@ def without_gaps(data: "Dataset") -> "Dataset":
         return data
     records = tuple(record for record, own in zip(data.resampling, parts, strict=False) for _ in own)
     return replace(data, experiments=runs, resampling=records, source=data.source + note)
+
+
+def require_complete(data: "Dataset", what: str) -> None:
+    """Refuse missing samples, for methods that read every sample: DataError with the cure."""
+    lost = next((name for name, count in data.missing.items() if count), None)
+    if lost is not None:
+        raise DataError(
+            f"{what} reads every sample, and {data.missing[lost]} of {data.n_samples} samples of {lost!r} are missing; "
+            "give data.without_gaps(), the parts between them"
+        )

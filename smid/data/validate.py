@@ -62,9 +62,10 @@ def _validate_run(dataset: "Dataset", run: "Experiment") -> None:
                 f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
                 f"(t = {instant:g} s); correct it, or crop the record around it"
             )
-        if array.size and np.nanmax(np.abs(array)) > _LARGEST:
+        largest = float(np.nanmax(np.abs(array), initial=0.0))
+        if largest > _LARGEST:
             raise DataError(
-                f"channel {name!r} of experiment {run.name!r} reaches {np.nanmax(np.abs(array)):g}, and the products of "
+                f"channel {name!r} of experiment {run.name!r} reaches {largest:g}, and the products of "
                 f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
             )
     if not 0 <= dataset.n_init < run.n_samples:

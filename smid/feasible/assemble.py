@@ -224,8 +224,8 @@ class _Stamper:
         """Return where each latent is free since a sample is missing, and where a channel or latent cannot be read.
 
         A missing sample is written as zero, with a noise of its own that has no bound: minus the noise is the signal.
-        A signal behind a curved sensor is a variable as it is, and the sensor's equality is left out. The sides of kinks
-        need bounds, so a model with kinks does without the equations that read a missing sample.
+        A signal behind a curved sensor is a variable as it is, and the sensor's equality is left out. The sides of
+        kinks need bounds, so a model with kinks does without the equations that read a missing sample.
         """
         free: dict[str, Mask] = {}
         lost: dict[str, Mask] = {}

@@ -16,6 +16,7 @@ from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques
 from smid.data import DataError, Dataset, excitation
+from smid.data.gaps import bridged
 from smid.feasible.assemble import FREE_BOUND, Opening, Placed, Sides, Stamped, stamp_all
 from smid.feasible.template import Templates
 from smid.fitting.binding import bind
@@ -238,7 +239,7 @@ def check_data(model: Model, data: Dataset) -> None:
 
 def is_constant(data: Dataset, channel: str) -> bool:
     """Return whether a channel has one value in all experiments."""
-    return excitation(*(run.values[channel] for run in data.experiments), max_order=1).order < 1
+    return excitation(*(bridged(run.values[channel]) for run in data.experiments), max_order=1).order < 1
 
 
 def check_samples(model: Model, data: Dataset) -> None:
@@ -253,8 +254,8 @@ def check_samples(model: Model, data: Dataset) -> None:
     for channel in model.input_channels:
         if data.missing[channel]:
             raise DataError(
-                f"the model reads {channel!r} as an input, and {data.missing[channel]} of its samples are missing: name "
-                f"{channel!r} as an input of the data, too, so that the record is split there"
+                f"the model reads {channel!r} as an input, and {data.missing[channel]} of its samples are missing: load "
+                "it as an input of the data, so that the record is split there"
             )
     # The parts of a record that is split at missing samples share the parameters, so together they must suffice. Each
     # missing output is one unknown more.

@@ -11,7 +11,7 @@ with the equations that read it: a new state begins after it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 

@@ -199,13 +199,14 @@ def simulate_data(
     values, _ = parameter_values(model, parameters)
     runs = []
     for experiment in data.experiments:
-        if isinstance(initial, str):
-            start = measured_signals(model, experiment.values, values, True) if initial == "measured" else {}
-        else:
-            start = initial
-        first = _first_start(model, start) if initial == "measured" else 0
-        channels, begin = ({name: x[first:] for name, x in given.items()} for given in (experiment.values, start))
-        run = simulate(model, channels, parameters, begin)
+        first, start = 0, initial
+        channels = experiment.values
+        if isinstance(start, str):
+            measured = measured_signals(model, channels, values, True) if start == "measured" else {}
+            first = _first_start(model, measured)
+            start = {name: samples[first:] for name, samples in measured.items()}
+            channels = {name: samples[first:] for name, samples in channels.items()}
+        run = simulate(model, channels, parameters, start)
         runs.append({name: np.concatenate([np.full(first, np.nan), samples]) for name, samples in run.items()})
     return _collect(model, runs)
 
@@ -231,8 +232,8 @@ def _first_start(model: Model, measured: Mapping[str, Array]) -> int:
     there = np.lib.stride_tricks.sliding_window_view(~missing, min(length, len(missing))).all(axis=1)
     if not there.any():
         raise ModelError(
-            f"nowhere are {length} samples of {', '.join(model.output_channels)} in a row there to start the simulation: "
-            "give initial='rest', or initial samples by signal"
+            f"nowhere are {length} samples of {', '.join(model.output_channels)} in a row there, from which a simulation "
+            "could start: give initial='rest', or initial samples by signal"
         )
     return int(np.argmax(there))
 

@@ -1,8 +1,8 @@
 """Rule: a box by division.
 
-Claim: ``low / b <= x <= high / b`` for the variable x of an equality ``A + B x = 0``, where neither A nor B holds x, and
-``-A`` (or ``A``, if B is negative) lies between low and high on the box; an end inside zero, low > 0 say, is divided
-by the largest ``|B|`` instead, or taken as zero where none is known.
+Claim: ``low / b <= x <= high / b`` for the variable x of an equality ``A + B x = 0``, where neither A nor B holds x,
+and ``-A`` (or ``A``, if B is negative) lies between low and high on the box. Where low > 0 it is divided by the largest
+``|B|`` instead, or replaced by zero if B is no number; so is high < 0.
 
 Proof. ``|B| >= b > 0``, because B is a number, or because a step before this one proved ``B >= b`` or ``-B >= b``. So
 ``x = -A / B`` has the sign of ``-A`` times that of B, and ``|x| = |A| / |B|``. ∎

@@ -24,8 +24,8 @@ GAP = [11, 12]  # rows that are missing where a file has a gap
 class Messy:
     """A file and its answer: a sampling time and samples, or a part of the refusal.
 
-    ``parts`` are the samples of each experiment, as ranges of rows of U and Y. ``missing`` says that the samples of Y in
-    the rows of GAP are missing.
+    ``parts`` are the samples of each experiment, as ranges of rows of U and Y. ``missing`` says that the samples of Y
+    in the rows of GAP are missing.
     """
 
     name: str
