@@ -254,8 +254,8 @@ def check_samples(model: Model, data: Dataset) -> None:
     for channel in model.input_channels:
         if data.missing[channel]:
             raise DataError(
-                f"the model reads {channel!r} as an input, and {data.missing[channel]} of its samples are missing: load "
-                "it as an input of the data, so that the record is split there"
+                f"the model reads {channel!r} as an input, and {data.missing[channel]} of its samples are missing: "
+                "load it as an input of the data, so that the record is split there"
             )
     # The parts of a record that is split at missing samples share the parameters, so together they must suffice. Each
     # missing output is one unknown more.

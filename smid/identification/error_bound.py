@@ -188,7 +188,7 @@ def error_bound(
             first = intervals(
                 present, range(len(model.parameters)), method=plan_of(present), solver=solver, witnesses=False
             )
-            boxed = with_missing(capped, boxed, first)
+            boxed = with_missing(capped, boxed, first, solver)
     except STOPS as stop:
         return result(0.0, Reason[stopped_by(stop)])
     if boxed.unbounded:

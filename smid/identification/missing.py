@@ -5,8 +5,9 @@ enclosed first by the equations that read no missing sample, as if the record we
 the equations holds for all of them. Then the equation of a missing sample's own instant gives it, as in a simulation:
 its other terms are bounded by interval arithmetic over the box of the parameters and of the samples before it.
 
-Where the recursion makes such a box wide (a long gap in a record of an oscillating plant, say), the sample is left out
-with the equations that read it: a new state begins after it.
+Such boxes may widen from sample to sample, as those of an oscillating plant do. A wide one is tightened by a relaxation
+of the equations before it. Where that does not help, the sample is left out with the equations that read it: a new
+state begins after it.
 """
 
 from __future__ import annotations
@@ -15,17 +16,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from relaxations.proof.proof_steps import Quotient, Recorder
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
+from relaxations.proof.proof_steps import Bound, Quotient, Recorder
 from relaxations.search.enclosure import Enclosure
+from relaxations.search.plan import Plan
+from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.regimes import ranges
 from smid.identification.finite_box import Boxed
 
 Terms = list[tuple[float, float, list[int]]]
-WIDEST = 1.0  # a box wider than so many times the range of the output is of no use
+WIDE, WIDEST = 0.1, 1.0  # shares of the range of the output: a wider box is tightened, and of no use
+WINDOW = 20  # samples whose equations tighten a box
 
 
-def with_missing(whole: FeasibleSet, boxed: Boxed, enclosure: Enclosure, record: Recorder | None = None) -> Boxed:
+def with_missing(
+    whole: FeasibleSet, boxed: Boxed, enclosure: Enclosure, solver: Solver, record: Recorder | None = None
+) -> Boxed:
     """Return the set with those missing samples that get a useful box.
 
     Parameters
@@ -51,7 +59,7 @@ def with_missing(whole: FeasibleSet, boxed: Boxed, enclosure: Enclosure, record:
     equalities = problem.equalities.take(reading)
     pending = dict(enumerate(equalities.terms()))
     left = set(whole.missing.tolist())
-    widest = WIDEST * _largest_range(whole)
+    span = _largest_range(whole)
     count = -1
     while count != len(left):  # once, for a model of one line
         count = len(left)
@@ -65,10 +73,15 @@ def with_missing(whole: FeasibleSet, boxed: Boxed, enclosure: Enclosure, record:
             rest = ranges(equalities.take(np.array([k])), lower, upper)
             ends = sorted((-float(rest.low[0]) / factor, -float(rest.high[0]) / factor))
             lower[v], upper[v] = np.nextafter(ends, (-np.inf, np.inf))
-            if upper[v] - lower[v] <= widest:
+            if not np.isfinite(upper[v] - lower[v]):
+                continue
+            if record:
+                record(Quotient(problem, int(reading[k]), v))
+            if upper[v] - lower[v] > WIDE * span:
+                part = _before(whole, int(reading[k]), problem.with_box(lower, upper), left - {v})
+                lower[v], upper[v] = _tightened(part, problem.names[v], solver, record)
+            if upper[v] - lower[v] <= WIDEST * span:
                 left.remove(v)
-                if record:
-                    record(Quotient(problem, int(reading[k]), v))
     return replace(boxed, feasible=whole.with_problem(problem.with_box(lower, upper)).without(np.array(sorted(left))))
 
 
@@ -79,6 +92,32 @@ def _given(terms: Terms, left: set[int]) -> tuple[int, float] | None:
         return None
     ((v, (mid, rad, degree)),) = factors.items()
     return (v, mid) if degree == 1 and rad == 0 else None
+
+
+def _before(whole: FeasibleSet, row: int, problem: PolynomialProblem, left: set[int]) -> PolynomialProblem:
+    """Return the equations of the last samples up to an equation, without those that read what has no box."""
+    run, instant = whole.samples[row]
+    runs, instants = whole.samples.T
+    rows = np.flatnonzero((runs == run) & (instants <= instant) & (instants > instant - WINDOW))
+    kept = [np.arange(len(whole.model.parameters)), problem.equalities.take(rows).occurring()]
+    others = np.setdiff1d(np.arange(problem.n_variables), np.concatenate(kept))
+    return problem.without(np.union1d(others, np.array(sorted(left), dtype=np.int64)))[0]
+
+
+def _tightened(problem: PolynomialProblem, name: str, solver: Solver, record: Recorder | None) -> tuple[float, float]:
+    """Return certified ends of a variable."""
+    v = problem.names.index(name)
+    plan = Plan.of(problem)
+    relaxed = relax(problem, plan.method, plan.least, solver)
+    ends = [float(-problem.lower[v]), float(problem.upper[v])]
+    for k, sign in enumerate((1.0, -1.0)):
+        certified = relaxed.bound(problem.variable(v, sign))
+        # An empty set is bounded by anything; the whole will be proven empty.
+        if -ends[k] < certified.bound < np.inf:
+            ends[k] = -certified.bound
+            if record:
+                record(Bound.of(relaxed, problem.variable(v, sign), certified))
+    return -ends[0], ends[1]
 
 
 def _largest_range(feasible: FeasibleSet) -> float:

@@ -53,7 +53,7 @@ class Polynomial:
             enclosure = self._intervals(record)
             # The parameters' intervals without the missing samples give these a box, and all equations serve.
             if len(self.feasible.missing) and enclosure.empty is None:
-                self.boxed = with_missing(self.feasible, self.boxed, enclosure, record)
+                self.boxed = with_missing(self.feasible, self.boxed, enclosure, self.settings.solver, record)
                 before, enclosure = enclosure, self._intervals(record)
                 enclosure = replace(
                     enclosure, solves=before.solves + enclosure.solves, seconds=before.seconds + enclosure.seconds

@@ -232,8 +232,8 @@ def _first_start(model: Model, measured: Mapping[str, Array]) -> int:
     there = np.lib.stride_tricks.sliding_window_view(~missing, min(length, len(missing))).all(axis=1)
     if not there.any():
         raise ModelError(
-            f"nowhere are {length} samples of {', '.join(model.output_channels)} in a row there, from which a simulation "
-            "could start: give initial='rest', or initial samples by signal"
+            f"nowhere are {length} samples of {', '.join(model.output_channels)} in a row there, from which a "
+            "simulation could start: give initial='rest', or initial samples by signal"
         )
     return int(np.argmax(there))
 
