@@ -24,7 +24,7 @@ from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
-from smid.diagnosis.filled import filled, unfilled, without_missing
+from smid.diagnosis.filled import counted, filled, unfilled, without_missing
 from smid.diagnosis.gain import gain
 from smid.diagnosis.long_record import MOST_SAMPLES, fitted_to, shorten
 from smid.diagnosis.parts import Parts, free_run
@@ -132,7 +132,7 @@ def diagnose(
     data, split = _fit_for_search(data)
     shortened = shorten(model, data, test, bounded=bound is not None)
     data, parts = shortened.data, shortened.parts
-    parts = replace(parts, test=without_missing(parts.test, data, model.output_channels))
+    parts = counted(parts, data, model.output_channels)
     told = (*split, *missing_notes(data), *shortened.said)
     model = replace(model, sampling_time=data.sampling_time) if model.continuous else model
     for sentence in told:

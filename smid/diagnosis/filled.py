@@ -12,13 +12,34 @@ from dataclasses import replace
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.data.gaps import bridged, missing_samples
+from smid.diagnosis.parts import Parts
+
+LEAST = 30  # samples
 
 
 def without_missing(masks: Sequence[Mask], data: Dataset, channels: Sequence[str]) -> tuple[Mask, ...]:
     """Return masks of samples without those at which one of the channels is missing."""
     return tuple(mask & ~missing_samples(run, channels) for mask, run in zip(masks, data.experiments, strict=True))
+
+
+def counted(parts: Parts, data: Dataset, channels: Sequence[str]) -> Parts:
+    """Return the parts of a record without the missing samples of its test part.
+
+    DataError if what is left of a part is too short to judge by.
+    """
+    test = without_missing(parts.test, data, channels)
+    there = [np.ones(run.n_samples, dtype=bool) for run in parts.seen.experiments]
+    sizes = {"test": test, "seen": without_missing(there, parts.seen, channels)}
+    for name, masks in sizes.items():
+        count = sum(int(mask.sum()) for mask in masks)
+        if count < LEAST:
+            raise DataError(
+                f"the {name} part has {count} samples of {', '.join(channels)}, {LEAST} are needed: "
+                "take another share in test, or other experiments"
+            )
+    return replace(parts, test=test)
 
 
 def filled(data: Dataset, free_runs: Sequence[Mapping[str, Array]]) -> Dataset:
