@@ -34,6 +34,10 @@ from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.missing import with_missing
 from smid.models import Model, ModelError
 
+ROUGH = (
+    2  # rounds for the parameters before missing samples get a box: their set is next to a point, and slow to contract
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ErrorBound(Result):
@@ -185,9 +189,8 @@ def error_bound(
         boxed = with_finite_box(capped, solver, progress)
         if len(capped.missing) and not boxed.unbounded:
             present = boxed.feasible.problem
-            first = intervals(
-                present, range(len(model.parameters)), method=plan_of(present), solver=solver, witnesses=False
-            )
+            targets, rough = range(len(model.parameters)), plan_of(present)
+            first = intervals(present, targets, method=rough, solver=solver, rounds=ROUGH, witnesses=False)
             boxed = with_missing(capped, boxed, first, solver)
     except STOPS as stop:
         return result(0.0, Reason[stopped_by(stop)])
