@@ -97,11 +97,12 @@ def split_at_gaps(experiment: Experiment, sampling_time: float, channels: Collec
 
 def split_note(wholes: Sequence[Experiment], parts: Sequence[Experiment], channels: Collection[str]) -> str:
     """Return what was split, for the source of a data set; empty where nothing was."""
-    if len(parts) == len(wholes) and all(map(Experiment.__eq__, wholes, parts)):
-        return ""
     lost = sum(int(missing_samples(whole, channels).sum()) for whole in wholes)
+    if not lost:
+        return ""
+    named = [name for name in channels if any(np.isnan(whole.values[name]).any() for whole in wholes)]
     return (
-        f" ({lost} of {sum(whole.n_samples for whole in wholes)} samples of {', '.join(channels)} are missing: the "
+        f" ({lost} of {sum(whole.n_samples for whole in wholes)} samples of {', '.join(named)} are missing: the "
         f"record is split there into {len(parts)} experiments of {sum(part.n_samples for part in parts)} samples, and "
         "nothing is interpolated)"
     )
@@ -114,7 +115,7 @@ def without_gaps(data: "Dataset") -> "Dataset":
     """
     parts = [split_at_gaps(run, data.sampling_time, data.names) for run in data.experiments]
     runs = tuple(part for own in parts for part in own)
-    note = split_note(data.experiments, runs, [name for name in data.names if data.missing[name]])
+    note = split_note(data.experiments, runs, data.names)
     if not note:
         return data
     records = tuple(record for record, own in zip(data.resampling, parts, strict=False) for _ in own)
