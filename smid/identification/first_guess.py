@@ -63,7 +63,8 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
                 max_nfev=200,
             )
             theta = embed(fit.x)
-        fits.append((float(np.sqrt(np.mean(residual(theta) ** 2))), theta))
+        # No equation may be left, where every second sample is missing.
+        fits.append((float(np.linalg.norm(residual(theta)) / np.sqrt(max(equalities.n_rows, 1))), theta))
     rms, best = min(fits, key=lambda pair: pair[0])
     return best, rms
 
