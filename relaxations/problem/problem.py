@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 import sympy
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls, concatenate, outwards
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
@@ -85,6 +86,23 @@ class PolynomialProblem:
     def with_inequalities(self, more: Polynomials) -> PolynomialProblem:
         """Return the problem with further inequalities."""
         return replace(self, inequalities=Polynomials.join([self.inequalities, more]))
+
+    def without(self, variables: Index) -> tuple[PolynomialProblem, Index]:
+        """Leave out some variables with the constraints that read them; return the equalities that are kept as well."""
+        left = np.setdiff1d(np.arange(self.n_variables), variables)
+        numbers = np.full(self.n_variables, -1, dtype=np.int64)
+        numbers[left] = np.arange(len(left))
+        families = (self.equalities, self.inequalities)
+        kept = [
+            np.setdiff1d(np.arange(family.n_rows), family.rows[np.isin(family.factors, variables).any(axis=1)])
+            for family in families
+        ]
+        equalities, inequalities = (
+            family.take(rows).renumbered(numbers) for family, rows in zip(families, kept, strict=True)
+        )
+        names = tuple(self.names[k] for k in left)
+        exact = self.exact and cache(lambda whole=self.exact: whole().take(kept[0]).renumbered(numbers))
+        return PolynomialProblem(names, self.lower[left], self.upper[left], equalities, inequalities, exact), kept[0]
 
     def variable(self, index: int, sign: float = 1.0) -> Polynomials:
         """Return the objective ``sign * x[index]``."""

@@ -14,7 +14,7 @@ from smid.cli.documents import read_estimate
 from smid.cli.options import Columns, EstimateColumns, Problem, Reading, Record
 from smid.data import Dataset
 from smid.data.columns import Table
-from smid.data.gaps import MISSING
+from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables
 from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
@@ -87,8 +87,8 @@ def load_data(
         slice(start, stop),
     )
     data = data.rename({name: plain(name) for name in data.names})
-    if MISSING in data.source:
-        click.echo(f"note: {data.source}", err=True)
+    for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
+        click.echo(f"note: {note}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path))) if table.lines else None
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy import signal
 
@@ -14,16 +15,20 @@ if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
 Trend = Literal["constant", "linear"]
-_REMOVED = {"constant": "mean", "linear": "straight line"}
+_REMOVED = {"constant": ("mean", 0), "linear": ("straight line", 1)}
 
 
 def detrend(dataset: "Dataset", kind: Trend, channels: str | Sequence[str] | None) -> "Dataset":
     """See `Dataset.detrend`."""
     if kind not in _REMOVED:
         raise DataError(f"detrend removes 'constant' or 'linear', not {kind!r}: choose one of them")
-    return _changed(
-        dataset, channels, lambda x: signal.detrend(x, type=kind), f"{_REMOVED[kind]} of each experiment removed from"
-    )
+    what, degree = _REMOVED[kind]
+
+    def rest(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        times, there = np.arange(x.size), ~np.isnan(x)
+        return np.asarray(x - Polynomial.fit(times[there], x[there], degree)(times))
+
+    return _changed(dataset, channels, rest, f"{what} of each experiment removed from")
 
 
 def filter(
@@ -58,12 +63,26 @@ def filter(
     kept = " and ".join(
         f"{side} {edge:g} Hz" for side, edge in (("above", above), ("below", below)) if edge is not None
     )
+    lost = [name for name in _named(dataset, channels) if dataset.missing[name]]
+    if lost:
+        raise DataError(
+            f"samples of {lost[0]!r} are missing, and the filter would read them: leave it out of channels, or call "
+            "without_gaps() first"
+        )
     return _changed(
         dataset,
         channels,
         lambda x: signal.sosfiltfilt(sections, x, padlen=padding),
         f"zero-phase Butterworth filter of order {order} keeps {kept} of",
     )
+
+
+def _named(dataset: "Dataset", channels: str | Sequence[str] | None) -> list[str]:
+    named = (*dataset.inputs, *dataset.outputs) if channels is None else channels
+    names = [named] if isinstance(named, str) else list(named)
+    for name in names:
+        dataset.channel(name)
+    return names
 
 
 def _changed(
@@ -75,10 +94,7 @@ def _changed(
     """Return the data set with these channels changed, and say so in its source."""
     if dataset.normalisation is not None:
         raise DataError("the data are normalised, and denormalise() would add offsets again; call it first")
-    named = (*dataset.inputs, *dataset.outputs) if channels is None else channels
-    names = [named] if isinstance(named, str) else list(named)
-    for name in names:
-        dataset.channel(name)
+    names = _named(dataset, channels)
     return replace(
         dataset,
         experiments=tuple(

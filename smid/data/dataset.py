@@ -14,11 +14,12 @@ from smid.data.channel import Channel, name_hint
 from smid.data.columns import Missing, Names
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
+from smid.data.gaps import split_at_gaps, split_note, without_gaps
 from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.resample import Resampling
 from smid.data.validate import validate
-from smid.display.result import Part, Result
+from smid.display.result import Part, Result, plain
 
 if TYPE_CHECKING:
     import pandas
@@ -58,7 +59,7 @@ class Dataset(Result):
     Raises
     ------
     DataError
-        If the entries are not consistent or a sample is not finite.
+        If the entries are not consistent, a sample is infinite, or one of a channel that is no output is missing.
 
     Examples
     --------
@@ -103,7 +104,8 @@ class Dataset(Result):
         Parameters
         ----------
         input, output
-            Shape (N,). An array is named "input" or "output"; a mapping gives the names.
+            Shape (N,). An array is named "input" or "output"; a mapping gives the names. NaN is a missing sample: of an
+            output it constrains nothing, and at one of any other channel the record is split.
         sampling_time
             In seconds.
         units
@@ -134,12 +136,16 @@ class Dataset(Result):
                 raise DataError(
                     f"a unit is given for {channel!r}, which is not a channel; {name_hint(channel, values)}"
                 )
+        whole = Experiment(name, values)
+        driving = [channel for channel in values if channel not in by_role[1]]
+        runs = split_at_gaps(whole, float(sampling_time), driving)
         return cls(
-            experiments=(Experiment(name, values),),
+            experiments=runs,
             channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),
             inputs=tuple(by_role[0]),
             outputs=tuple(by_role[1]),
             sampling_time=float(sampling_time),
+            source=split_note([whole], runs, driving).strip(" ()"),
         )
 
     @staticmethod
@@ -323,6 +329,11 @@ class Dataset(Result):
         """Return the number of samples of all experiments together."""
         return sum(run.n_samples for run in self.experiments)
 
+    @property
+    def missing(self) -> dict[str, int]:
+        """Return for each channel how many of its samples are missing (NaN) in all experiments together."""
+        return {name: int(np.isnan(self.stacked(name)).sum()) for name in self.names}
+
     def time(self, experiment: int = 0) -> NDArray[np.float64]:
         """Return the sampling instants of an experiment, shape (N,), in seconds."""
         run = self.experiments[experiment]
@@ -349,6 +360,24 @@ class Dataset(Result):
         """Return the samples of a channel in all experiments, one after the other."""
         self.channel(name)
         return np.concatenate([run.values[name] for run in self.experiments])
+
+    def without_gaps(self) -> "Dataset":
+        """Return the parts between missing samples as experiments, for methods that read every sample.
+
+        Parts of fewer than 10 samples are left out; `source` says what was split.
+
+        Raises
+        ------
+        DataError
+            If no part is left.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input=range(30), output=[*range(15), np.nan, *range(14)], sampling_time=1)
+        >>> [run.n_samples for run in data.without_gaps().experiments]
+        [15, 14]
+        """
+        return without_gaps(self)
 
     merge = staticmethod(edit.merge)
     crop = edit.crop
@@ -529,7 +558,7 @@ class Dataset(Result):
                 {
                     "name": run.name,
                     "start_time": run.start_time,
-                    "values": {name: run.values[name].tolist() for name in self.names},
+                    "values": {name: plain(run.values[name]) for name in self.names},
                 }
                 for run in self.experiments
             ],

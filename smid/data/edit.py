@@ -112,6 +112,12 @@ def decimate(dataset: "Dataset", factor: int, antialias: bool, held: str | Seque
         dataset.channel(name)
     if factor == 1:
         return dataset
+    lost = [name for name, count in dataset.missing.items() if count and (antialias or name in held)]
+    if lost:
+        raise DataError(
+            f"samples of {lost[0]!r} are missing, and the filter would read them; give antialias=False and leave "
+            f"{lost[0]!r} out of held"
+        )
     thin = _filtered if antialias else _every
     how = ["zero-phase FIR filter" if antialias else "no filter", *(f"means of {name}" for name in held)]
     return replace(

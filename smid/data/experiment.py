@@ -13,6 +13,7 @@ from smid.data.errors import DataError
 def _read_only(values: ArrayLike) -> NDArray[np.float64]:
     # Adding 0.0 copies, and turns -0.0 into 0.0, so that equal numbers have equal bytes and equal checksums.
     array: NDArray[np.float64] = np.asarray(values, dtype=np.float64) + 0.0
+    array[np.isnan(array)] = np.nan  # NaN has many bit patterns
     array.setflags(write=False)
     return array
 
@@ -26,7 +27,7 @@ class Experiment:
     name
         Unique in its data set.
     values
-        Shape (N,). Samples of each channel, in the channel's unit; copied.
+        Shape (N,). Samples of each channel, in the channel's unit; copied. A missing sample is NaN.
     start_time
         Time of the first sample, in seconds.
 
@@ -84,7 +85,7 @@ class Experiment:
         return (
             (self.name, self.start_time) == (other.name, other.start_time)
             and self.values.keys() == other.values.keys()
-            and all(np.array_equal(array, other.values[name]) for name, array in self.values.items())
+            and all(np.array_equal(array, other.values[name], equal_nan=True) for name, array in self.values.items())
         )
 
     def __hash__(self) -> int:

@@ -13,7 +13,7 @@ from smid.data.dates import is_day, is_time_of_day, read_dates
 from smid.data.edit import slice_samples
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
-from smid.data.gaps import MISSING, missing_samples, split_at_gaps
+from smid.data.gaps import split_at_gaps, split_note
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
@@ -178,18 +178,12 @@ def dataset_of_tables(
         wholes.append(slice_samples(whole, taken, grid.interval))
         if len(taken) < whole.n_samples:
             source += f", samples {taken.start}:{taken.stop}"
-    parts = [split_at_gaps(whole, grid.interval) for whole in wholes]
-    n_missing = sum(int(missing_samples(whole).sum()) for whole in wholes)
-    if n_missing:
-        runs = sum(map(len, parts))
-        n_left = sum(run.n_samples for part in parts for run in part)
-        n_all = sum(whole.n_samples for whole in wholes)
-        source += (
-            f" ({n_missing} of {n_all} {MISSING}: the record is split there into {runs} experiments "
-            f"of {n_left} samples, and nothing is interpolated)"
-        )
+    driving = [name for name in names if name not in outputs]
+    parts = [split_at_gaps(whole, grid.interval, driving) for whole in wholes]
+    runs = tuple(run for part in parts for run in part)
+    source += split_note(wholes, runs, driving)
     return Dataset(
-        experiments=tuple(run for part in parts for run in part),
+        experiments=runs,
         channels=tuple(Channel(name, known_units.get(name, "")) for name in names),
         inputs=inputs,
         outputs=outputs,

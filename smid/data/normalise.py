@@ -61,11 +61,11 @@ def measure_normalisation(
     offset: dict[str, float] = {}
     scale: dict[str, float] = {}
     for name, array in values.items():
-        lowest, highest = float(np.min(array)), float(np.max(array))
+        lowest, highest = float(np.nanmin(array)), float(np.nanmax(array))
         if method == "unit":
             # Halves before the sum: the sum of two huge samples could overflow.
             offset[name], spread = 0.5 * lowest + 0.5 * highest, 0.5 * highest - 0.5 * lowest
         else:
-            offset[name], spread = float(np.mean(array)), float(np.std(array))
+            offset[name], spread = float(np.nanmean(array)), float(np.nanstd(array))
         scale[name] = spread if highest > lowest and spread > 0 else 1.0
     return Normalisation(method, offset, scale, dict(units))

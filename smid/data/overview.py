@@ -49,7 +49,7 @@ class Overview(Tabular):
     @property
     def gaps(self) -> tuple[tuple[int, int], ...]:
         """Return the stretches in which some channel is missing: first sample, and the first after it."""
-        return tuple(stretches(missing_samples(self.run)))
+        return tuple(stretches(missing_samples(self.run, self.run.values)))
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for channel in self.channels:

@@ -52,7 +52,9 @@ def _validate_run(dataset: "Dataset", run: "Experiment") -> None:
                 f"experiment {run.name!r} has a channel {name!r} that the data set does not list; "
                 "add it to the channels or leave it out"
             )
-        bad = np.flatnonzero(~np.isfinite(array))
+        if name in dataset.outputs and np.isnan(array).all():
+            raise DataError(f"every sample of {name!r} is missing in experiment {run.name!r}; leave one of them out")
+        bad = np.flatnonzero(np.isinf(array) if name in dataset.outputs else ~np.isfinite(array))
         if bad.size:
             k = int(bad[0])
             instant = run.start_time + k * dataset.sampling_time
@@ -60,9 +62,10 @@ def _validate_run(dataset: "Dataset", run: "Experiment") -> None:
                 f"channel {name!r} of experiment {run.name!r} is {array[k]} at sample {k} "
                 f"(t = {instant:g} s); correct it, or crop the record around it"
             )
-        if array.size and np.abs(array).max() > _LARGEST:
+        largest = float(np.nanmax(np.abs(array), initial=0.0))
+        if largest > _LARGEST:
             raise DataError(
-                f"channel {name!r} of experiment {run.name!r} reaches {np.abs(array).max():g}, and the products of "
+                f"channel {name!r} of experiment {run.name!r} reaches {largest:g}, and the products of "
                 f"such samples exceed what a float holds; state the channel in a larger unit, below {_LARGEST:g}"
             )
     if not 0 <= dataset.n_init < run.n_samples:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from smid.data import DataError, Dataset
+from smid.data.gaps import bridged
 from smid.diagnosis.effects import EFFECTS
 from smid.diagnosis.effects.effect import Effect
 from smid.feasible.feasible_set import check_noise_bound, is_constant
@@ -71,7 +72,7 @@ def check_moving(model: Model, data: Dataset) -> None:
 
 def _steps(data: Dataset, channel: str) -> bool:
     """Return whether an output ends far from where it begins and moves little by then, as a step response does."""
-    runs = [run.values[channel] for run in data.experiments]
+    runs = [bridged(run.values[channel]) for run in data.experiments]
     ends = [y[-max(1, len(y) // 4) :] for y in runs]
     return all(
         abs(np.median(end) - y[0]) >= _STEP * np.ptp(y) and np.ptp(end) <= _STEP * np.ptp(y)

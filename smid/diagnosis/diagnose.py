@@ -15,6 +15,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import Dataset
+from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects
@@ -23,8 +24,9 @@ from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
+from smid.diagnosis.filled import counted, filled, unfilled, without_missing
 from smid.diagnosis.gain import gain
-from smid.diagnosis.long_record import fitted_to, shorten
+from smid.diagnosis.long_record import MOST_SAMPLES, fitted_to, shorten
 from smid.diagnosis.parts import Parts, free_run
 from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import rms, spread, structure
@@ -129,12 +131,16 @@ def diagnose(
     check_samples(model, data)
     bound = bound_of_output(model, noise_bound)
     say = progress or _silent
+    data, split = _fit_for_search(data)
     shortened = shorten(model, data, test, bounded=bound is not None)
     data, parts = shortened.data, shortened.parts
+    parts = counted(parts, data, model.output_channels)
+    told = (*split, *missing_notes(data), *shortened.said)
     model = replace(model, sampling_time=data.sampling_time) if model.continuous else model
-    for sentence in shortened.said:
+    for sentence in told:
         say(sentence)
     check_moving(model, parts.seen)
+    windowed = shortened.searched is not parts.seen
     record = _record(model, shortened.searched, bound)
     faults = data_faults(parts.seen)
     for fault in faults:
@@ -143,12 +149,16 @@ def diagnose(
     with _time_to_fit(seconds, began), _pool(executor, workers, chosen) as pool:
         say("fitting the base model")
         base = _base(model, record)
-        whole = base.fit if record.data is parts.seen else fitted_to(base.fit, parts.seen)
+        whole = fitted_to(base.fit, parts.seen) if windowed else base.fit
         # The test part lends its input, not its output.
-        for run, free in zip(data.experiments, free_run(whole, data, parts), strict=True):
-            check_finite(run.name, free[record.output][data.n_init :])
+        free = free_run(whole, data, parts)
+        for run, outputs in zip(data.experiments, free, strict=True):
+            check_finite(run.name, outputs[record.output][data.n_init :])
+        if any(data.missing.values()):
+            record = replace(record, data=filled(record.data, base.fit.simulated))
+            base = _base(base.fit.model, record)
         looked = _look(model, record, base, None, chosen, pool, progress)
-    if record.data is not parts.seen:
+    if windowed:
         looked = _look_at_all(looked, _record(model, parts.seen, bound), chosen, say)
     found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
@@ -158,8 +168,10 @@ def diagnose(
             proof = prove_empty(
                 looked.base.fit.model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit)
             )
-    told = shortened.said
-    return _assemble(data, parts, looked, found, chosen, said=told, faults=faults, proof=proof, began=began)
+    diagnosis = _assemble(
+        filled(data, free), parts, looked, found, chosen, said=told, faults=faults, proof=proof, began=began
+    )
+    return replace(diagnosis, data=data)
 
 
 @contextmanager
@@ -173,6 +185,14 @@ def _time_to_fit(seconds: float, began: float) -> Iterator[None]:
         raise ModelError(
             f"seconds = {seconds:g} is too short to fit the base model: allow more time, or give a shorter record"
         ) from None
+
+
+def _fit_for_search(data: Dataset) -> tuple[Dataset, tuple[str, ...]]:
+    """Return a record that can be searched, and a sentence where it was split: a long one is cut into windows."""
+    if data.n_samples <= MOST_SAMPLES or not any(data.missing.values()):
+        return data, ()
+    parts = data.without_gaps()
+    return parts, (f"The record is long, and is split where samples are missing: {len(parts.experiments)} parts.",)
 
 
 def _given(model: Model | None, data: Dataset, simulated: str | None) -> Model:
@@ -250,7 +270,8 @@ def _look_at_all(looked: _Looked, record: Record, chosen: Sequence[Effect], say:
 
 
 def _misfit(record: Record, fitted: Fit) -> Misfit:
-    data, simulated = record.data, tuple(s[record.output] for s in fitted.simulated)
+    simulated = tuple(s[record.output] for s in fitted.simulated)
+    data = unfilled(record.data, record.used, record.output)
     return misfit(data, record.output, simulated, noise_bound=record.noise_bound, skip=data.n_init, input=record.input)
 
 
@@ -397,7 +418,8 @@ def _silent(_line: str) -> None:
 
 def _record(model: Model, data: Dataset, bound: float | None) -> Record:
     """Return the record as the search uses it."""
-    used = tuple(np.arange(run.n_samples) >= data.n_init for run in data.experiments)
+    begun = tuple(np.arange(run.n_samples) >= data.n_init for run in data.experiments)
+    used = without_missing(begun, data, model.output_channels)
     # By the order of the data: a model orders the inputs of one line by their names.
     first = next((c for c in data.inputs if c in model.input_channels), model.input_channels[0])
     return Record(data, used, first, model.output_channels[0], bound)

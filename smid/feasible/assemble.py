@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import Balls, concatenate
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
@@ -81,6 +81,8 @@ class Stamped:
         All kinks, in the order of their inequalities: those of the chosen sides, then the hulls.
     definitions
         Rows of equalities, and the latent that each of them gives explicitly.
+    missing
+        Variables that stand for missing samples: they have no bound.
     """
 
     problem: PolynomialProblem
@@ -88,6 +90,7 @@ class Stamped:
     openings: tuple[Opening, ...]
     placed: tuple[Placed, ...]
     definitions: tuple[tuple[Index, Index], ...]
+    missing: Index
 
 
 def stamp_all(
@@ -144,6 +147,7 @@ class _Stamper:
     free_latents: list[Index] = field(default_factory=list)
     definitions: list[tuple[Polynomials, Index, Index]] = field(default_factory=list)
     pieces: list[tuple[list[_Piece], Index]] = field(default_factory=list)
+    missing: list[Index] = field(default_factory=list)
 
     def run(self) -> Stamped:
         self._add_parameters()
@@ -165,6 +169,7 @@ class _Stamper:
             tuple(self.openings),
             tuple(self.placed),
             tuple((rows, variables) for _, rows, variables in self.definitions),
+            np.concatenate(self.missing) if self.missing else np.zeros(0, dtype=np.int64),
         )
 
     def _exact(self) -> Polynomials:
@@ -187,21 +192,25 @@ class _Stamper:
         """Add the latents, kinks and equalities of one experiment."""
         experiment = self.data.experiments[number]
         suffix = "" if len(self.data.experiments) == 1 else f",{experiment.name}"
-        n, values, hinges = experiment.n_samples, experiment.values, self.templates.hinges
+        n, hinges = experiment.n_samples, self.templates.hinges
+        values = {name: np.where(np.isnan(samples), 0.0, samples) for name, samples in experiment.values.items()}
+        free, lost = self._gaps(experiment.values)
         spans = _spans(self.templates, n)
-        slots = self._latents(n, suffix, {name: span for name, span in spans.items() if name not in hinges})
+        slots = self._latents(n, suffix, {name: span for name, span in spans.items() if name not in hinges}, free, lost)
         # Kinks come in the order in which their arguments read each other.
         sides = {name: np.full(n, side) for name, side in constant.items()}
         for name, hinge in hinges.items():
             if hinge.kink.constant or name not in spans:
                 continue
-            times = np.arange(spans[name][0], spans[name][1] + 1)
+            span = np.arange(spans[name][0], spans[name][1] + 1)
+            times = _readable(hinge.argument, span, lost)
+            lost[name] = np.isin(np.arange(n), np.setdiff1d(span, times))
             pieces = list(self._pieces(hinge.argument, times, values, sides, slots))
             found, slot = self._place_kink(hinge, number, times, _rows(pieces, _order(pieces)), suffix)
             sides[name], slots[name] = _spread(n, times, found, Side.OPEN), _spread(n, times, slot)
         # Each template gives one equality at each time.
         for part in self.templates.lines:
-            times = np.arange(part.max_lag, n)
+            times = _readable(part, np.arange(part.max_lag, n), lost)
             pieces = list(self._pieces(part, times, values, sides, slots))
             self.pieces.append((pieces, _order(pieces)))
             first = sum(family.n_rows for family in self.equalities)
@@ -211,18 +220,52 @@ class _Stamper:
                 rows = first + np.arange(len(times))
                 self.definitions.append((self.equalities[-1], rows, slots[part.signal][times]))
 
-    def _latents(self, n: int, suffix: str, spans: Mapping[str, tuple[int, int]]) -> dict[str, Index]:
+    def _gaps(self, values: Mapping[str, Array]) -> tuple[dict[str, Mask], dict[str, Mask]]:
+        """Return where each latent is free since a sample is missing, and where a channel or latent cannot be read.
+
+        A missing sample is written as zero, with a noise of its own that has no bound: minus the noise is the signal.
+        A signal behind a curved sensor is a variable as it is, and the sensor's equality is left out. The sides of
+        kinks need bounds, so a model with kinks does without the equations that read a missing sample.
+        """
+        free: dict[str, Mask] = {}
+        lost: dict[str, Mask] = {}
+        curved = {part.signal for part in self.templates.lines if part.defines}
+        for m in self.templates.model.measurements:
+            gaps = np.isnan(values[m.channel])
+            if not gaps.any():
+                continue
+            if m.noise is None or m.signal in curved or self.templates.hinges:
+                lost[m.channel] = gaps
+                if m.noise is not None:
+                    lost[m.noise] = gaps
+                if m.signal in curved:
+                    (lost if self.templates.hinges else free)[m.signal] = gaps
+            else:
+                free[m.noise] = gaps
+        return free, lost
+
+    def _latents(
+        self,
+        n: int,
+        suffix: str,
+        spans: Mapping[str, tuple[int, int]],
+        free: Mapping[str, Mask],
+        lost: Mapping[str, Mask],
+    ) -> dict[str, Index]:
         """Add a variable for each latent at each time of its span; return the variables by latent."""
         noise_channel = {m.noise: m.channel for m in self.templates.model.measurements if m.noise is not None}
         slots: dict[str, Index] = {}
         for latent, (first, last) in spans.items():
             times = np.arange(first, last + 1)
+            times = times[~lost[latent][times]] if latent in lost else times
+            gaps = free[latent][times] if latent in free else np.zeros(len(times), dtype=bool)
             channel = noise_channel.get(latent)
-            limit = np.full(len(times), np.inf if channel is None else self.bounds.get(channel, np.inf))
+            limit = np.where(gaps, np.inf, np.inf if channel is None else self.bounds.get(channel, np.inf))
             new = self._variables([f"{latent}[{k}{suffix}]" for k in times], -limit, limit)
             slots[latent] = _spread(n, times, new)
+            self.missing.append(new[gaps])
             if channel is not None and channel == self.free:
-                self.free_latents.append(new)
+                self.free_latents.append(new[~gaps])
         return slots
 
     def _variables(self, names: list[str], lower: Array, upper: Array) -> Index:
@@ -359,6 +402,15 @@ def _spans(templates: Templates, n_samples: int) -> dict[str, tuple[int, int]]:
             old = spans.get(latent, (first, last))
             spans[latent] = (min(old[0], first), max(old[1], last))
     return spans
+
+
+def _readable(part: Template, times: Index, lost: Mapping[str, Mask]) -> Index:
+    """Return the times at which nothing that a template reads is lost."""
+    kept = np.ones(len(times), dtype=bool)
+    for name, lag in part.samples | part.latents:
+        if name in lost:
+            kept &= ~lost[name][times - lag]
+    return times[kept]
 
 
 def _spread(n: int, times: Index, values: Index, elsewhere: int = -1) -> Index:

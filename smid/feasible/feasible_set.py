@@ -16,6 +16,7 @@ from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.reductions.sparsity import cliques
 from smid.data import DataError, Dataset, excitation
+from smid.data.gaps import bridged
 from smid.feasible.assemble import FREE_BOUND, Opening, Placed, Sides, Stamped, stamp_all
 from smid.feasible.template import Templates
 from smid.fitting.binding import bind
@@ -53,6 +54,8 @@ class FeasibleSet:
         hulls, so it is a relaxation of the set; without openings it is the set itself.
     placed, definitions
         See :class:`smid.feasible.assemble.Stamped`.
+    missing
+        The variables that stand for missing samples. They have no bound, or the box that was proven for them.
 
     Raises
     ------
@@ -78,6 +81,7 @@ class FeasibleSet:
     openings: tuple[Opening, ...] = field(init=False, repr=False)
     placed: tuple[Placed, ...] = field(init=False, repr=False)
     definitions: tuple[tuple[Index, Index], ...] = field(init=False, repr=False)
+    missing: Index = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         model = bind(self.model, self.data)
@@ -94,7 +98,7 @@ class FeasibleSet:
         self._take(stamp_all(templates, self.data, bounds, self.free_channel))
 
     def _take(self, stamped: Stamped) -> None:
-        for name in ("problem", "samples", "openings", "placed", "definitions"):
+        for name in ("problem", "samples", "openings", "placed", "definitions", "missing"):
             object.__setattr__(self, name, getattr(stamped, name))
 
     def on_box(self, lower: Array, upper: Array, choose: Sides | None = None) -> FeasibleSet:
@@ -110,6 +114,19 @@ class FeasibleSet:
         """Return the same set with a tighter (proven) box."""
         other = copy(self)
         object.__setattr__(other, "problem", problem)
+        return other
+
+    def without(self, variables: Index) -> FeasibleSet:
+        """Return a larger set, without some of the missing samples and the equations that read them."""
+        if not len(variables):
+            return self
+        other = copy(self)
+        problem, kept = self.problem.without(variables)
+        place = {name: k for k, name in enumerate(problem.names)}
+        missing = [place[self.problem.names[k]] for k in np.setdiff1d(self.missing, variables)]
+        object.__setattr__(other, "problem", problem)
+        object.__setattr__(other, "samples", self.samples[kept])
+        object.__setattr__(other, "missing", np.array(missing, dtype=np.int64))
         return other
 
     @property
@@ -222,7 +239,7 @@ def check_data(model: Model, data: Dataset) -> None:
 
 def is_constant(data: Dataset, channel: str) -> bool:
     """Return whether a channel has one value in all experiments."""
-    return excitation(*(run.values[channel] for run in data.experiments), max_order=1).order < 1
+    return excitation(*(bridged(run.values[channel]) for run in data.experiments), max_order=1).order < 1
 
 
 def check_samples(model: Model, data: Dataset) -> None:
@@ -234,8 +251,16 @@ def check_samples(model: Model, data: Dataset) -> None:
             f"the model needs the channel {missing[0]!r}, the data have {', '.join(have)}: "
             "name the channels when loading, or the model's input and output"
         )
-    # The parts of a record that is split at missing samples share the parameters, so together they must suffice.
-    lag, unknown = model.max_lag, len(model.parameters)
+    for channel in model.input_channels:
+        if data.missing[channel]:
+            raise DataError(
+                f"the model reads {channel!r} as an input, and {data.missing[channel]} of its samples are missing: "
+                "load it as an input of the data, so that the record is split there"
+            )
+    # The parts of a record that is split at missing samples share the parameters, so together they must suffice. Each
+    # missing output is one unknown more.
+    lag = model.max_lag
+    unknown = len(model.parameters) + max((data.missing[c] for c in model.output_channels), default=0)
     equations = sum(experiment.n_samples - lag for experiment in data.experiments)
     shortest = min(data.experiments, key=lambda experiment: experiment.n_samples)
     if shortest.n_samples <= lag or equations <= unknown:

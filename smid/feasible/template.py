@@ -93,6 +93,11 @@ class Template:
         """Return the latents that occur, each with its lag."""
         return frozenset(reference for term in self.terms for reference in term.latents)
 
+    @property
+    def samples(self) -> frozenset[Reference]:
+        """Return the channels that are read, each with its lag."""
+        return frozenset((channel, lag) for term in self.terms for _, powers in term.data for channel, lag, _ in powers)
+
 
 @dataclass(frozen=True)
 class Hinge:

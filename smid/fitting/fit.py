@@ -28,6 +28,7 @@ from scipy.optimize import least_squares
 from relaxations.algebra.arrays import Array, Mask
 from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
+from smid.data.gaps import bridged, missing_samples
 from smid.display.result import Part, Result
 from smid.models import Model
 from smid.models.predictor import past_name, predictor
@@ -77,7 +78,7 @@ class Fit(Result):
         return all(np.isfinite(samples).all() for run in self.simulated for samples in run.values())
 
     def residual(self, data: Dataset, channel: str) -> tuple[Array, ...]:
-        """Return measured minus simulated, per experiment, in the channel's unit."""
+        """Return measured minus simulated, per experiment, in the channel's unit; NaN where a sample is missing."""
         return tuple(
             run.values[channel] - simulated[channel]
             for run, simulated in zip(data.experiments, self.simulated, strict=True)
@@ -103,7 +104,7 @@ class Fitting:
     model
         Bound to the data's channels.
     used
-        Shape (n,). Per experiment, the samples to fit.
+        Shape (n,). Per experiment, the samples to fit; those that are missing are left out.
     initial
         Per experiment, known states before sample 0; the other states are guessed.
     difference
@@ -138,9 +139,10 @@ class Fitting:
         # Outputs, each scaled by its standard deviation.
         self.outputs = [m for m in model.measurements if m.channel in model.output_channels]
         self.scale = {
-            m.channel: float(np.std(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
+            m.channel: float(np.nanstd(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
             for m in self.outputs
         }
+        self.there = [{m.channel: ~np.isnan(r.values[m.channel]) for m in self.outputs} for r in data.experiments]
         self._last: dict[int, tuple[bytes, dict[str, Array]]] = {}
         # Initial states to estimate: all but the memories of stops, if they are few.
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
@@ -195,7 +197,8 @@ class Fitting:
             elif name in self.inputs[experiment]:
                 guess[name, lag] = float(self.inputs[experiment][name][0])
             elif name in measured and measured[name].inverse is None:
-                guess[name, lag] = float(self.data.experiments[experiment].values[measured[name].channel][0])
+                samples = self.data.experiments[experiment].values[measured[name].channel]
+                guess[name, lag] = float(samples[np.argmax(~np.isnan(samples))])
             else:
                 if settled is None:
                     held = {k: np.full(_SETTLING, v[0]) for k, v in self.inputs[experiment].items()}
@@ -229,7 +232,7 @@ class Fitting:
     def _seen(self, measurement: Any, experiment: int, samples: Array, values: Mapping[str, float]) -> Array:
         if measurement.inverse is None:
             return samples
-        anchor = float(np.median(self.data.experiments[experiment].values[measurement.channel]))
+        anchor = float(np.nanmedian(self.data.experiments[experiment].values[measurement.channel]))
         return signal_to_channel(measurement, samples, values, anchor)
 
     def residual(self, vector: Array) -> Array:
@@ -243,7 +246,7 @@ class Fitting:
     def _evaluate(self, vector: Array, jacobian: bool) -> tuple[Array, Array]:
         residuals, blocks = [], []
         for e, channel, error, slope in self.errors(vector, jacobian):
-            kept, scale = self.used[e][: len(error)], self.scale[channel]
+            kept, scale = self.used[e][: len(error)] & self.there[e][channel][: len(error)], self.scale[channel]
             with np.errstate(over="ignore", invalid="ignore"):  # divergence is handled below
                 residuals.append(error[kept] / scale)
                 blocks.append(slope[kept] / scale)
@@ -256,7 +259,8 @@ class Fitting:
         """Yield the error of each experiment and output channel up to the last fitted sample, with its derivative.
 
         An item has the index of the experiment, the channel, simulated minus measured in the channel's unit, shape
-        (n,), and its derivative by the unknowns, shape (n, n_free); without `jacobian` shape (n, 0).
+        (n,), NaN where it is missing, and its derivative by the unknowns, shape (n, n_free); without `jacobian` shape
+        (n, 0).
         """
         check_time()
         values, count = self._values(vector), len(self.run.parameters)
@@ -421,7 +425,7 @@ def fit(
     model
         Bound to the data's channels. Its parameter values, if any, are the first start.
     used
-        Shape (n,). Per experiment, the samples to fit; by default all after the warm-up.
+        Shape (n,). Per experiment, the samples to fit; by default all after the warm-up. Missing samples are left out.
     starts
         Number of starts: the model's values, a one-step-ahead fit (also scaled towards zero), then random values.
 
@@ -478,11 +482,17 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
 
 
 def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
-    """Return the one-step-ahead problem, with past outputs as inputs; outputs have no sensor curve."""
+    """Return the one-step-ahead problem, with past outputs as inputs; outputs have no sensor curve.
+
+    It leaves out the samples whose recent past is not all there.
+    """
     measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
     lines = predictor(model.discretised().lines, frozenset(measured))
     ahead = Model("one step ahead", model.parameters, lines, model.measurements)
-    return Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), used)
+    lost = [missing_samples(run, measured.values()) for run in data.experiments]
+    reach = np.ones(model.max_lag + 1)
+    known = [mask & ~(np.convolve(gaps, reach)[: len(gaps)] > 0) for mask, gaps in zip(used, lost, strict=True)]
+    return Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), known)
 
 
 def one_step_ahead(
@@ -504,9 +514,9 @@ def one_step_ahead(
 
 
 def _with_past(data: Dataset, channels: Mapping[str, str]) -> Dataset:
-    """Return the data with copies of channels under other names."""
+    """Return the data with copies of channels under other names; nothing is fitted to the lines across their gaps."""
     runs = tuple(
-        replace(run, values={**run.values, **{new: run.values[old] for new, old in channels.items()}})
+        replace(run, values={**run.values, **{new: bridged(run.values[old]) for new, old in channels.items()}})
         for run in data.experiments
     )
     return replace(data, experiments=runs, channels=(*data.channels, *(Channel(new) for new in channels)))

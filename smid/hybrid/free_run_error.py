@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.data.gaps import require_complete
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
 from smid.models.sensitivities import FreeRun, compile_free_run
@@ -62,6 +63,7 @@ class FreeRunError:
     units: Array
 
     def __post_init__(self) -> None:
+        require_complete(self.data, "this error")
         object.__setattr__(self, "model", bind(self.model, self.data))
         if self.units.shape != (len(self.run.parameters),):
             raise ModelError(

@@ -31,7 +31,12 @@ from smid.fitting.binding import bind
 from smid.identification.estimate import round_down, round_up
 from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
+from smid.identification.missing import with_missing
 from smid.models import Model, ModelError
+
+ROUGH = (
+    2  # rounds for the parameters before missing samples get a box: their set is next to a point, and slow to contract
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,10 +153,14 @@ def error_bound(
     feasible = FeasibleSet(model, data, fixed or {}, channel)
     # Cuts bound variables that complicate; the noise bound does not complicate.
     by_cuts = method == Cuts.name or isinstance(method, Cuts)
-    plan = Plan.of(feasible.problem, "auto" if by_cuts else method, order)
-    plan = replace(plan.without_cuts, order=plan.asked or plan.least)
-    found: list[Array] = []  # verified points, the best last
-    reach, last = np.inf, feasible.n_variables - 1
+
+    def plan_of(problem: PolynomialProblem) -> Plan:
+        plan = Plan.of(problem, "auto" if by_cuts else method, order)
+        return replace(plan.without_cuts, order=plan.asked or plan.least)
+
+    plan = plan_of(feasible.problem)
+    found: list[Array] = []  # verified points, the best last; the noise bound is the last variable
+    reach = np.inf
 
     def result(lower: float, reason: Reason) -> ErrorBound:
         best = found[-1] if found else None
@@ -159,7 +168,7 @@ def error_bound(
             channel,
             data.channel(channel).unit,
             lower,
-            np.inf if best is None else float(np.nextafter(best[last], np.inf)),
+            np.inf if best is None else float(np.nextafter(best[-1], np.inf)),
             {} if best is None else {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
             dict(fixed or {}),
             reason,
@@ -176,25 +185,33 @@ def error_bound(
             raise ModelError(
                 "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
             )
-        boxed = with_finite_box(feasible.with_problem(_capped(feasible.problem, reach)), solver, progress)
+        capped = feasible.with_problem(_capped(feasible.problem, reach))
+        boxed = with_finite_box(capped, solver, progress)
+        if len(capped.missing) and not boxed.unbounded:
+            present = boxed.feasible.problem
+            targets, rough = range(len(model.parameters)), plan_of(present)
+            first = intervals(present, targets, method=rough, solver=solver, rounds=ROUGH, witnesses=False)
+            boxed = with_missing(capped, boxed, first, solver)
     except STOPS as stop:
         return result(0.0, Reason[stopped_by(stop)])
     if boxed.unbounded:
         return result(0.0, Reason.STALLED)
     # Raise the certified lower end.
+    problem = boxed.feasible.problem
+    kept = np.isin(feasible.problem.names, problem.names)
     enclosure = intervals(
-        boxed.feasible.problem,
-        [last],
-        method=plan,
+        problem,
+        [problem.n_variables - 1],
+        method=plan_of(problem) if len(capped.missing) else plan,
         solver=solver,
         tolerance=0.0,
         absolute=tolerance * reach,
         rounds=rounds,
-        known=found[-1:],
+        known=[found[-1][kept]],
         nodes=nodes,
         progress=progress,
     )
-    found.append(min(enclosure.witnesses, key=lambda point: point[last]))
+    found.append(min(enclosure.witnesses, key=lambda point: float(point[-1])))
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
+from smid.data.listing import missing_notes
 from smid.display.result import Part, Result, Tabular, optional, plain
 from smid.display.table import Table
 from smid.models import Model, ModelError, Parameter
@@ -220,6 +221,7 @@ class Estimate(Tabular):
 
     def _content(self) -> Iterator[Part]:
         yield self.table
+        yield from missing_notes(self.data)
         yield self.summary
         yield self.centre_text
 
@@ -261,6 +263,7 @@ class Estimate(Tabular):
                 "source": self.data.source,
                 "checksum": self.data.checksum,
                 "samples": self.data.n_samples,
+                "missing": self.data.missing,
                 "sampling_time": self.data.sampling_time,
             },
         }

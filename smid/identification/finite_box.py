@@ -38,7 +38,7 @@ class Boxed:
         Parameters whose box was proven from the data, and those for which none could be proven.
     stated
         What a proof of the box states (:mod:`relaxations.proof.proof_steps`): without the box; with the products that
-        were bounded first, where there are any.
+        were bounded first, where there are any, and with the missing samples.
     """
 
     feasible: FeasibleSet
@@ -53,29 +53,33 @@ def with_finite_box(
     progress: Callable[[str], None] | None = None,
     record: Recorder | None = None,
 ) -> Boxed:
-    """Return a feasible set with a proven finite box for its unbounded variables, or name those without one."""
+    """Return a feasible set with a proven finite box for its unbounded variables, or name those without one.
+
+    It does without the missing samples and the equations that read them (:mod:`smid.identification.missing`).
+    """
+    whole, feasible = feasible.problem, feasible.without(feasible.missing)
     problem = feasible.problem
     names = problem.unbounded
     if not names:
-        return Boxed(feasible, (), (), problem)
+        return Boxed(feasible, (), (), whole)
     if set(names) - {p.name for p in feasible.model.parameters}:
         # A latent signal without a box gets one from the boxes of the parameters that define it.
-        return Boxed(feasible, (), names, problem)
+        return Boxed(feasible, (), names, whole)
     factors = vanishing_factors(feasible.model, names)
     if not factors:
         box = derive_box(problem, _guess(feasible), solver, progress, record)
-        return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, problem)
+        return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, whole)
 
     # Prove a box for the products delta = q gamma first.
     products = _in_products(feasible, factors)
-    stated = _stated(feasible, products, factors)
+    stated = _stated(feasible.model, whole, products.problem, factors)
     box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
-        return Boxed(feasible, (), names, problem)
+        return Boxed(feasible, (), names, whole)
     # Bound q away from zero, and divide.
     reach = _reach(products, box.problem, factors, solver, record)
     if reach is None:
-        return Boxed(feasible, (), names, problem)
+        return Boxed(feasible, (), names, whole)
     if record:
         for row, name in enumerate(factors, start=stated.equalities.n_rows - len(factors)):
             record(Quotient(stated, row, stated.names.index(name)))
@@ -128,6 +132,7 @@ def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> Feasi
         product = Parameter(f"{name}_product")
         model = model.substitute(name, product.symbol / factor, [product])
     products = FeasibleSet(model, feasible.data, feasible.noise_bound, feasible.free_channel)
+    products = products.without(products.missing)
     # The box of the latents (and of a free noise bound) is the one that the caller has by now.
     old = {name: k for k, name in enumerate(feasible.problem.names)}
     lower, upper = products.problem.lower.copy(), products.problem.upper.copy()
@@ -137,12 +142,13 @@ def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> Feasi
     return products.with_problem(products.problem.with_box(lower, upper))
 
 
-def _stated(feasible: FeasibleSet, products: FeasibleSet, factors: dict[str, sympy.Expr]) -> PolynomialProblem:
+def _stated(
+    model: Model, problem: PolynomialProblem, other: PolynomialProblem, factors: dict[str, sympy.Expr]
+) -> PolynomialProblem:
     """Return the set in gamma and in delta together, with ``delta = q gamma`` as the last equalities."""
-    problem, other = feasible.problem, products.problem
     new = tuple(name for name in other.names if name not in problem.names)
     names = (*problem.names, *new)
-    symbols = {name: sympy.Symbol(name, real=True) for name in (*(p.name for p in feasible.model.parameters), *new)}
+    symbols = {name: sympy.Symbol(name, real=True) for name in (*(p.name for p in model.parameters), *new)}
     definitions = polynomials_from_sympy(
         [symbols[f"{name}_product"] - factor * symbols[name] for name, factor in factors.items()],
         list(symbols.values()),

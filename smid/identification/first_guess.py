@@ -1,4 +1,7 @@
-"""A first guess by equation error: least squares in the parameters with all noises zero. It is biased."""
+"""A first guess by equation error: least squares in the parameters with all noises zero. It is biased.
+
+Equations that read a missing sample are left out.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ _NARROW = 1e-9  # relative width of a box that counts as a point
 
 def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
     """Return the parameters fitted with all noises zero, and the RMS of the equation error in the output's unit."""
+    feasible = feasible.without(feasible.missing)
     problem = feasible.problem
     count = len(feasible.model.parameters)
     lower, upper = problem.lower[:count], problem.upper[:count]
@@ -59,7 +63,8 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
                 max_nfev=200,
             )
             theta = embed(fit.x)
-        fits.append((float(np.sqrt(np.mean(residual(theta) ** 2))), theta))
+        # No equation may be left, where every second sample is missing.
+        fits.append((float(np.linalg.norm(residual(theta)) / np.sqrt(max(equalities.n_rows, 1))), theta))
     rms, best = min(fits, key=lambda pair: pair[0])
     return best, rms
 
@@ -68,5 +73,7 @@ def magnitudes(feasible: FeasibleSet, parameters: Array, noise: float) -> Array:
     """Return a guess of the size of every variable, for scaling: shape (n_variables,)."""
     guess = np.full(feasible.n_variables, max(noise, 1e-12))
     largest = max(float(np.abs(parameters).max(initial=0.0)), 1e-6)
+    outputs = [np.nanmax(np.abs(feasible.data.stacked(c))) for c in feasible.model.output_channels]
+    guess[feasible.missing] = max(outputs, default=1.0)
     guess[: len(parameters)] = np.maximum(4 * np.abs(parameters), 1e-3 * largest)
     return guess

@@ -161,7 +161,7 @@ def identify(
             origin = origin_of(feasible.model, data, feasible.bounds)
             write_certificate(certificate, problem, steps, kinks, origin)
     if enclosure is not None and enclosure.empty is not None:
-        raise _proven_empty(feasible, enclosure.empty, settings)
+        raise _proven_empty(found.boxed.feasible, enclosure.empty, settings)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.
     status, nearest = CentreStatus.UNDECIDED, None
     if enclosure is not None and not found.boxed.unbounded:

@@ -12,7 +12,7 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, stopped_by
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Step
+from relaxations.proof.proof_steps import Recorder, Step
 from relaxations.search.enclosure import Enclosure, Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
@@ -22,6 +22,7 @@ from smid.identification.encloser import NOTHING, Enclosed, Settings, proven_inf
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed, with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
+from smid.identification.missing import with_missing
 
 
 @dataclass
@@ -38,37 +39,50 @@ class Polynomial:
     def __post_init__(self) -> None:
         problem = self.feasible.problem
         self.plan = Plan.of(problem, self.settings.method, self.settings.order)
-        self.boxed = Boxed(self.feasible, (), problem.unbounded, problem)
+        present = self.feasible.without(self.feasible.missing)
+        self.boxed = Boxed(present, (), present.problem.unbounded, problem)
 
     def enclose(self) -> Enclosed:
         """Return the intervals of the parameters."""
-        settings = self.settings
         record = self.steps.append if self.kept else None
-        known: list[Array] = []
         try:
-            # Prove a finite box, and look for a first feasible point in it. Cuts begin from a guess instead.
-            self.boxed = with_finite_box(self.feasible, settings.solver, settings.progress, record)
+            # Prove a finite box.
+            self.boxed = with_finite_box(self.feasible, self.settings.solver, self.settings.progress, record)
             if self.boxed.unbounded:
                 return Enclosed(self.boxed, Reason.UNBOUNDED)
-            if not self.plan.cuts:
-                known = _first_witness(self.boxed.feasible, self.plan)
+            enclosure = self._intervals(record)
+            # The parameters' intervals without the missing samples give these a box, and all equations serve.
+            if len(self.feasible.missing) and enclosure.empty is None:
+                self.boxed = with_missing(self.feasible, self.boxed, enclosure, self.settings.solver, record)
+                before, enclosure = enclosure, self._intervals(record)
+                enclosure = replace(
+                    enclosure, solves=before.solves + enclosure.solves, seconds=before.seconds + enclosure.seconds
+                )
         except STOPS as stop:
             return Enclosed(self.boxed, Reason[stopped_by(stop)])
-        enclosure = intervals(
-            self.boxed.feasible.problem,
-            range(len(self.feasible.model.parameters)),
-            method=self.plan,  # made without the box: it depends on the polynomials alone
+        return Enclosed(self.boxed, enclosure.reason, enclosure)
+
+    def _intervals(self, record: Recorder | None) -> Enclosure:
+        """Return the intervals of the parameters over the set with its box; look for a first feasible point before."""
+        settings, feasible = self.settings, self.boxed.feasible
+        # The plan depends on the polynomials alone. Cuts begin from a guess, and not from a point.
+        if len(self.feasible.missing):
+            self.plan = Plan.of(feasible.problem, settings.method, settings.order)
+        known = [] if self.plan.cuts else _first_witness(feasible, self.plan)
+        return intervals(
+            feasible.problem,
+            range(len(feasible.model.parameters)),
+            method=self.plan,
             solver=settings.solver,
             tolerance=settings.tolerance,
             rounds=settings.rounds,
             nodes=settings.nodes,
             known=known,
-            start=_start(self.boxed.feasible)[0] if self.plan.cuts else None,
+            start=_start(feasible)[0] if self.plan.cuts else None,
             executor=settings.executor,
             progress=settings.progress,
             record=record,
         )
-        return Enclosed(self.boxed, enclosure.reason, enclosure)
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
         """Return the stated problem and the steps."""
@@ -82,7 +96,8 @@ class Polynomial:
 def _start(feasible: FeasibleSet) -> tuple[Array, float]:
     """Return the equation-error fit as a guess of a feasible point, and its RMS error."""
     parameters, rms = equation_error_fit(feasible)
-    return np.concatenate([parameters, np.zeros(feasible.n_variables - len(parameters))]), rms
+    point = np.concatenate([parameters, np.zeros(feasible.n_variables - len(parameters))])
+    return np.clip(point, feasible.problem.lower, feasible.problem.upper), rms
 
 
 def _first_witness(feasible: FeasibleSet, plan: Plan) -> list[Array]:
@@ -102,7 +117,7 @@ def _centre(
     lower, upper = problem.lower.copy(), problem.upper.copy()
     lower[:count] = upper[:count] = centre
     fixed = problem.with_box(lower, upper)
-    start = np.concatenate([centre, np.zeros(problem.n_variables - count)])
+    start = np.clip(np.concatenate([centre, np.zeros(problem.n_variables - count)]), lower, upper)
     others = np.setdiff1d(plan.complicating, np.arange(count))
     if find_witness(fixed, fixed, NOTHING, others, start) is not None:
         return CentreStatus.FEASIBLE, None

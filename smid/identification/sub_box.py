@@ -109,7 +109,7 @@ def boxed(feasible: FeasibleSet, region: Region, solver: Solver) -> Region | Emp
         return region
     for _ in range(ROUNDS):
         stamped = feasible.on_box(lower, upper, region.choose)
-        problem, equalities = _without(stamped.problem, loose)
+        problem, equalities = stamped.problem.without(loose)
         with region.trail.on(stamped) as record:
             found = _bounds(stamped, problem, solver, record)
         if isinstance(found, Emptiness):
@@ -173,21 +173,6 @@ def _bounds(
             if certified.point is not None:
                 points[k, sign] = certified.point
     return ends, points, relaxed
-
-
-def _without(problem: PolynomialProblem, loose: Index) -> tuple[PolynomialProblem, Index]:
-    """Leave out some variables with the constraints that read them; return the equalities that are kept as well."""
-    left = np.setdiff1d(np.arange(problem.n_variables), loose)
-    numbers = np.full(problem.n_variables, -1, dtype=np.int64)
-    numbers[left] = np.arange(len(left))
-    families = (problem.equalities, problem.inequalities)
-    rows = [
-        np.setdiff1d(np.arange(family.n_rows), family.rows[np.isin(family.factors, loose).any(axis=1)])
-        for family in families
-    ]
-    equalities, inequalities = (f.take(kept).renumbered(numbers) for f, kept in zip(families, rows, strict=True))
-    names = tuple(problem.names[k] for k in left)
-    return PolynomialProblem(names, problem.lower[left], problem.upper[left], equalities, inequalities), rows[0]
 
 
 def _guess(stamped: FeasibleSet) -> Array:

@@ -71,15 +71,15 @@ def at_sampling_time(model: Model, sampling_time: float | None) -> Model:
     return model
 
 
-def channel_samples(channels: Mapping[str, ArrayLike], name: str) -> Array:
-    """Get one channel as finite numbers.
+def channel_samples(channels: Mapping[str, ArrayLike], name: str, gaps: bool = False) -> Array:
+    """Get one channel as finite numbers, and NaN for missing samples where ``gaps`` are allowed.
 
     Shape (n,).
     """
     if name not in channels:
         raise ModelError(f"the data lack the channel {name!r}: they have {', '.join(channels)}")
     samples = np.asarray(channels[name], dtype=float)
-    if samples.ndim != 1 or not np.isfinite(samples).all():
+    if samples.ndim != 1 or not (np.isfinite(samples) | (gaps & np.isnan(samples))).all():
         raise ModelError(f"channel {name!r} is not a finite series of shape (n,): clean or cut it first")
     return samples
 
@@ -163,14 +163,16 @@ def _check_finite(names: Sequence[str], known: Mapping[str, Array], start: int) 
         )
 
 
-def measured_signals(model: Model, channels: Mapping[str, ArrayLike], values: Mapping[str, Any]) -> dict[str, Array]:
+def measured_signals(
+    model: Model, channels: Mapping[str, ArrayLike], values: Mapping[str, Any], gaps: bool = False
+) -> dict[str, Array]:
     """Read the measured, defined signals off the output channels, through the sensor curves.
 
-    Per measured signal, shape (n,).
+    Per measured signal, shape (n,); NaN for missing samples where ``gaps`` are allowed.
     """
     outputs = set(model.output_channels)
     return {
-        item.signal: channel_to_signal(item, channel_samples(channels, item.channel), values)
+        item.signal: channel_to_signal(item, channel_samples(channels, item.channel, gaps), values)
         for item in reversed(model.measurements)
         if item.channel in outputs
     }

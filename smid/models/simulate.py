@@ -51,11 +51,13 @@ class Simulation:
     model
         The model.
     outputs
-        Per experiment, the noise-free output channels, of shape (n,) each; ``outputs[i][channel]``.
+        Per experiment, the noise-free output channels, of shape (n,) each; ``outputs[i][channel]``. NaN before the
+        first measured samples that can start the run.
     signals
         Per experiment, every signal; NaN before the first sample that inputs and initial states determine.
     skip
-        Samples at the start of each experiment that come from the initial state, not from the model.
+        Samples at the start of each experiment, after those that are NaN, that come from the initial state, not from
+        the model.
 
     Examples
     --------
@@ -179,7 +181,8 @@ def simulate_data(
     ----------
     data
         Anything with ``experiments``, each with ``values[channel]`` of shape (n,); its ``sampling_time``, where it has
-        one, is that of a model in derivatives that has none.
+        one, is that of a model in derivatives that has none. A missing output (NaN) is never read: a run that starts
+        from measured samples begins at the first of which enough are there in a row.
 
     Examples
     --------
@@ -196,10 +199,15 @@ def simulate_data(
     values, _ = parameter_values(model, parameters)
     runs = []
     for experiment in data.experiments:
-        start = initial
+        first, start = 0, initial
+        channels = experiment.values
         if isinstance(start, str):
-            start = measured_signals(model, experiment.values, values) if start == "measured" else {}
-        runs.append(simulate(model, experiment.values, parameters, start))
+            measured = measured_signals(model, channels, values, True) if start == "measured" else {}
+            first = _first_start(model, measured)
+            start = {name: samples[first:] for name, samples in measured.items()}
+            channels = {name: samples[first:] for name, samples in channels.items()}
+        run = simulate(model, channels, parameters, start)
+        runs.append({name: np.concatenate([np.full(first, np.nan), samples]) for name, samples in run.items()})
     return _collect(model, runs)
 
 
@@ -213,6 +221,21 @@ def predict_data(model: Model, data: Experiments, parameters: Mapping[str, float
     """
     model = at_sampling_time(model, getattr(data, "sampling_time", None))
     return _collect(model, [predict(model, item.values, parameters) for item in data.experiments])
+
+
+def _first_start(model: Model, measured: Mapping[str, Array]) -> int:
+    """Return the first instant from which all measured signals are there for as long as they start a run."""
+    if not measured:
+        return 0
+    missing = np.any([np.isnan(samples) for samples in measured.values()], axis=0)
+    length = max(model.max_lag, 1)
+    there = np.lib.stride_tricks.sliding_window_view(~missing, min(length, len(missing))).all(axis=1)
+    if not there.any():
+        raise ModelError(
+            f"nowhere are {length} samples of {', '.join(model.output_channels)} in a row there, from which a "
+            "simulation could start: give initial='rest', or initial samples by signal"
+        )
+    return int(np.argmax(there))
 
 
 def _of_model(model: Model, known: dict[str, Array]) -> dict[str, Array]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from smid.data import Dataset
+from smid.data.gaps import require_complete
 from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.recursive.arx import Arx
@@ -124,6 +125,7 @@ def gain_study(
     >>> study.best, study.trackings[2].one_step.largest > 1e4
     (1.0, True)
     """
+    require_complete(data, "a recursive estimator")
     regressors = arx.matrix(data.values(data.input, experiment), data.values(data.output, experiment))
     largest = method.largest_gain(regressors)
     chosen = tuple(share * largest for share in _SHARES) if gains is None else tuple(gains)

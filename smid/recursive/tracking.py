@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.data.gaps import require_complete
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.recursive.arx import Arx
@@ -239,7 +240,7 @@ def track(arx: Arx, method: Method, data: Dataset, *, experiment: int = 0, start
     ModelError
         If start or settings do not fit the number of parameters.
     DataError
-        If the record has several inputs or outputs, or is too short.
+        If the record has several inputs or outputs, missing samples, or is too short.
 
     Examples
     --------
@@ -251,6 +252,7 @@ def track(arx: Arx, method: Method, data: Dataset, *, experiment: int = 0, start
     >>> found.a_posteriori.largest < 1e-13 < 1 < found.one_step.rmse
     True
     """
+    require_complete(data, "a recursive estimator")
     u, y = data.values(data.input, experiment), data.values(data.output, experiment)
     arx.matrix(u, y)  # refuses invalid data before the first sample
     estimator = RecursiveEstimator(arx, method, start)

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from smid.data import Dataset
+from smid.data.listing import missing_notes
 from smid.models import Model
 from smid.reports import mathml
 from smid.reports.content import Block, Equations, Facts, Picture, Rich, Section, joined
@@ -62,6 +63,8 @@ def _data(data: Dataset, drawn: bool) -> Iterator[Block]:
     samples = f"{data.n_samples}, every {data.sampling_time:.6g} s"
     if len(data.experiments) > 1:
         samples += f", in {len(data.experiments)} experiments: {', '.join(run.name for run in data.experiments)}"
+    for note in missing_notes(data):
+        samples += f"; {note}"
     if data.n_init:
         samples += f"; the first {data.n_init} of each experiment are warm-up"
     roles = {channel: data.role(channel.name) for channel in data.channels}

@@ -18,6 +18,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.data.channel import name_hint
+from smid.data.gaps import require_complete
 from smid.models import ModelError
 from smid.networks import ProgressCallback
 from smid.sensors.prediction import Prediction
@@ -147,13 +148,14 @@ def trained(value: T | None, sensor: VirtualSensor) -> T:
 
 
 def require_channels(data: Dataset, channels: tuple[str, ...]) -> None:
-    """Raise a `DataError` if the records lack a channel."""
+    """Raise a `DataError` if the records lack a channel, or samples."""
     for channel in channels:
         if channel not in data.names:
             raise DataError(
                 f"the records have no channel {channel!r}, which the sensor needs ({', '.join(channels)}); "
                 f"{name_hint(channel, data.names)}, see Dataset.rename"
             )
+    require_complete(data, "a virtual sensor")
 
 
 def require_training_data(data: Dataset, channels: tuple[str, ...]) -> None:

@@ -147,6 +147,7 @@ def delay_estimate(data: Dataset, input: str | None = None, output: str | None =
     'Delay from u to y: 4 samples (0.4 s).'
     """
     check_dataset(data)
+    data = data.without_gaps()
     u, y = (data.input if input is None else input), (data.output if output is None else output)
     if longest < 1:
         raise DataError(f"longest = {longest} leaves no delay to test: give at least 1 sample")

@@ -168,6 +168,7 @@ def spectrum(data: Dataset, segment: int | None = None) -> Spectrum:
     1.0
     """
     check_dataset(data)
+    data = data.without_gaps()
     longest = max(run.n_samples for run in data.experiments)
     length = max(SHORTEST, longest // 8) if segment is None else segment
     if length < SHORTEST:

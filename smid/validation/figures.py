@@ -46,8 +46,7 @@ def simulation_figure(validation: Validation, number: int = 0) -> Figure:
             )
             below.axhline(bound, color=RED, linewidth=0.8, linestyle="--", label="noise bound")
             below.axhline(-bound, color=RED, linewidth=0.8, linestyle="--")
-            outside = np.abs(error) > bound
-            outside[: len(error) - score.samples] = False  # warm-up samples are not scored
+            outside = np.abs(validation.error(number)) > bound
             if outside.any():
                 below.plot(time[outside], error[outside], color=RED, marker=".", markersize=3, linestyle="")
         # Signals, axes and one legend for both axes.

@@ -153,7 +153,7 @@ class Residuals(Tabular):
     validation
         The free run, and its scores.
     errors
-        The residuals as outputs, beside the inputs, after the warm-up.
+        The residuals as outputs, beside the inputs: an experiment for each stretch of samples that are scored.
     outputs
         One entry for each output of the model.
     spectrum
@@ -271,15 +271,16 @@ def residuals(model: Candidate, data: Dataset) -> Residuals:
 
 
 def _errors(run: Validation) -> Dataset:
-    """Return the residuals as outputs, beside the inputs, after the warm-up."""
+    """Return the residuals as outputs, beside the inputs: the stretches of samples that are scored."""
     inputs, outputs = run.model.input_channels, run.model.output_channels
     experiments = []
     for k, measured in enumerate(run.data.experiments):
-        start = measured.n_samples - run.scores[k * len(outputs)].samples
-        values = {name: measured.values[name][start:] for name in inputs}
-        values |= {name: run.error(k * len(outputs) + j) for j, name in enumerate(outputs)}
-        experiments.append(Experiment(measured.name, values, float(run.data.time(k)[start])))
-    return replace(
+        errors = {name: run.error(k * len(outputs) + j) for j, name in enumerate(outputs)}
+        start = int(np.argmax(~np.isnan(list(errors.values())).any(axis=0)))
+        values = {name: measured.values[name] for name in inputs} | errors
+        cut = {name: samples[start:] for name, samples in values.items()}
+        experiments.append(Experiment(measured.name, cut, float(run.data.time(k)[start])))
+    errors_alone = replace(
         run.data,
         experiments=tuple(experiments),
         channels=tuple(run.data.channel(name) for name in (*inputs, *outputs)),
@@ -289,3 +290,4 @@ def _errors(run: Validation) -> Dataset:
         resampling=(),
         normalisation=None,
     )
+    return errors_alone.without_gaps()

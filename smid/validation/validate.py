@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Mask
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
+from smid.data.listing import missing_notes
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
@@ -31,7 +32,7 @@ class Score:
     Parameters
     ----------
     samples
-        Number of compared samples: those after the warm-up.
+        Number of compared samples: those after the warm-up that are not missing.
     rmse
         In the channel's unit.
     fit_percent
@@ -89,9 +90,11 @@ class Validation(Tabular):
         return Table("", header, rows, "llrrrrr")
 
     def error(self, number: int) -> Array:
-        """Return measured minus simulated output of the score of this number, shape (samples,), after the warm-up."""
-        score, k = self.scores[number], self.experiment(number)
-        return (self.data.values(score.channel, k) - self.simulated[k][score.channel])[-score.samples :]
+        """Return measured minus simulated output of a score, by its number, shape (n,); NaN where it is not scored."""
+        channel, k = self.scores[number].channel, self.experiment(number)
+        simulated = self.simulated[k][channel]
+        scored = scored_samples(self.model, self.data, k, channel, simulated)
+        return np.where(scored, self.data.values(channel, k) - simulated, np.nan)
 
     def experiment(self, number: int) -> int:
         """Return the number of the experiment of the score of this number."""
@@ -99,6 +102,7 @@ class Validation(Tabular):
 
     def _content(self) -> Iterator[Part]:
         yield self.table
+        yield from missing_notes(self.data)
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         return (asdict(score) for score in self.scores)
@@ -145,7 +149,8 @@ def bound_model(given: Candidate, data: Dataset) -> Model:
 def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
     """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
-    The free run starts from the first measured outputs. These samples and the warm-up (``n_init``) are not scored.
+    The free run starts from the first measured outputs. These samples, the warm-up (``n_init``) and missing samples are
+    not scored.
 
     Parameters
     ----------
@@ -169,19 +174,21 @@ def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, 
     """
     bound_to = bound_model(model, data)
     simulation = bound_to.simulate(data)
-    start = max(data.n_init, bound_to.max_lag)
     scores = []
     # Score each output of each experiment after the warm-up.
     for number, experiment in enumerate(data.experiments):
         for channel in bound_to.output_channels:
-            error = (experiment.values[channel] - simulation.outputs[number][channel])[start:]
-            if not len(error):
+            simulated = simulation.outputs[number][channel]
+            scored = scored_samples(bound_to, data, number, channel, simulated)
+            if not scored.any():
                 raise DataError(
-                    f"experiment {experiment.name!r} has {experiment.n_samples} samples, none after the first {start} "
-                    "that start the simulation: take a longer record"
+                    f"experiment {experiment.name!r} has {experiment.n_samples} samples, none of {channel!r} after the "
+                    "first ones that start the simulation: take a longer record"
                 )
+            measured = experiment.values[channel][scored]
+            error = measured - simulated[scored]
             bound = noise_bound.get(channel) if isinstance(noise_bound, Mapping) else noise_bound
-            deviation = np.linalg.norm(experiment.values[channel][start:] - experiment.values[channel][start:].mean())
+            deviation = np.linalg.norm(measured - measured.mean())
             with np.errstate(divide="ignore", invalid="ignore"):
                 fit = 100 * (1 - np.linalg.norm(error) / deviation)
             scores.append(
@@ -198,3 +205,13 @@ def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, 
                 )
             )
     return Validation(bound_to, data, tuple(scores), tuple(dict(o) for o in simulation.outputs))
+
+
+def scored_samples(model: Model, data: Dataset, number: int, channel: str, simulated: Array) -> Mask:
+    """Return which samples of an output of an experiment are compared with its free run, shape (n,).
+
+    They are not missing, and lie after the warm-up and after the samples that start the run.
+    """
+    begun = int(np.argmax(~np.isnan(simulated)))
+    there = ~np.isnan(data.values(channel, number))
+    return np.asarray(there & (np.arange(len(there)) >= max(data.n_init, begun + model.max_lag)))

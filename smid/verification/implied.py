@@ -11,7 +11,7 @@ from relaxations.check.arithmetic import Interval, Polynomial, Terms, Work, prod
 from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
 from smid.verification.expressions import NotPolynomialError, divided
-from smid.verification.rows import Equations, Row, contains
+from smid.verification.rows import Equations, Row, Samples, contains
 
 _WORK = Work(1 << 62)
 Definitions = dict[int, tuple[int, Terms]]  # auxiliary variable: the parameter and the factor that it is a product of
@@ -28,9 +28,7 @@ class NotProvenError(ValueError):
     """
 
 
-def check_implied(
-    document: Document, model: Mapping[str, Any], samples: Mapping[str, Mapping[str, list[Fraction]]], bounds: Any
-) -> int:
+def check_implied(document: Document, model: Mapping[str, Any], samples: Samples, bounds: Any) -> int:
     """Return the number of equations in the certificate; all follow from the model and the samples.
 
     NotProvenError names the variable, equation or constraint that does not follow.
@@ -70,7 +68,7 @@ def _check_boxes(document: Document, equations: Equations, bounds: Mapping[str, 
         if name in parameters:
             wanted = tuple(_end(end, side) for end, side in zip(parameters[name], (-inf, inf), strict=True))
         elif is_instance and base in noises:
-            size = Fraction(float.fromhex(bounds[noises[base]]))
+            size = inf if name in equations.missing else Fraction(float.fromhex(bounds[noises[base]]))
             wanted = (-size, size)
         elif v in kinks:
             continue

@@ -8,6 +8,7 @@ measured nor latent is replaced by its own line.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -17,6 +18,7 @@ from relaxations.check.statement import Box, Stated
 from smid.verification.expressions import NotPolynomialError, OutsideError, Value, evaluated, number, variable
 
 _WORK = Work(1 << 62)
+Samples = Mapping[str, Mapping[str, list[Fraction | None]]]  # experiment -> channel -> samples; None is a missing one
 
 
 @dataclass(frozen=True)
@@ -37,16 +39,25 @@ class Equations:
     """The lines of a model, evaluated on a record; ``stated`` and ``box`` are those of the certificate."""
 
     model: Mapping[str, Any]
-    samples: Mapping[str, Mapping[str, list[Fraction]]]
+    samples: Samples
     stated: Stated
     box: Box
     place: dict[str, int] = field(init=False)
     used_kinks: set[int] = field(init=False, default_factory=set)
+    missing: frozenset[str] = field(init=False)  # noises of missing samples
     _experiment: str = field(init=False, default="")
     _memory: dict[tuple[str, int], Value] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.place = {name: k for k, name in enumerate(self.stated.names)}
+        self.missing = frozenset(
+            self.instance(m["noise"], time, experiment)
+            for m in self.model["measurements"]
+            if m["noise"] is not None
+            for experiment, channels in self.samples.items()
+            for time, sample in enumerate(channels[m["channel"]])
+            if sample is None
+        )
         self._latent = {name.split("[")[0] for name in self.stated.names if "[" in name}
         self._measured = {m["signal"]: m for m in self.model["measurements"]}
         self._kinks: dict[str, list[int]] = {}
@@ -72,8 +83,9 @@ class Equations:
                 if name in self._latent and measurement["noise"] is not None:
                     for time in range(count):
                         if self.instance(name, time) in self.place:
-                            seen = self._seen(measurement, time)
-                            yield Row(experiment, name, time, (self.signal(name, time) - seen).polynomial())
+                            with suppress(OutsideError):  # of a missing sample
+                                seen = self._seen(measurement, time)
+                                yield Row(experiment, name, time, (self.signal(name, time) - seen).polynomial())
 
     def _line(self, name: str, text: str, count: int) -> Iterator[Row]:
         for time in range(count):
@@ -115,12 +127,15 @@ class Equations:
 
     def _seen(self, measurement: Mapping[str, Any], time: int) -> Value:
         """Return the signal behind a measured sample: the sensor's inverse curve of measurement minus noise."""
-        seen = self._sample(measurement["channel"], time)
-        if measurement["noise"] is not None:
+        if measurement["noise"] is None:
+            seen = self._sample(measurement["channel"], time)
+        else:
             noise = self.place.get(self.instance(measurement["noise"], time))
             if noise is None:
                 raise OutsideError
-            seen = seen - variable(noise)
+            # A missing sample is zero, with a noise that has no bound.
+            missing = self.samples[self._experiment][measurement["channel"]][time] is None
+            seen = (number(0) if missing else self._sample(measurement["channel"], time)) - variable(noise)
         if measurement["inverse"] is None:
             return seen
 
@@ -130,7 +145,10 @@ class Equations:
         return evaluated(measurement["inverse"], time, name_of, self.signal, self._kink)
 
     def _sample(self, channel: str, time: int) -> Value:
-        return number(self.samples[self._experiment][channel][time])
+        sample = self.samples[self._experiment][channel][time]
+        if sample is None:
+            raise OutsideError
+        return number(sample)
 
     def _kink(self, kind: str, argument: Value) -> Value:
         """Return the positive part or the sign of a value, from its number, a kink of the proof, or the box."""

@@ -117,7 +117,10 @@ def verify(
         if noise_bound is not None:
             _compare_bounds(origin["noise_bounds"], noise_bound)
         samples = {
-            run["name"]: {c: [Fraction(v) for v in own.values[c].tolist()] for c in origin["data"]["sample_digests"]}
+            run["name"]: {
+                c: [None if math.isnan(v) else Fraction(v) for v in own.values[c].tolist()]
+                for c in origin["data"]["sample_digests"]
+            }
             for run, own in zip(origin["data"]["experiments"], data.experiments, strict=True)
         }
         equations = check_implied(found, origin["model"], samples, origin["noise_bounds"])

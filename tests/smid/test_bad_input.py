@@ -57,11 +57,11 @@ REPEATED = HEADER + "0,1,1\n1,0,1\n1,1,0\n2,0,0\n"
 
 MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] = {
     # what is done, the error, its cause, its cure
-    "a missing sample": (
-        lambda _: data_of(y=spoilt(np.nan)),
+    "no sample of the output": (
+        lambda _: data_of(y=np.full(len(Y), np.nan)),
         DataError,
-        r"channel 'y' of experiment 'experiment' is nan at sample 7 \(t = 3\.5 s\)",
-        "correct it, or crop",
+        "every sample of 'y' is missing in experiment 'experiment'",
+        "leave one of them out",
     ),
     "an infinite sample": (lambda _: data_of(u=spoilt(np.inf)), DataError, "channel 'u'.*is inf at sample 7", "crop"),
     "unsorted time stamps": (lambda tmp: csv(SWAPPED, tmp), DataError, "run.csv.*time", "sort"),

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset, excitation
+from smid.data.gaps import bridged
 from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.feedback import feedback
 from smid.diagnosis.evidence.sensor import outlier_mask, quantisation_step, runs_of_equal
@@ -102,7 +103,7 @@ def data_faults(data: Dataset) -> tuple[Fault, ...]:
 
 
 def _quantised(data: Dataset, channel: str) -> Iterable[Fault]:
-    values = data.stacked(channel)
+    values = _present(data, channel)
     step = quantisation_step(values)
     if step is None:
         return
@@ -110,6 +111,7 @@ def _quantised(data: Dataset, channel: str) -> Iterable[Fault]:
     if data.role(channel) != "output" and not _looks_rounded(runs, step):
         return
     bends = np.concatenate([np.diff(y, 2) for y in runs])
+    bends = bends[~np.isnan(bends)]
     noise = float(np.sqrt(np.mean(bends**2) / 6)) if bends.size else 0.0
     span = float(np.ptp(values))
     # A noise of the size of the step makes the rounding error a small white noise of its own.
@@ -129,6 +131,12 @@ def _quantised(data: Dataset, channel: str) -> Iterable[Fault]:
     )
 
 
+def _present(data: Dataset, channel: str) -> Array:
+    """Return the samples of a channel that are not missing."""
+    values = data.stacked(channel)
+    return values[~np.isnan(values)]
+
+
 def _looks_rounded(runs: list[Array], step: float) -> bool:
     """Tell a rounded signal from a command: it goes from level to level without jumps, and at no fixed beat."""
     jumps = np.concatenate([np.diff(u) for u in runs])
@@ -141,7 +149,7 @@ def _looks_rounded(runs: list[Array], step: float) -> bool:
 
 
 def _stood_still(data: Dataset, channel: str) -> Iterable[Fault]:
-    values = data.stacked(channel)
+    values = _present(data, channel)
     span, unit = float(np.ptp(values)), data.channel(channel).unit
     if values.size < _FEWEST or span == 0:
         return
@@ -153,6 +161,7 @@ def _stood_still(data: Dataset, channel: str) -> Iterable[Fault]:
         (number, int(start), int(start + length), float(run.values[channel][start]))
         for number, run in enumerate(data.experiments)
         for start, length in zip(*runs_of_equal(run.values[channel]), strict=True)
+        if not np.isnan(run.values[channel][start])
     ]
     lengths = np.array([stop - start for _, start, stop, _ in stretches])
     values_of = np.array([value for *_, value in stretches])
@@ -201,7 +210,7 @@ def _input_moves(data: Dataset, moves: Mapping[str, float], number: int, start: 
 def _glitches(data: Dataset, channel: str) -> Iterable[Fault]:
     masks = []
     for run in data.experiments:
-        values = run.values[channel]
+        values = bridged(run.values[channel])
         if np.unique(values).size < 0.5 * values.size and data.role(channel) != "output":
             return  # a command of few levels jumps by design
         mask = outlier_mask(values)
@@ -214,8 +223,9 @@ def _glitches(data: Dataset, channel: str) -> Iterable[Fault]:
     largest = 0.0
     for run, mask in zip(data.experiments, masks, strict=True):
         index = np.arange(mask.size)
-        clean = np.interp(index, index[~mask], run.values[channel][~mask])
-        largest = max(largest, float(np.abs(run.values[channel] - clean).max()))
+        values = bridged(run.values[channel])
+        clean = np.interp(index, index[~mask], values[~mask])
+        largest = max(largest, float(np.abs(values - clean).max()))
     samples = tuple((n, int(k), int(k) + 1) for n, mask in enumerate(masks) for k in np.flatnonzero(mask))
     instants = [f"{data.time(n)[k]:.4g}" for n, k, _ in samples]
     times = ", ".join(instants[:5]) + (", ..." if len(instants) > 5 else "")
@@ -282,7 +292,9 @@ def _jitter(data: Dataset) -> Iterable[Fault]:
 
 
 def _reacts(data: Dataset, name: str, output: str) -> Iterable[Fault]:
-    found = feedback([run.values[name] for run in data.experiments], [run.values[output] for run in data.experiments])
+    found = feedback(
+        [run.values[name] for run in data.experiments], [bridged(run.values[output]) for run in data.experiments]
+    )
     if found.chance > _STRICT or found.share < _SMALLEST_REACTION:
         return
     yield Fault(

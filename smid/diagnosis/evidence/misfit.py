@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
+from smid.data.gaps import bridged
 from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.structure import DIRECTIONS, Structure, binned, input_direction, level_codes
 from smid.diagnosis.evidence.time_correlation import (
@@ -88,7 +89,7 @@ class Misfit(Tabular):
     channel, unit
         The output.
     samples
-        Samples compared.
+        Samples compared: missing ones are not.
     rmse
         In the output's unit.
     fit_percent
@@ -102,7 +103,7 @@ class Misfit(Tabular):
     input
         Channel of the input that the error is compared with.
     residual
-        Shape (N,). Output minus free run, per experiment, warm-up included.
+        Shape (N,). Output minus free run, per experiment, warm-up included; NaN where a sample is missing.
     start
         Samples at the start of each experiment that are not compared.
     """
@@ -202,6 +203,11 @@ def misfit(
         For an unknown channel, a free run of another length, one that is not finite, a noise bound that is not
         positive, or no sample left.
 
+    Notes
+    -----
+    Missing samples are left out of all figures. Lines across them bridge the error where it is compared with the past
+    and by frequency.
+
     Examples
     --------
     >>> random = np.random.default_rng(0)
@@ -221,8 +227,11 @@ def misfit(
     if noise_bound is not None and not (np.isfinite(noise_bound) and noise_bound > 0):
         raise DataError(f"noise_bound = {noise_bound} is not positive; give it in the unit of {channel!r}")
     residual = tuple(run.values[channel] - free for run, free in zip(data.experiments, runs, strict=True))
-    error = np.concatenate([e[start:] for e in residual])
-    measured = [run.values[channel][start:] for run in data.experiments]
+    there = [~np.isnan(e[start:]) for e in residual]
+    if not any(one.any() for one in there):
+        raise DataError(f"every sample of {channel!r} that could be compared is missing: take a longer record")
+    error = np.concatenate([e[start:][one] for e, one in zip(residual, there, strict=True)])
+    measured = [run.values[channel][start:][one] for run, one in zip(data.experiments, there, strict=True) if one.any()]
     spread = float(np.sqrt(sum(np.sum((y - y.mean()) ** 2) for y in measured)))
     norm = float(np.linalg.norm(error))
     return Misfit(
@@ -234,7 +243,7 @@ def misfit(
         largest=float(np.abs(error).max()),
         noise_bound=noise_bound,
         violations=None if noise_bound is None else _violations(data, residual, noise_bound, start),
-        structure=_structure(data, channel, name, runs, residual, start),
+        structure=_structure(data, channel, name, runs, [bridged(e) for e in residual], start),
         input=name,
         data=data,
         residual=residual,
@@ -276,14 +285,14 @@ def _violations(data: Dataset, residual: Sequence[Array], bound: float, start: i
     for number, (run, error) in enumerate(zip(data.experiments, residual, strict=True)):
         time = data.time(number)
         outside = start + np.flatnonzero(np.abs(error[start:]) > bound)
-        count, compared = count + outside.size, compared + error.size - start
+        count, compared = count + outside.size, compared + int((~np.isnan(error[start:])).sum())
         if not outside.size:
             continue
         first += [(run.name, float(time[k])) for k in outside[:_NAMED_INSTANTS]]
         # Noise brings the error below the bound briefly: the interval does not end there.
         apart = max(3, error.size // 100)
         for part in np.split(outside, np.flatnonzero(np.diff(outside) > apart) + 1):
-            largest = float(np.abs(error[part]).max())
+            largest = float(np.nanmax(np.abs(error[part])))
             intervals.append(Interval(run.name, float(time[part[0]]), float(time[part[-1]]), part.size, largest))
     return Violations(count, count / compared, tuple(first[:_NAMED_INSTANTS]), tuple(intervals))
 
@@ -344,7 +353,7 @@ def _structure(
             binned("channel", other.name, error, x, level_codes(x), None, other.name, (other.unit, unit))
             for other in data.channels
             if other.name not in (name, channel)
-            for x in [joined([run.values[other.name] for run in data.experiments])]
+            for x in [joined([bridged(run.values[other.name]) for run in data.experiments])]
         ),
         frequency_structure(error, step),
         own_past_structure(error, step),

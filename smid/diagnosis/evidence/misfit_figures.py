@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
+from smid.data.gaps import bridged
 from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.evidence.structure import DIRECTIONS, Structure, input_direction
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, PAPER, RED, SKY, WIDTH, style
@@ -31,7 +32,9 @@ def misfit_figure(misfit: Misfit) -> Figure:
     """
     data, start = misfit.data, misfit.start
     others = [c.name for c in data.channels if c.name not in (misfit.input, misfit.channel)]
-    names = [name for name in others if any(np.ptp(run.values[name]) > 0 for run in data.experiments)][:_MOST_CHANNELS]
+    names = [name for name in others if any(np.ptp(bridged(run.values[name])) > 0 for run in data.experiments)][
+        :_MOST_CHANNELS
+    ]
     error = np.concatenate([e[start:] for e in misfit.residual])
     free = [run.values[misfit.channel] - e for run, e in zip(data.experiments, misfit.residual, strict=True)]
     velocity = np.concatenate([np.gradient(y)[start:] if y.size > 1 else np.zeros(1) for y in free])
@@ -72,7 +75,7 @@ def misfit_figure(misfit: Misfit) -> Figure:
         figure = Figure(figsize=(WIDTH, 1.7 + 1.65 * rows), layout="constrained")
         grid = figure.add_gridspec(1 + rows, 2)
         _over_time(figure.add_subplot(grid[0, :]), misfit, unit)
-        _spectrum(figure.add_subplot(grid[1, 0]), misfit, error, unit)
+        _spectrum(figure.add_subplot(grid[1, 0]), misfit, bridged(error), unit)
         for k, (kind, against, x, label, colour) in enumerate(panels, start=1):
             axes = figure.add_subplot(grid[1 + k // 2, k % 2])
             for one in dict.fromkeys(np.atleast_1d(colour).tolist()):

@@ -122,7 +122,7 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     if found.enclosure.empty is not None:
         weights = found.enclosure.empty.weights
         heaviest = [k for k in np.argsort(weights)[::-1][:_HEAVIEST] if weights[k] > 0]
-        samples = tuple((window.first + int(feasible.samples[k][1]), float(weights[k])) for k in heaviest)
+        samples = tuple((window.first + int(found.boxed.feasible.samples[k][1]), float(weights[k])) for k in heaviest)
         return decision(Status.EXCLUDED, samples=samples)
     if found.enclosure.witnesses:
         return decision(Status.FEASIBLE)
@@ -160,11 +160,16 @@ def _verified(problem: Fitting, vector: Array, part: Dataset, before: int, bound
     """Return whether the free run at a vector is verified to be a point of the feasible set."""
     fit = problem.result(vector, 0.0)
     for channel, bound in bounds.items():
-        if not np.abs(fit.residual(part, channel)[0][before:]).max() <= bound:
+        if not np.nanmax(np.abs(fit.residual(part, channel)[0][before:])) <= bound:
             return False
     model = fit.model
     signals, _ = problem.run.run(problem.inputs[0], model.values, fit.initial[0], jacobian=False)
-    noises = {m.noise: fit.residual(part, m.channel)[0] for m in model.measurements if m.noise is not None}
+    # A missing sample is zero, with a noise of its own (smid.feasible.assemble).
+    noises = {
+        m.noise: np.nan_to_num(part.values(m.channel)) - fit.simulated[0][m.channel]
+        for m in model.measurements
+        if m.noise is not None
+    }
     known = {name: samples[before:] for name, samples in {**signals, **noises}.items()}
     # As numbers: of a variable, an equality could be solved for it.
     fixed = model.fix(**{p.name: model.values.get(p.name, p.lower) for p in model.parameters})

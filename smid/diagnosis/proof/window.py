@@ -37,15 +37,16 @@ def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator
     Parameters
     ----------
     residual
-        Shape (n,). Of the base model, per experiment, over the samples that may be used.
+        Shape (n,). Of the base model, per experiment, over the samples that may be used; NaN counts as no error.
 
     Examples
     --------
     >>> [(w.first, w.last) for w in windows([np.eye(1, 100, 50)[0]], (10, 1000))]
     [(41, 50), (0, 99)]
     """
-    number = int(np.argmax([np.abs(r).max(initial=0.0) for r in residual]))
-    squares = np.asarray(residual[number]) ** 2
+    errors = [np.nan_to_num(r) for r in residual]
+    number = int(np.argmax([np.abs(e).max(initial=0.0) for e in errors]))
+    squares = errors[number] ** 2
     found, first, last = list[Window](), 0, squares.size - 1
     for size in sorted({min(size, squares.size) for size in sizes}, reverse=True):
         first += int(np.argmax(np.convolve(squares[first : last + 1], np.ones(size), "valid")))

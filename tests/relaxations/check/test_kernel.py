@@ -4,6 +4,7 @@ import ast
 import json
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -166,3 +167,18 @@ def test_the_kernel_fits_in_600_lines_and_every_rule_has_its_proof():
         head = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
         assert "Claim: " in head
         assert "Proof. " in head or path.stem == "parts"
+
+
+@pytest.mark.parametrize(
+    ("row", "ends"),
+    [
+        ([[1, 0, [0]], [-1, 0, [1]]], (2, 3)),  # x = y
+        ([[-2, 0, [0]], [1, 0, [1]], [-6, 0, []]], (-2, "-3/2")),  # x = (y - 6) / 2
+        ([["3/2", "1/2", [0]], [-1, 0, [1]]], (1, 3)),  # x = y / b for a b from 1 to 2
+    ],
+)
+def test_a_quotient_bounds_from_both_sides(row, ends):
+    step = {"quotient": {"equality": 0, "variable": 0}}
+    content = HEAD | {"equalities": [row], "variables": ["x", "y"], "box": [[None, None], [2, 3]], "steps": [step]}
+    lower, upper = check.theorems(content)
+    assert (lower.bound, -upper.bound) == tuple(map(Fraction, ends))

@@ -28,7 +28,8 @@ def test_each_option_is_a_keyword_of_the_loader(smid):
     document = json.loads(smid(f"error-bound run.csv {COMMON} {WORDS} --json -").stdout)
     data = Dataset.from_csv("run.csv", "u", "y", **OPTIONS)
     assert document["data"]["checksum"] == data.checksum
-    assert document["data"]["samples"] == data.n_samples == 38
+    assert document["data"]["samples"] == data.n_samples == 40
+    assert data.missing == {"u": 0, "y": 2}
     assert data.channel("y").unit == "Pa"
 
 
@@ -61,17 +62,14 @@ def test_every_command_takes_them_and_asks_for_the_mark(smid, line):
     told = smid(f"{line} {WORDS}")
     assert told.exit_code == 0, told.stderr
     if "show" not in line:
-        assert "2 of 40 samples are missing" in told.stderr
-        assert "nothing is interpolated" in told.stderr
+        assert "note: 2 of 40 samples of y are missing; they constrain nothing" in told.stderr
 
 
 def test_start_and_stop_count_the_missing_samples(smid):
     disguise()
     document = json.loads(smid(f"error-bound run.csv {COMMON} {WORDS} --start 2 --stop 30 --json -").stdout)
-    whole = Dataset.from_csv("run.csv", "u", "y", **OPTIONS)
-    assert document["data"]["samples"] == (15 - 2) + (30 - 17)
+    assert document["data"]["samples"] == 30 - 2
     assert "samples 2:30" in document["data"]["source"]
-    assert whole.n_samples == 38
 
 
 @pytest.mark.parametrize(

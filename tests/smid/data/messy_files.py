@@ -24,7 +24,8 @@ GAP = [11, 12]  # rows that are missing where a file has a gap
 class Messy:
     """A file and its answer: a sampling time and samples, or a part of the refusal.
 
-    ``parts`` are the samples of each experiment, as ranges of rows of U and Y.
+    ``parts`` are the samples of each experiment, as ranges of rows of U and Y. ``missing`` says that the samples of Y
+    in the rows of GAP are missing.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Messy:
     units: tuple[str, str] = ("", "")
     parts: tuple[tuple[int, int], ...] = ((0, N),)
     scale: float = 1.0
+    missing: bool = False
 
     def write(self, folder: Path) -> Path:
         path = folder / self.name
@@ -97,8 +99,8 @@ FILES = [
     Messy("sheet_trailing_commas.csv", "time,u,y,,\n" + rows(SECONDS, more=",,")),
     Messy("sheet_quotes.csv", '"time","u","y"\n' + rows([f'"{t}"' for t in SECONDS])),
     Messy("sheet_crlf.csv", (HEADER + rows(SECONDS)).replace("\n", "\r\n")),
-    Messy("sheet_empty_cells.csv", HEADER + rows(SECONDS, y=CELLS), parts=AROUND_GAP),
-    Messy("sheet_na.csv", HEADER + rows(SECONDS, y=[c or "#N/A" for c in CELLS]), parts=AROUND_GAP),
+    Messy("sheet_empty_cells.csv", HEADER + rows(SECONDS, y=CELLS), missing=True),
+    Messy("sheet_na.csv", HEADER + rows(SECONDS, y=[c or "#N/A" for c in CELLS]), missing=True),
     Messy("sheet_empty_rows.csv", HEADER + rows(SECONDS).replace("\n", "\n\n")),
     Messy(
         "sheet_thousands.txt", "time\tu\ty\n" + rows(SECONDS, "\t", u=U * 1e3, y=Y * 1e6, digits="{:,.2f}"), scale=1e6
@@ -149,13 +151,9 @@ FILES = [
     ),
     Messy("historian_gap.csv", "Timestamp,u,y\n" + rows(ISO, left_out=GAP), parts=AROUND_GAP),
     Messy("historian_sentinel.csv", HEADER + rows(SECONDS, y=MARKED), refused=("-9999 2 times", "--missing -9999")),
-    Messy(
-        "historian_sentinel_told.csv", HEADER + rows(SECONDS, y=MARKED), options={"missing": -9999}, parts=AROUND_GAP
-    ),
+    Messy("historian_sentinel_told.csv", HEADER + rows(SECONDS, y=MARKED), options={"missing": -9999}, missing=True),
     Messy("historian_words.csv", HEADER + rows(SECONDS, y=WORDS), refused=("'No Data'", "missing='No Data'")),
-    Messy(
-        "historian_words_told.csv", HEADER + rows(SECONDS, y=WORDS), options={"missing": "No Data"}, parts=AROUND_GAP
-    ),
+    Messy("historian_words_told.csv", HEADER + rows(SECONDS, y=WORDS), options={"missing": "No Data"}, missing=True),
     Messy("historian_units_row.csv", "Timestamp;u;y\n;V;m³/h\n" + rows(ISO, ";"), units=("V", "m³/h")),
     Messy("historian_backwards.csv", HEADER + rows(ISO[::-1]), refused=("sort the rows",)),
     Messy(
@@ -193,7 +191,7 @@ FILES = [
         "matlab_nan.mat",
         lambda p: savemat(p, {"u": U, "y": np.where(np.isin(range(N), GAP), np.nan, Y)}),
         options={"sampling_time": 0.5},
-        parts=AROUND_GAP,
+        missing=True,
     ),
     Messy(
         "matlab_complex.mat",
@@ -212,7 +210,7 @@ FILES = [
         lambda p: frame_of(
             y=pd.array([v if k not in GAP else None for k, v in enumerate(Y)], "Float64"), time=0.5 * np.arange(N)
         ).to_pickle(p),
-        parts=AROUND_GAP,
+        missing=True,
     ),
 ]
 

@@ -102,11 +102,12 @@ def test_time_in_milliseconds_from_header_or_argument(write):
             {"sampling_time": 1},
             r"run.csv: row 2 \(line 3\), column 'y': 'abc' is not a number",
         ),
-        ("#c\nu,y\n1,2\n\n3\n", {"sampling_time": 1}, r"1 of 2 samples .* are missing, first 'y' at sample 1"),
+        ("#c\nu,y\n1,2\n\n,3\n", {"sampling_time": 1}, r"1 of 2 samples .* are missing, first 'u' at sample 1"),
+        ("u,y\n1,\n3,\n", {"sampling_time": 1}, "every sample of 'y' is missing in experiment 'run'"),
         (
-            "u,y\n1,2\n3,nan\n",
+            "u,y\n1,2\nnan,3\n",
             {"sampling_time": 1},
-            r"1 of 2 samples of experiment 'run' are missing, first 'y' at sample 1 \(t = 1 s\)",
+            r"1 of 2 samples of experiment 'run' are missing, first 'u' at sample 1 \(t = 1 s\)",
         ),
         (
             "time,u,y\n0,1,2\n1,inf,3\n3,4,5\n",
@@ -211,8 +212,9 @@ def test_pandas_frames():
     assert data.channel("u").unit == "A"
     dates = frame.assign(time=pandas.to_datetime(["2024-01-01 00:00:00", "2024-01-01 00:00:02", "2024-01-01 00:00:04"]))
     assert Dataset.from_pandas(dates, "u", "y").sampling_time == 2.0
-    with pytest.raises(DataError, match="missing, first 'y' at sample 1"):
-        Dataset.from_pandas(frame.assign(y=[1, None, 3]), "u", "y", sampling_time=1)
+    assert Dataset.from_pandas(frame.assign(y=[1, None, 3]), "u", "y", sampling_time=1).missing == {"u": 0, "y": 1}
+    with pytest.raises(DataError, match="missing, first 'u' at sample 1"):
+        Dataset.from_pandas(frame.assign(**{"u [A]": [1, None, 3]}), "u", "y", sampling_time=1)
     with pytest.raises(DataError, match="convert it to real numbers"):
         Dataset.from_pandas(frame, "u", "note", sampling_time=1)
     with pytest.raises(DataError, match="several levels"):

@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from smid import DataError, Dataset, ModelError, OutputError, Residuals, residuals
+from smid.signals import delay_estimate
 from smid.validation.correlation import Correlation
 
 MODEL = OutputError(1).with_values({"a1": -0.8, "b0": 0.4})
@@ -108,3 +109,24 @@ def test_a_mistake_is_told_in_one_line(data: Dataset, error: type[Exception], wo
     with pytest.raises(error, match=words) as told:
         residuals(MODEL, data)
     assert "\n" not in str(told.value)
+
+
+def test_missing_outputs_are_not_scored_and_leave_the_tests_as_they_are():
+    random = np.random.default_rng(4)
+    u, w = random.normal(size=600), np.zeros(600)
+    for k in range(1, 600):
+        w[k] = 0.8 * w[k - 1] + u[k - 1]
+    y = w + random.normal(size=600)
+    whole = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    y[[100, 101, 350]] = np.nan
+    gappy = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    model = OutputError().with_values({"a1": -0.8, "b0": 1.0})
+    found, other = residuals(model, gappy), residuals(model, whole)
+    assert found.outputs[0].samples == other.outputs[0].samples - 3
+    assert found.is_white
+    assert np.abs(found.outputs[0].own.values - other.outputs[0].own.values).max() < 0.05
+    assert delay_estimate(gappy).samples == delay_estimate(whole).samples == 1
+    level = float(np.nanmean(y))
+    assert np.nanmax(np.abs(gappy.detrend().values("y") - (y - level))) < 1e-9
+    with pytest.raises(DataError, match="missing, and the filter would read them"):
+        gappy.filter(below=0.1)
