@@ -236,6 +236,7 @@ def find_witness(
     complicating: Index,
     start: Array,
     magnitude: Array | None = None,
+    steps: int = 25,
 ) -> Witness | None:
     """Return a witness with a small objective: search on ``box``, verify on ``problem``; None if no point is verified.
 
@@ -251,6 +252,8 @@ def find_witness(
         Shape (n_variables,).
     magnitude
         Shape (n_variables,). Size of the variables without finite bounds.
+    steps
+        Largest number of linearisations: few suffice near the optimum.
 
     Raises
     ------
@@ -272,7 +275,7 @@ def find_witness(
     with np.errstate(invalid="ignore", divide="ignore"):
         begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
-        point = search(scaled, cost, complicating, begin, margin)
+        point = search(scaled, cost, complicating, begin, margin, steps=steps)
         if point is None:  # a wider margin is infeasible too
             return None
         witness = verify(problem, objective, scaling.recover(point))
@@ -288,7 +291,8 @@ def search(
     start: Array,
     margin: float,
     radius: float = 0.1,
-    steps: int = 25,
+    *,
+    steps: int,
 ) -> Array | None:
     """Return a point improved by sequential linear programming; None if no feasible point was found.
 

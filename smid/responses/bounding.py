@@ -1,0 +1,167 @@
+"""Bounds of functions over a certified polytope: Taylor models, linear programs, and branch and bound.
+
+On a box of coordinates along the axes of the polytope, a Taylor model gives value, slopes and curvature of a function. Its
+least value over the box and the half-spaces follows from a linear program in the slopes, whose multipliers prove it
+(:func:`relaxations.search.benders.master.lower_bound`), and from the largest effect of the curvature on the box. This
+effect falls with the square of the box: where it leaves a gap, the box is cut in two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+import sympy
+
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import EPSILON, Balls
+from relaxations.search.benders.master import contradiction, least, lower_bound, shrink
+from relaxations.search.benders.split import frame
+from relaxations.search.best_first import best_first
+from smid.responses.functions import Functions
+from smid.responses.outer_set import OuterSet
+from smid.responses.taylor import Taylor
+
+Box = tuple[Array, Array]
+
+
+@dataclass
+class Bounder:
+    """Bounds functions of an outer set's parameters over this set.
+
+    Its coordinates are ``s = axes @ (p - middle)``.
+    """
+
+    outer: OuterSet
+    functions: Functions
+    _known: dict[bytes, Taylor] = field(init=False, default_factory=dict)
+
+    @cached_property
+    def middle(self) -> Array:
+        """Return the origin of the coordinates, shape (n,)."""
+        return 0.5 * self.outer.lower + 0.5 * self.outer.upper
+
+    @cached_property
+    def root(self) -> Box:
+        """Return a box that holds the set."""
+        o = self.outer
+        radius = np.maximum(o.upper - self.middle, self.middle - o.lower)
+        reach = np.abs(o.axes) @ radius * (1 + 4 * (len(radius) + 2) * EPSILON)
+        return self.tightened((-reach, reach)) or (-reach, reach)
+
+    def values(self, point: Array) -> Array:
+        """Return the functions at a point."""
+        return self._at(Balls.exact(point), Balls.exact(np.zeros((len(point), 0)))).value
+
+    def bound(self, box: Box, which: int, sign: int) -> float:
+        """Return a certified lower bound of ``sign`` times one function over a box; infinite where the box is empty."""
+        model = self.model(box)[which]
+        if not np.isfinite(model.size):
+            return -np.inf
+        b, a = self._rows(box)
+        cost, curvature = sign * model.slopes, sign * model.curvature
+        size = float(np.max(np.abs(cost), initial=0.0))
+        gained = 0.0
+        if size > 0:
+            found = least(cost / size, b, a, -np.ones(len(cost)), np.ones(len(cost)))
+            if found is None and contradiction(b, a) is not None:
+                return np.inf
+            gained = lower_bound(cost, b, a, np.zeros(len(b)) if found is None else size * found.weights)
+        own = np.diagonal(curvature)
+        bent = np.abs(curvature).sum() - np.maximum(own, 0.0).sum()  # a square is at least zero
+        total = sign * model.value + gained - bent - model.error
+        return float(total - 8 * (len(cost) ** 2 + 8) * EPSILON * (model.size + abs(gained)))
+
+    def search(self, which: int, sign: int, start: float, goal: Callable[[], float], boxes: int) -> float:
+        """Return a better bound by branch and bound, with at most so many boxes; stop at the goal."""
+        looked = 0
+
+        def expand(bound: float, box: Box) -> Iterator[tuple[float, Box]]:
+            nonlocal looked
+            for half in self._halves(box, which):
+                looked += 1
+                inside = self.tightened(half)
+                if inside is not None:
+                    yield max(bound, self.bound(inside, which, sign)), inside
+
+        return best_first(
+            self.root, start, expand, enough=goal, more=lambda: looked < boxes, report=lambda _: None
+        )
+
+    def direction(self, which: int, sign: int) -> Array:
+        """Return the direction of the parameters in which ``sign`` times one function falls, at first order."""
+        _, radius = frame(*self.root)
+        slopes = self.model(self.root).slopes[:, which] / np.where(radius > 0, radius, 1.0)
+        return np.asarray(-sign * slopes @ self.outer.axes, dtype=np.float64)
+
+    def model(self, box: Box) -> Taylor:
+        """Return all functions over a box, as models of ``t`` from -1 to 1."""
+        key = box[0].tobytes() + box[1].tobytes()
+        if key not in self._known:
+            self._known[key] = self._at(*self._affine(box))
+        return self._known[key]
+
+    def tightened(self, box: Box) -> Box | None:
+        """Return the part of a box that the half-spaces allow one by one; None where they allow none."""
+        left = shrink(*self._rows(box))
+        if left.empty:
+            return None
+        centre, radius = frame(*box)
+        slack = 4 * EPSILON * (np.abs(centre) + radius)
+        return (
+            np.maximum(box[0], centre + radius * left.lower - slack),
+            np.minimum(box[1], centre + radius * left.upper + slack),
+        )
+
+    def _at(self, values: Balls, slopes: Balls) -> Taylor:
+        errors = (values.rad + slopes.rad.sum(axis=1)) * (1 + 4 * len(values) * EPSILON)
+        point = [Taylor.linear(*parts) for parts in zip(values.mid, slopes.mid, errors, strict=True)]
+        with np.errstate(invalid="ignore", over="ignore"):  # what overflows bounds nothing
+            return self.functions(point, slopes.mid.shape[1])
+
+    def _affine(self, box: Box) -> tuple[Balls, Balls]:
+        """Return the parameters as ``middle + slopes @ t`` for t in [-1, 1]."""
+        centre, radius = frame(*box)
+        return Balls.exact(self.middle) + _product(self._back, Balls.exact(centre)), self._back * Balls.exact(radius)
+
+    def _rows(self, box: Box) -> tuple[Array, Array]:
+        """Return ``b + a @ t >= 0``, which all points of the set in a box satisfy."""
+        middle, slopes = self._affine(box)
+        directions = Balls.exact(self.outer.directions)
+        room, a = Balls.exact(self.outer.ends) - _product(directions, middle), -_product(directions, slopes)
+        b = room.upper + a.rad.sum(axis=1)
+        b = b + 8 * EPSILON * (len(box[0]) + 1) * (np.abs(b) + a.rad.sum(axis=1))
+        size = np.max(np.abs(a.mid), axis=1, initial=0.0)
+        unit = 2.0 ** -np.floor(np.log2(np.where(size > 0, size, 1.0)))  # an exact factor
+        return b * unit, a.mid * unit[:, None]
+
+    def _halves(self, box: Box, which: int) -> Iterator[Box]:
+        """Cut a box where a function is bent most."""
+        lower, upper = box
+        loss = np.abs(self.model(box)[which].curvature).sum(axis=0)
+        width = (upper - lower) / (self.root[1] - self.root[0])
+        k = int(np.argmax(loss if np.isfinite(loss).all() else width))
+        below, above = upper.copy(), lower.copy()
+        below[k] = above[k] = 0.5 * lower[k] + 0.5 * upper[k]
+        yield lower, below
+        yield above, upper
+
+    @cached_property
+    def _back(self) -> Balls:
+        """Return the inverse of the axes, rounded once."""
+        rows = [[sympy.Rational(x) for x in row] for row in self.outer.axes.tolist()]
+        n = len(rows)
+        inverse = sympy.Matrix(n, n, [x for row in rows for x in row]).inv()
+        cells = [Balls.enclose(Fraction(int(x.p), int(x.q))) for x in inverse]
+        mid, rad = (np.array([float(getattr(cell, part)) for cell in cells]).reshape(n, n) for part in ("mid", "rad"))
+        return Balls(mid, rad)
+
+
+def _product(matrix: Balls, other: Balls) -> Balls:
+    """Return a matrix times a matrix, or times a vector."""
+    terms = matrix[:, :, None] * other[None] if other.mid.ndim == 2 else matrix * other[None]
+    rounding = terms.mid.shape[1] * EPSILON * np.abs(terms.mid).sum(axis=1)
+    return Balls(terms.mid.sum(axis=1), (terms.rad.sum(axis=1) + rounding) * (1 + (terms.mid.shape[1] + 8) * EPSILON))
