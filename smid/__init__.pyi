@@ -21,6 +21,8 @@ from .models import (
     load_model,
 )
 from .reports import report
+from .responses.band import ResponseBand
+from .responses.respond import bode, step
 from .study import order_study
 from .verification import NotProvenError, Verification, verify
 
@@ -44,11 +46,13 @@ __all__ = [
     "Parameter",
     "ParameterInterval",
     "Reactor",
+    "ResponseBand",
     "RotatingArm",
     "Validation",
     "Verification",
     "Wiener",
     "bind",
+    "bode",
     "data",
     "design",
     "diagnose",
@@ -66,6 +70,7 @@ __all__ = [
     "reports",
     "sensors",
     "signals",
+    "step",
     "study",
     "validate",
     "verify",

@@ -1,14 +1,14 @@
 """Bounds of functions over a certified polytope: Taylor models, linear programs, and branch and bound.
 
-On a box of coordinates along the axes of the polytope, a Taylor model gives value, slopes and curvature of a function. Its
-least value over the box and the half-spaces follows from a linear program in the slopes, whose multipliers prove it
+On a box of coordinates along the axes of the polytope, a Taylor model gives value, slopes and curvature of a function.
+Its least value over the box and the half-spaces follows from a linear program in the slopes, whose multipliers prove it
 (:func:`relaxations.search.benders.master.lower_bound`), and from the largest effect of the curvature on the box. This
 effect falls with the square of the box: where it leaves a gap, the box is cut in two.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -75,7 +75,7 @@ class Bounder:
         total = sign * model.value + gained - bent - model.error
         return float(total - 8 * (len(cost) ** 2 + 8) * EPSILON * (model.size + abs(gained)))
 
-    def search(self, which: int, sign: int, start: float, goal: Callable[[], float], boxes: int) -> float:
+    def search(self, which: int, sign: int, start: float, goal: float, boxes: int) -> float:
         """Return a better bound by branch and bound, with at most so many boxes; stop at the goal."""
         looked = 0
 
@@ -88,7 +88,7 @@ class Bounder:
                     yield max(bound, self.bound(inside, which, sign)), inside
 
         return best_first(
-            self.root, start, expand, enough=goal, more=lambda: looked < boxes, report=lambda _: None
+            self.root, start, expand, enough=lambda: goal, more=lambda: looked < boxes, report=lambda _: None
         )
 
     def direction(self, which: int, sign: int) -> Array:

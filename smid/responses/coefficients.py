@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sympy
 
 from relaxations.algebra.polynomial import Polynomials
-from relaxations.errors import ProblemError
 from relaxations.problem.problem import polynomials_from_sympy
-from smid.models import Model, ModelError
+from smid.models import Model
 from smid.models.linear_block import DELAY, linear_block, response
 from smid.responses.taylor import Taylor, evaluate
 
@@ -23,27 +23,30 @@ class Coefficients:
     ----------
     input, output
         Channels of the data; signals of the model where a curve lies in between.
-    parameters
-        Those that the block depends on, in the order of the polynomials' variables.
+    names
+        The parameters that the block depends on, in the order of the polynomials' variables.
     numerator, denominator
         One row for each power of q.
+    known
+        Parameters whose interval is a point, with their values.
 
     Examples
     --------
     >>> from smid.models import Hammerstein
     >>> block = Coefficients.of(Hammerstein(powers=(3,)))
-    >>> block.input, block.output, block.parameters, block.numerator.n_rows, block.denominator.n_rows
+    >>> block.input, block.output, block.names, block.numerator.n_rows, block.denominator.n_rows
     ('x', 'y', ('alpha',), 2, 2)
     """
 
     input: str
     output: str
-    parameters: tuple[str, ...]
+    names: tuple[str, ...]
     numerator: Polynomials
     denominator: Polynomials
+    known: Mapping[str, float]
 
     @staticmethod
-    def of(model: Model) -> Coefficients:
+    def of(model: Model, known: Mapping[str, float] = {}) -> Coefficients:
         """Return the coefficients; ModelError where a model has no linear block with one input and one output."""
         # Other numbers than the central model's, of which one may be zero and make a curve linear.
         loose = {p.name: 0.5 + k / 97 for k, p in enumerate(model.parameters) if p.lower < p.upper}
@@ -59,15 +62,19 @@ class Coefficients:
         function, _ = response(list(found.values()), begin, end, {})
         above, below = (sympy.Poly(part, DELAY).all_coeffs()[::-1] for part in sympy.fraction(function))
         symbols = [p.symbol for p in model.parameters if any(p.symbol in c.free_symbols for c in (*above, *below))]
-        try:
-            parts = [polynomials_from_sympy(part, symbols or [sympy.Dummy()]) for part in (above, below)]
-        except ProblemError:
-            raise ModelError(
-                f"the transfer function of {model.name!r} is no quotient of polynomials in the parameters: "
-                "simulate the model instead"
-            ) from None
-        return Coefficients(block.input, block.output, tuple(s.name for s in symbols), *parts)
+        numerator, denominator = (polynomials_from_sympy(part, symbols or [sympy.Dummy()]) for part in (above, below))
+        names = tuple(s.name for s in symbols)
+        own = {name: value for name, value in known.items() if name in names}
+        return Coefficients(block.input, block.output, names, numerator, denominator, own)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Return the parameters that are not known."""
+        return tuple(name for name in self.names if name not in self.known)
 
     def at(self, point: Sequence[Taylor], n: int) -> tuple[Taylor, Taylor]:
-        """Return numerator and denominator for parameters that are models of n variables."""
-        return evaluate(self.numerator, point, n), evaluate(self.denominator, point, n)
+        """Return numerator and denominator where the free parameters are models of n variables."""
+        fixed = {name: Taylor.linear(value, np.zeros(n)) for name, value in self.known.items()}
+        every = {**dict(zip(self.free, point, strict=True)), **fixed}
+        values = [every[name] for name in self.names]
+        return evaluate(self.numerator, values, n), evaluate(self.denominator, values, n)

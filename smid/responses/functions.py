@@ -9,7 +9,7 @@ from typing import Protocol
 import mpmath
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON
 from smid.responses.coefficients import Coefficients
 from smid.responses.taylor import Taylor, joined
@@ -26,16 +26,18 @@ class Functions(Protocol):
 
 @dataclass(frozen=True)
 class Step:
-    """The response to a unit step, from rest, at the samples from 0 to the last.
+    """The response to a unit step, from rest, at some samples counted from 0.
 
     With z the last responses of 1/A and the step itself, ``z[t+1] = M z[t]``. Each power of M is a product of two of
     about half its height: errors grow exponentially along a recursion, even where the response decays.
     """
 
     block: Coefficients
-    last: int
+    samples: Index
 
     def __call__(self, point: Sequence[Taylor], n: int) -> Taylor:
+        """Return the response."""
+        last = int(self.samples.max())
         numerator, denominator = self.block.at(point, n)
         poles = -denominator[1:] / denominator[:1]
         size = len(poles.value) + 1
@@ -46,13 +48,13 @@ class Step:
         below = Taylor.linear(np.zeros((size - 1, size)), np.zeros((n, size - 1, size)))
         power = (joined([first, below], -2) + Taylor.linear(fixed, np.zeros((n, size, size))))[None]
         powers = power
-        while len(powers.value) <= self.last:
+        while len(powers.value) <= last:
             powers = joined([powers, _matrix_product(power, powers)], -3)
             power = _matrix_product(power, power)
-        alone = powers[: self.last + 1, 0, size - 1]  # the response of 1/A with leading coefficient one
+        alone = powers[: last + 1, 0, size - 1]  # the response of 1/A with leading coefficient one
         factors = numerator / denominator[:1]
-        parts = [_delayed(alone * factors[k : k + 1], k) for k in range(min(len(factors.value), self.last + 1))]
-        return joined([part[None] for part in parts], -2).sum(-2)
+        parts = [_delayed(alone * factors[k : k + 1], k) for k in range(min(len(factors.value), last + 1))]
+        return joined([part[None] for part in parts], -2).sum(-2)[self.samples]
 
 
 def _matrix_product(left: Taylor, right: Taylor) -> Taylor:
@@ -102,6 +104,7 @@ class SquaredGain:
     circle: Circle
 
     def __call__(self, point: Sequence[Taylor], n: int) -> Taylor:
+        """Return the squares."""
         above, below = (self.circle.polynomial(part) for part in self.block.at(point, n))
         return (above[0] * above[0] + above[1] * above[1]) / (below[0] * below[0] + below[1] * below[1])
 
@@ -124,6 +127,7 @@ class Phase:
     turns: Array
 
     def __call__(self, point: Sequence[Taylor], n: int) -> Taylor:
+        """Return the phases."""
         parts = [
             _argument(*self.circle.polynomial(part), known)
             for part, known in zip(self.block.at(point, n), self.reference, strict=True)
@@ -162,3 +166,23 @@ def _angle(x: Array, y: Array, reference: Array) -> Array:
     with mpmath.workprec(_BITS):
         numbers = zip(x.tolist(), y.tolist(), reference.tolist(), strict=True)
         return np.array([float(mpmath.arg(mpmath.mpc(a, b) * mpmath.mpc(c).conjugate())) for a, b, c in numbers])
+
+
+@dataclass(frozen=True)
+class Reflections:
+    """The reflection coefficients of A: all roots are inside the unit circle exactly when each is between -1 and 1.
+
+    Schur and Cohn's test: k = a_n / a_0 is one, and the others are those of ``(A - k A*) / z``, of degree n - 1.
+    """
+
+    block: Coefficients
+
+    def __call__(self, point: Sequence[Taylor], n: int) -> Taylor:
+        """Return the coefficients, one for each root."""
+        rest = self.block.at(point, n)[1]
+        found = []
+        while len(rest.value) > 1:
+            last = rest[-1:] / rest[:1]
+            found.append(last)
+            rest = (rest - rest[::-1] * last)[:-1]
+        return joined(found)

@@ -62,11 +62,11 @@ class Taylor:
 
     @property
     def _linear(self) -> Array:
-        return np.abs(self.slopes).sum(axis=0)
+        return np.asarray(np.abs(self.slopes).sum(axis=0))
 
     @property
     def _quadratic(self) -> Array:
-        return np.abs(self.curvature).sum(axis=(0, 1))
+        return np.asarray(np.abs(self.curvature).sum(axis=(0, 1)))
 
     def __getitem__(self, index: Any) -> Taylor:
         own, every = (index if isinstance(index, tuple) else (index,)), slice(None)
@@ -99,28 +99,26 @@ class Taylor:
         """Divide; the error is infinite where the divisor may be zero."""
         # 1 / (c (1 + x)) = (1 - x + x^2 - x^3 / (1 + x)) / c
         c = np.where(other.value == 0, 1.0, other.value)
-        x = Taylor(np.zeros_like(c), *other.scaled(1 / c, EPSILON)._moving)
+        moving = other.scaled(1 / c, EPSILON)
+        x = Taylor(np.zeros_like(c), moving.slopes, moving.curvature, moving.error)
         reach = np.where(other.value == 0, np.inf, x.size)
         inverse = x * x - x
         rest = np.where(reach < 1, reach**3 / np.where(reach < 1, 1 - reach, 1.0) + 16 * EPSILON * (1 + reach), np.inf)
         inverse = Taylor(1 + inverse.value, inverse.slopes, inverse.curvature, (inverse.error + rest) * _UP)
         return (self * inverse).scaled(1 / c, EPSILON)
 
-    @property
-    def _moving(self) -> tuple[Array, Array, Array]:
-        return self.slopes, self.curvature, self.error
-
     def scaled(self, factors: Array, relative: float | Array = 0.0) -> Taylor:
         """Return the product with numbers, which are known up to a relative error."""
         rounding = (4 * EPSILON + relative) * self.size * np.abs(factors)
-        error = (self.error * np.abs(factors) + rounding + TINY) * _UP
+        error = (self.error * np.abs(factors) + rounding + TINY * (factors != 0)) * _UP
         return Taylor(self.value * factors, self.slopes * factors, self.curvature * factors, error)
 
     def sum(self, axis: int) -> Taylor:
         """Return the sum along an axis that is counted from the end."""
-        count, own = self.value.shape[axis], (self.value, self.slopes, self.curvature)
+        count = self.value.shape[axis]
         error = self.error.sum(axis=axis) + 2 * count * EPSILON * self.size.sum(axis=axis)
-        return Taylor(*(part.sum(axis=axis) for part in own), error * (1 + (count + 8) * EPSILON))
+        value, slopes, curvature = (part.sum(axis=axis) for part in (self.value, self.slopes, self.curvature))
+        return Taylor(value, slopes, curvature, error * (1 + (count + 8) * EPSILON))
 
 
 def joined(models: Sequence[Taylor], axis: int = -1) -> Taylor:
