@@ -27,6 +27,10 @@ COMMANDS = {
         "Compute the least noise bound with which a model explains a record.",
     ),
     "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
+    "response": (
+        "smid.cli.response:response",
+        "Compute the step or frequency response of a model with certified bands.",
+    ),
     "show": (
         "smid.cli.show:show",
         "Print what was understood of a record: channels, units, sampling time, gaps, ranges and faults.",

@@ -16,6 +16,7 @@ from smid.reports.formats import check_report, write_page
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
+    from smid.responses.band import ResponseBand
     from smid.study.study import Study
 
 
@@ -46,12 +47,12 @@ def report(
 
 @overload
 def report(
-    result: Study | Dataset, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None
+    result: Study | Dataset | ResponseBand, path: str | PathLike[str], *, settings: Mapping[str, str] | None = None
 ) -> Path: ...
 
 
 def report(
-    result: Estimate | Diagnosis | Study | Dataset,
+    result: Estimate | Diagnosis | Study | Dataset | ResponseBand,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -61,7 +62,7 @@ def report(
     settings: Mapping[str, str] | None = None,
     links: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write a report of an estimate, a diagnosis, a study or a data set, and return its path.
+    """Write a report of an estimate, a response, a diagnosis, a study or a data set, and return its path.
 
     Parameters
     ----------
@@ -116,17 +117,22 @@ def report(
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.reports.diagnosis_page import diagnosis_page
     from smid.reports.overview_page import dataset_page
+    from smid.reports.response_page import response_page
     from smid.reports.study_page import study_page
+    from smid.responses.band import ResponseBand
     from smid.study import Study
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
-    if not isinstance(result, Study | Dataset):
+    if not isinstance(result, Study | Dataset | ResponseBand):
         raise TypeError(
-            f"a {type(result).__name__} has no report: give an Estimate, a Diagnosis, a Study or a Dataset, or print it"
+            f"a {type(result).__name__} has no report: give an Estimate, a ResponseBand, a Diagnosis, a Study or a "
+            "Dataset, or print it"
         )
     if notes or links:
         raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
+    if isinstance(result, ResponseBand):
+        return write_page(response_page(result, settings=settings), path)
     if isinstance(result, Dataset):
         return write_page(dataset_page(result, settings=settings), path)
     return write_page(study_page(result, settings=settings), path)

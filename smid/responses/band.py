@@ -16,7 +16,7 @@ from smid.identification.estimate import Estimate, round_down, round_up
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SCHEMA = "smid.response/1"
+SCHEMA = "smid.response-band/1"
 ROWS = 20  # of a printed table
 _DIGITS = 5
 
@@ -38,8 +38,8 @@ class Band:
     Examples
     --------
     >>> one = np.ones(2)
-    >>> Band("gain", "bar/V", 0.5 * one, 2 * one, 0.6 * one, 1.9 * one, one).looseness
-    0.1
+    >>> Band("gain", "bar/V", 0.5 * one, 2 * one, 0.6 * one, 1.9 * one, one).looseness < 0.07
+    True
     """
 
     quantity: str
@@ -57,13 +57,12 @@ class Band:
 
     @property
     def looseness(self) -> float:
-        """Return the largest gap between certified and verified ends, as a share of the band's largest width."""
+        """Return the largest gap between certified and verified ends, by the largest width; NaN if unknown."""
         width = self.upper - self.lower
-        with np.errstate(invalid="ignore"):
-            gap = np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper)
+        gap = np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper)
         known = np.isfinite(width) & np.isfinite(gap)
         largest = float(np.max(width[known], initial=0.0))
-        return round(float(np.max(gap[known], initial=0.0)) / largest, 4) if largest > 0 else 0.0
+        return float(np.max(gap[known])) / largest if largest > 0 else float("nan")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,19 +130,19 @@ class ResponseBand(Tabular):
         told = [
             "Certified: for every parameter vector that fits the data within the noise bound, the response lies "
             "between lower and upper.",
-            " ".join(
-                f"Largest gap between the certified and the verified band of the {b.quantity}: {b.looseness:.1%} of the "
-                "largest width."
+            *(
+                f"Largest gap between certified and verified {b.quantity}: {b.looseness:.1%} of the largest width."
                 for b in self.bands
-            )
-            + f" {self.solves} certified solves in {self.seconds:.3g} s.",
+                if b.looseness >= 0
+            ),
+            f"{self.solves} certified solves in {self.seconds:.3g} s.",
         ]
         for b in self.bands:
-            open_ = int((~np.isfinite(b.upper - b.lower)).sum())
-            if open_:
+            loose = int((~np.isfinite(b.upper - b.lower)).sum())
+            if loose:
                 told.append(
-                    f"No bound of the {b.quantity} could be proven at {open_} of {len(self.at)} points: there the set may "
-                    "hold a pole or a zero on the unit circle."
+                    f"No bound of the {b.quantity} is proven at {loose} of {len(self.at)} points: the set may hold a "
+                    "pole, or a zero, on the unit circle there."
                 )
         if not self.complete:
             told.append("The work was stopped early: more time makes the bands narrower.")
@@ -182,7 +181,7 @@ class ResponseBand(Tabular):
             yield {self.axis: at, **values}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: a ``smid.response/1`` of docs/json.md, with None for infinite and missing numbers."""
+        """Return plain data: a ``smid.response-band/1`` of docs/json.md, with None for infinite and missing numbers."""
         return {
             "schema": SCHEMA,
             "kind": self.kind,

@@ -88,7 +88,12 @@ class Bounder:
                     yield max(bound, self.bound(inside, which, sign)), inside
 
         return best_first(
-            self.root, start, expand, enough=lambda: goal, more=lambda: looked < boxes, report=lambda _: None
+            self.root,
+            start,
+            expand,
+            enough=lambda: goal,
+            more=lambda: looked < boxes and len(self.middle) > 0,
+            report=lambda _: None,
         )
 
     def direction(self, which: int, sign: int) -> Array:

@@ -81,7 +81,7 @@ class OuterSet:
     @property
     def points(self) -> Array:
         """Return the parameters of the verified points, shape (k, n)."""
-        return np.array([w[self._place] for w in self.witnesses]).reshape(-1, len(self.names))
+        return np.array([w[self._place] for w in self.witnesses]).reshape(len(self.witnesses), len(self.names))
 
     @cached_property
     def axes(self) -> Array:

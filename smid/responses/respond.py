@@ -60,8 +60,9 @@ def step(estimate: Estimate, samples: int | Sequence[int] = 50, *, seconds: floa
     >>> float(response.lower[3]) < 1.75 < float(response.upper[3])  # a1 = -0.5, b0 = 1
     True
     """
-    chosen = np.arange(samples) if isinstance(samples, int) else np.asarray(samples)
-    if chosen.ndim != 1 or not len(chosen) or chosen.dtype.kind != "i" or chosen.min() < 0 or chosen.max() > LAST:
+    chosen = np.atleast_1d(np.arange(min(samples, LAST + 2)) if isinstance(samples, int) else np.asarray(samples))
+    whole = chosen.ndim == 1 and len(chosen) > 0 and chosen.dtype.kind == "i"
+    if not whole or chosen.min() < 0 or chosen.max() > LAST:
         raise ModelError(f"samples = {samples!r}: give a count of at least 1, or whole numbers from 0 to {LAST}")
     started = time.perf_counter()
     block, outer = _begin(estimate)

@@ -39,8 +39,8 @@ class Taylor:
     --------
     >>> t = Taylor.linear(2.0, np.array([0.5]))  # from 1.5 to 2.5
     >>> square = t * t
-    >>> square.value, square.slopes, square.curvature, float(square.error) < 1e-13
-    (array(4.), array([2.]), array([[0.25]]), True)
+    >>> float(square.value), square.slopes, square.curvature, float(square.error) < 1e-13
+    (4.0, array([2.]), array([[0.25]]), True)
     """
 
     value: Array
@@ -92,25 +92,27 @@ class Taylor:
             self.value * other.value,
             self.value * other.slopes + self.slopes * other.value,
             self.value * other.curvature + self.curvature * other.value + 0.5 * (cross + np.swapaxes(cross, 0, 1)),
-            (third + rest + 16 * EPSILON * self.size * other.size + TINY) * _UP,
+            (third + rest + 16 * EPSILON * self.size * other.size + TINY * ((self.size > 0) & (other.size > 0))) * _UP,
         )
 
     def __truediv__(self, other: Taylor) -> Taylor:
         """Divide; the error is infinite where the divisor may be zero."""
         # 1 / (c (1 + x)) = (1 - x + x^2 - x^3 / (1 + x)) / c
         c = np.where(other.value == 0, 1.0, other.value)
-        moving = other.scaled(1 / c, EPSILON)
-        x = Taylor(np.zeros_like(c), moving.slopes, moving.curvature, moving.error)
-        reach = np.where(other.value == 0, np.inf, x.size)
+        x = other.scaled(1 / c, EPSILON)
+        x = Taylor(np.zeros_like(c), x.slopes, x.curvature, x.error)
+        possible = (other.value != 0) & (x.size < 1)
+        reach = np.where(possible, x.size, 0.0)
         inverse = x * x - x
-        rest = np.where(reach < 1, reach**3 / np.where(reach < 1, 1 - reach, 1.0) + 16 * EPSILON * (1 + reach), np.inf)
+        rest = reach**3 / (1 - reach) + 16 * EPSILON * (1 + reach)
         inverse = Taylor(1 + inverse.value, inverse.slopes, inverse.curvature, (inverse.error + rest) * _UP)
-        return (self * inverse).scaled(1 / c, EPSILON)
+        found = (self * inverse).scaled(1 / c, EPSILON)
+        return Taylor(found.value, found.slopes, found.curvature, np.where(possible, found.error, np.inf))
 
     def scaled(self, factors: Array, relative: float | Array = 0.0) -> Taylor:
         """Return the product with numbers, which are known up to a relative error."""
         rounding = (4 * EPSILON + relative) * self.size * np.abs(factors)
-        error = (self.error * np.abs(factors) + rounding + TINY * (factors != 0)) * _UP
+        error = (self.error * np.abs(factors) + rounding + TINY * ((self.size > 0) & (factors != 0))) * _UP
         return Taylor(self.value * factors, self.slopes * factors, self.curvature * factors, error)
 
     def sum(self, axis: int) -> Taylor:
