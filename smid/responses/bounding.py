@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 
 from relaxations.algebra.arrays import Array
-from relaxations.algebra.ball_arithmetic import EPSILON, Balls
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Balls
 from relaxations.search.benders.master import contradiction, least, lower_bound, shrink
 from relaxations.search.benders.split import frame
 from relaxations.search.best_first import best_first
@@ -38,6 +38,7 @@ class Bounder:
     outer: OuterSet
     functions: Functions
     _known: dict[bytes, Taylor] = field(init=False, default_factory=dict)
+    _parts: dict[bytes, tuple[Box | None, Box | None]] = field(init=False, default_factory=dict)
 
     @cached_property
     def middle(self) -> Array:
@@ -56,24 +57,27 @@ class Bounder:
         """Return the functions at a point."""
         return self._at(Balls.exact(point), Balls.exact(np.zeros((len(point), 0)))).value
 
-    def bound(self, box: Box, which: int, sign: int) -> float:
-        """Return a certified lower bound of ``sign`` times one function over a box; infinite where the box is empty."""
+    def bound(self, box: Box, which: int, sign: int, enough: float = np.inf) -> float:
+        """Return a certified lower bound of ``sign`` times one function over a box; infinite where the box is empty.
+
+        Without the half-spaces, if that gives as much as is enough.
+        """
         model = self.model(box)[which]
         if not np.isfinite(model.size):
             return -np.inf
-        b, a = self._rows(box)
         cost, curvature = sign * model.slopes, sign * model.curvature
-        size = float(np.max(np.abs(cost), initial=0.0))
-        gained = 0.0
-        if size > 0:
-            found = least(cost / size, b, a, -np.ones(len(cost)), np.ones(len(cost)))
-            if found is None and contradiction(b, a) is not None:
-                return np.inf
-            gained = lower_bound(cost, b, a, np.zeros(len(b)) if found is None else size * found.weights)
         own = np.diagonal(curvature)
         bent = np.abs(curvature).sum() - np.maximum(own, 0.0).sum()  # a square is at least zero
-        total = sign * model.value + gained - bent - model.error
-        return float(total - 8 * (len(cost) ** 2 + 8) * EPSILON * (model.size + abs(gained)))
+        size = float(np.abs(cost).sum())
+        rounding = 8 * (len(cost) ** 2 + 8) * EPSILON * (model.size + size)
+        rest = float(sign * model.value - bent - model.error - rounding)
+        if size == 0 or rest - size >= enough:
+            return rest - size
+        b, a = self._rows(box)
+        found = least(cost / size, b, a, -np.ones(len(cost)), np.ones(len(cost)))
+        if found is None and contradiction(b, a) is not None:
+            return np.inf
+        return rest + lower_bound(cost, b, a, np.zeros(len(b)) if found is None else size * found.weights)
 
     def search(self, which: int, sign: int, start: float, goal: float, boxes: int) -> float:
         """Return a better bound by branch and bound, with at most so many boxes; stop at the goal."""
@@ -81,11 +85,10 @@ class Bounder:
 
         def expand(bound: float, box: Box) -> Iterator[tuple[float, Box]]:
             nonlocal looked
-            for half in self._halves(box, which):
+            for part in self._halves(box):
                 looked += 1
-                inside = self.tightened(half)
-                if inside is not None:
-                    yield max(bound, self.bound(inside, which, sign)), inside
+                if part is not None:
+                    yield max(bound, self.bound(part, which, sign, goal)), part
 
         return best_first(
             self.root,
@@ -104,7 +107,7 @@ class Bounder:
 
     def model(self, box: Box) -> Taylor:
         """Return all functions over a box, as models of ``t`` from -1 to 1."""
-        key = box[0].tobytes() + box[1].tobytes()
+        key = _key(box)
         if key not in self._known:
             self._known[key] = self._at(*self._affine(box))
         return self._known[key]
@@ -143,16 +146,19 @@ class Bounder:
         unit = 2.0 ** -np.floor(np.log2(np.where(size > 0, size, 1.0)))  # an exact factor
         return b * unit, a.mid * unit[:, None]
 
-    def _halves(self, box: Box, which: int) -> Iterator[Box]:
-        """Cut a box where a function is bent most."""
-        lower, upper = box
-        loss = np.abs(self.model(box)[which].curvature).sum(axis=0)
-        width = (upper - lower) / (self.root[1] - self.root[0])
-        k = int(np.argmax(loss if np.isfinite(loss).all() else width))
-        below, above = upper.copy(), lower.copy()
-        below[k] = above[k] = 0.5 * lower[k] + 0.5 * upper[k]
-        yield lower, below
-        yield above, upper
+    def _halves(self, box: Box) -> tuple[Box | None, Box | None]:
+        """Cut a box where all functions together are bent most, so that their searches share the parts."""
+        key = _key(box)
+        if key not in self._parts:
+            lower, upper = box
+            model = self.model(box)
+            bent = np.abs(model.curvature).sum(axis=0) / np.maximum(np.abs(model.slopes).sum(axis=0), TINY)
+            loss = np.where(np.isfinite(model.error), bent, 0.0).sum(axis=1)
+            k = int(np.argmax(loss if loss.any() else (upper - lower) / (self.root[1] - self.root[0])))
+            below, above = upper.copy(), lower.copy()
+            below[k] = above[k] = 0.5 * lower[k] + 0.5 * upper[k]
+            self._parts[key] = self.tightened((lower, below)), self.tightened((above, upper))
+        return self._parts[key]
 
     @cached_property
     def _back(self) -> Balls:
@@ -163,6 +169,10 @@ class Bounder:
         cells = [Balls.enclose(Fraction(int(x.p), int(x.q))) for x in inverse]
         mid, rad = (np.array([float(getattr(cell, part)) for cell in cells]).reshape(n, n) for part in ("mid", "rad"))
         return Balls(mid, rad)
+
+
+def _key(box: Box) -> bytes:
+    return box[0].tobytes() + box[1].tobytes()
 
 
 def _product(matrix: Balls, other: Balls) -> Balls:

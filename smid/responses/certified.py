@@ -73,7 +73,7 @@ class _Search:
     def ends(self, complete: bool) -> Ends:
         """Return what is proven so far."""
         values = self.values if len(self.values) else np.full((1, len(self.bounds)), np.nan)
-        return Ends(self.bounds[:, 0], -self.bounds[:, 1], values.min(axis=0), values.max(axis=0), complete)
+        return Ends(self.bounds[:, 0] + 0.0, 0.0 - self.bounds[:, 1], values.min(axis=0), values.max(axis=0), complete)
 
     def push(self) -> bool:
         """Tighten the outer set where the loosest end lies; return whether there was one."""

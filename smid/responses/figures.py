@@ -29,6 +29,7 @@ def band_figure(response: ResponseBand) -> Figure:
             axes.plot(response.at, band.centre, color=INK, label="central model")
             axes.set_ylabel(band.label)
             axes.grid(True, which="both", linewidth=0.4, color=GRID)
+            axes.set_axisbelow(True)
             axes.margins(x=0.01)
             if response.kind == "bode":
                 axes.set_xscale("log")
