@@ -18,7 +18,7 @@ import sympy
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Balls
-from relaxations.search.benders.master import contradiction, least, lower_bound, shrink
+from relaxations.search.benders.master import contradiction, lower_bound, shrink
 from relaxations.search.benders.split import frame
 from relaxations.search.best_first import best_first
 from smid.responses.functions import Functions
@@ -26,6 +26,7 @@ from smid.responses.outer_set import OuterSet
 from smid.responses.taylor import Taylor
 
 Box = tuple[Array, Array]
+CLOSE, MOST_PIVOTS = 1e-10, 100  # of the dual simplex method
 
 
 @dataclass
@@ -38,6 +39,7 @@ class Bounder:
     outer: OuterSet
     functions: Functions
     _known: dict[bytes, Taylor] = field(init=False, default_factory=dict)
+    _half_spaces: dict[bytes, tuple[Array, Array]] = field(init=False, default_factory=dict)
     _parts: dict[bytes, tuple[Box | None, Box | None]] = field(init=False, default_factory=dict)
 
     @cached_property
@@ -74,10 +76,10 @@ class Bounder:
         if size == 0 or rest - size >= enough:
             return rest - size
         b, a = self._rows(box)
-        found = least(cost / size, b, a, -np.ones(len(cost)), np.ones(len(cost)))
-        if found is None and contradiction(b, a) is not None:
+        weights = multipliers(cost / size, b, a)
+        if weights is None and contradiction(b, a) is not None:
             return np.inf
-        return rest + lower_bound(cost, b, a, np.zeros(len(b)) if found is None else size * found.weights)
+        return rest + lower_bound(cost, b, a, np.zeros(len(b)) if weights is None else size * weights)
 
     def search(self, which: int, sign: int, start: float, goal: float, boxes: int) -> float:
         """Return a better bound by branch and bound, with at most so many boxes; stop at the goal."""
@@ -137,6 +139,12 @@ class Bounder:
 
     def _rows(self, box: Box) -> tuple[Array, Array]:
         """Return ``b + a @ t >= 0``, which all points of the set in a box satisfy."""
+        key = _key(box)
+        if key not in self._half_spaces or len(self._half_spaces[key][0]) < len(self.outer.ends):
+            self._half_spaces[key] = self._new_rows(box)
+        return self._half_spaces[key]
+
+    def _new_rows(self, box: Box) -> tuple[Array, Array]:
         middle, slopes = self._affine(box)
         directions = Balls.exact(self.outer.directions)
         room, a = Balls.exact(self.outer.ends) - _product(directions, middle), -_product(directions, slopes)
@@ -169,6 +177,41 @@ class Bounder:
         cells = [Balls.enclose(Fraction(int(x.p), int(x.q))) for x in inverse]
         mid, rad = (np.array([float(getattr(cell, part)) for cell in cells]).reshape(n, n) for part in ("mid", "rad"))
         return Balls(mid, rad)
+
+
+def multipliers(cost: Array, b: Array, a: Array) -> Array | None:
+    """Return multipliers of rows ``b + a @ t >= 0`` at the least ``cost @ t`` for t in [-1, 1]; None where not found.
+
+    By the dual simplex method, from the corner of the box where the cost is least. For a few unknowns it takes a tenth
+    of the time of a general solver. Rounding does no harm: any nonnegative multipliers prove a bound.
+
+    >>> multipliers(np.array([1.0, 1.0]), np.array([0.5]), np.array([[1.0, 0.0]]))  # t_0 >= -0.5
+    array([1.])
+    """
+    count, n = a.shape
+    one = np.eye(n)
+    rows, room = np.concatenate([a, one, -one]), np.concatenate([b, np.ones(2 * n)])
+    active = count + np.arange(n) + np.where(cost < 0, n, 0)
+    values = np.abs(cost)
+    for _ in range(MOST_PIVOTS):
+        try:
+            point = np.linalg.solve(rows[active], -room[active])
+            left = room + rows @ point
+            enters = int(np.argmin(left))
+            if left[enters] >= -CLOSE:
+                found = np.zeros(len(rows))
+                found[active] = np.maximum(values, 0.0)
+                return found[:count]
+            shares = np.linalg.solve(rows[active].T, rows[enters])
+        except np.linalg.LinAlgError:
+            return None
+        ratios = np.where(shares > CLOSE, values / np.where(shares > CLOSE, shares, 1.0), np.inf)
+        leaves = int(np.argmin(ratios))
+        if np.isinf(ratios[leaves]):
+            return None
+        values = values - ratios[leaves] * shares
+        values[leaves], active[leaves] = ratios[leaves], enters
+    return None
 
 
 def _key(box: Box) -> bytes:
