@@ -1,7 +1,7 @@
-"""Certified bands on random problems: do the truth and sampled models that fit lie inside?
+"""Check certified bands on random problems: the truth and sampled models that fit must lie inside.
 
-``python -m benchmarks.bands [PROBLEMS]`` prints a line for each kind of model: failures, times beside the intervals, and
-the width of the verified band as a share of the certified one.
+``python -m benchmarks.bands [PROBLEMS]`` prints a line for each kind of model: failures, times beside the intervals,
+and the width of the verified band as a share of the certified one.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def feasible_models(problem: Problem, estimate: smid.Estimate, count: int, seed:
         spread = random.uniform(0.8, 1.2, (count, 1))
         points = (spread * weights + (1 - spread) / len(known)) @ known
         of = dict(zip(names, points.T, strict=True))
-        a, b = coefficients(problem, of)
+        a, b = coefficients(of)
         true = u - np.stack([of.get(f"zeta[{t}]", np.zeros(count)) for t in range(len(u))], 1)
         x = true
         if "gamma1" in of:
@@ -112,7 +112,7 @@ def feasible_models(problem: Problem, estimate: smid.Estimate, count: int, seed:
     return np.concatenate([part[0] for part in found])[:count], np.concatenate([part[1] for part in found])[:count]
 
 
-def coefficients(problem: Problem, of: dict[str, Array]) -> tuple[Array, Array]:
+def coefficients(of: dict[str, Array]) -> tuple[Array, Array]:
     """Return a and b of parameters by name; a Hammerstein model's last b follows from its unit static gain."""
     stems = ("alpha", "beta") if "gamma1" in of else ("a", "b")
     a = np.stack([of[name] for name in (f"{stems[0]}{k}" for k in range(1, 9)) if name in of] or [of["alpha"]], 1)
@@ -180,7 +180,7 @@ def run(kind: str, count: int, score: Score) -> None:
 def main(problems: int) -> None:
     """Print the table."""
     print(
-        "model                 problems  models  outside  infinite  identify    step    bode  verified/certified: 5 %, median"
+        "model                 problems  models  outside  infinite  identify    step    bode  verified share: 5 %, median"
     )
     for kind, share in (("output error", 0.6), ("Hammerstein", 0.25), ("errors in variables", 0.15)):
         score = Score()

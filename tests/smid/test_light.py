@@ -38,7 +38,9 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
     assert loaded(command_line("--help")) & {*HEAVY, "numpy", "scipy", "sympy"} == set()
 
 
-@pytest.mark.parametrize("command", ["identify", "response", "show", "study", "validate", "verify", "error-bound", "diagnose"])
+@pytest.mark.parametrize(
+    "command", ["identify", "response", "show", "study", "validate", "verify", "error-bound", "diagnose"]
+)
 def test_the_help_of_a_command_loads_no_figures(command):
     assert loaded(command_line(f"{command} --help")) & set(HEAVY) == set()
 
