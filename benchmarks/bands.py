@@ -179,9 +179,7 @@ def run(kind: str, count: int, score: Score) -> None:
 
 def main(problems: int) -> None:
     """Print the table."""
-    print(
-        "model                 problems  models  outside  infinite  identify    step    bode  verified share: 5 %, median"
-    )
+    print("model                 problems  models  outside  infinite  identify    step    bode  verified: 5 %, median")
     for kind, share in (("output error", 0.6), ("Hammerstein", 0.25), ("errors in variables", 0.15)):
         score = Score()
         run(kind, round(share * problems), score)
