@@ -20,6 +20,8 @@ from .models import (
     load_model,
 )
 from .reports import report
+from .responses.band import ResponseBand
+from .responses.respond import bode, step
 from .study import order_study
 from .validation import Comparison, Residuals, Validation, compare, residuals, validate
 from .verification import NotProvenError, Verification, verify
@@ -46,11 +48,13 @@ __all__ = [
     "ParameterInterval",
     "Reactor",
     "Residuals",
+    "ResponseBand",
     "RotatingArm",
     "Validation",
     "Verification",
     "Wiener",
     "bind",
+    "bode",
     "compare",
     "data",
     "design",
@@ -70,6 +74,7 @@ __all__ = [
     "residuals",
     "sensors",
     "signals",
+    "step",
     "study",
     "validate",
     "validation",

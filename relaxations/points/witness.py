@@ -33,6 +33,7 @@ _NARROW = 200  # binary places: if a constraint fails for intervals this narrow,
 # Scaled distances of the search from every limit, tried in turn. They keep the verified point feasible in spite of
 # rounding errors and of the tolerances of the linear programs.
 MARGINS = (1e-9, 1e-7, 1e-5)
+STEPS = 25
 
 
 @dataclass(frozen=True)
@@ -236,6 +237,7 @@ def find_witness(
     complicating: Index,
     start: Array,
     magnitude: Array | None = None,
+    steps: int = STEPS,
 ) -> Witness | None:
     """Return a witness with a small objective: search on ``box``, verify on ``problem``; None if no point is verified.
 
@@ -251,6 +253,8 @@ def find_witness(
         Shape (n_variables,).
     magnitude
         Shape (n_variables,). Size of the variables without finite bounds.
+    steps
+        Largest number of linearisations: few suffice near the optimum.
 
     Raises
     ------
@@ -272,7 +276,7 @@ def find_witness(
     with np.errstate(invalid="ignore", divide="ignore"):
         begin = np.nan_to_num(np.clip((start - scaling.centre) / scaling.scale, scaled.lower, scaled.upper))
     for margin in MARGINS:
-        point = search(scaled, cost, complicating, begin, margin)
+        point = search(scaled, cost, complicating, begin, margin, steps=steps)
         if point is None:  # a wider margin is infeasible too
             return None
         witness = verify(problem, objective, scaling.recover(point))
@@ -288,7 +292,7 @@ def search(
     start: Array,
     margin: float,
     radius: float = 0.1,
-    steps: int = 25,
+    steps: int = STEPS,
 ) -> Array | None:
     """Return a point improved by sequential linear programming; None if no feasible point was found.
 

@@ -32,6 +32,10 @@ COMMANDS = {
         "smid.cli.residuals:residuals",
         "Test the residuals of an identified model: whiteness, independence of the input, spectrum.",
     ),
+    "response": (
+        "smid.cli.response:response",
+        "Compute the step or frequency response of a model with certified bands.",
+    ),
     "show": (
         "smid.cli.show:show",
         "Print what was understood of a record: channels, units, sampling time, gaps, ranges and faults.",

@@ -99,14 +99,17 @@ class Task:
         return identify_model(self.model, self.data, bounds, **how, progress=progress, certificate=certificate)
 
 
-@click.command(cls=Command)
-@takes(record=Record, problem=Problem)
-@click.option(
+noise_bound_option = click.option(
     "--noise-bound",
     callback=read_noise_bound,
     metavar="D|1.2x",
     help="Noise bound of the output in its unit, or a factor times the least noise bound. [default: 1.2x]",
 )
+
+
+@click.command(cls=Command)
+@takes(record=Record, problem=Problem)
+@noise_bound_option
 @takes(solve=Solve, accuracy=Accuracy)
 @seconds_option
 @click.option("--validate", "others", multiple=True, metavar="CSV", help="Another record to simulate; repeatable.")
@@ -132,29 +135,37 @@ def identify(
     model, input_bounds = load_problem(problem, data, solve.solver)
     task = Task(model, data, input_bounds, noise_bound or DEFAULT, solve, accuracy)
     records = _load_others(others, record, task)
-    least, value = None, task.asked.value
     with time_limit(seconds), Progress() as progress:
-        # A relative noise bound needs the least noise bound first.
-        if task.asked.relative:
-            least = task.least_bound(progress)
-            value *= least.upper
-        if least is not None and (least.reason is Reason.INTERRUPTED or not np.isfinite(value)):
-            outputs.say(least)
-            click.echo("ended early: the least noise bound above is proven; there are no intervals yet", err=True)
-            context.exit(INTERRUPTED)
-        try:
-            estimate = task.intervals(value, outputs.certificate, progress)
-        except EmptyFeasibleSetError as proof:
-            _publish_empty(outputs, proof, least, task)
-            context.exit(EMPTY)
-    if least is not None:
-        outputs.say(least)
-        outputs.say(_bound_used(task, least, value, "from --noise-bound" if noise_bound else "the default"))
-    log_estimate(estimate)
+        estimate, least = proven_intervals(context, task, noise_bound, outputs, progress)
     _publish(outputs, estimate, least, _validations(estimate, records), task.settings)
     if estimate.reason is Reason.INTERRUPTED:
         click.echo("interrupted: all printed bounds are proven", err=True)
         context.exit(INTERRUPTED)
+
+
+def proven_intervals(
+    context: click.Context, task: Task, given: NoiseBound | None, outputs: Outputs, progress: Progress
+) -> tuple[Estimate, ErrorBound | None]:
+    """Return the estimate, and the least noise bound where a factor of it was asked for; exit where there is none."""
+    least, value = None, task.asked.value
+    # A relative noise bound needs the least noise bound first.
+    if task.asked.relative:
+        least = task.least_bound(progress)
+        value *= least.upper
+    if least is not None and (least.reason is Reason.INTERRUPTED or not np.isfinite(value)):
+        outputs.say(least)
+        click.echo("ended early: the least noise bound above is proven; there are no intervals yet", err=True)
+        context.exit(INTERRUPTED)
+    try:
+        estimate = task.intervals(value, outputs.certificate, progress)
+    except EmptyFeasibleSetError as proof:
+        _publish_empty(outputs, proof, least, task)
+        context.exit(EMPTY)
+    if least is not None:
+        outputs.say(least)
+        outputs.say(_bound_used(task, least, value, "from --noise-bound" if given else "the default"))
+    log_estimate(estimate)
+    return estimate, least
 
 
 def _load_others(paths: Sequence[str], record: Record, task: Task) -> list[Dataset]:

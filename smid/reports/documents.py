@@ -16,10 +16,12 @@ from smid.validation import Comparison, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
+    from smid.responses.band import ResponseBand
 
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE, COMPARE, RESIDUALS = "smid.diagnose/1", "smid.compare/1", "smid.residuals/1"
+RESPONSE = "smid.response/1"
 
 Document = dict[str, Any]
 
@@ -85,6 +87,11 @@ def residuals_document(residuals: Residuals) -> Document:
 def diagnose_document(diagnosis: Diagnosis) -> Document:
     """Return what ``smid diagnose --json`` writes."""
     return {**diagnosis.to_dict(), "schema": DIAGNOSE, "versions": versions()}
+
+
+def response_document(band: ResponseBand) -> Document:
+    """Return what ``smid response --json`` writes."""
+    return {**band.to_dict(), "schema": RESPONSE, "versions": versions()}
 
 
 def study_document(name: str, content: Mapping[str, Any]) -> Document:

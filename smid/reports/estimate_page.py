@@ -54,7 +54,7 @@ def estimate_page(
         *_least_bound(error_bound),
         Section("Simulation over the data", tuple(_own_run(estimate))),
         Section("Validation on other records", (*notes, *_free_runs(validations))),
-        _model(estimate.model, _noise_bounds(estimate)),
+        model_section(estimate.model, noise_bounds(estimate)),
         data_section(estimate.data, drawn=True),
         _proof(estimate),
     )
@@ -106,7 +106,7 @@ def data_report(
     sections = [*_least_bound(error_bound)]
     if validations:
         sections.append(Section("Validation on other records", tuple(_free_runs(validations))))
-    sections.append(_model(model))
+    sections.append(model_section(model))
     if data is not None:
         sections.append(data_section(data, drawn=True))
     if error_bound is not None:
@@ -279,12 +279,14 @@ def _simulation(run: Validation, number: int) -> Picture:
     )
 
 
-def _noise_bounds(estimate: Estimate) -> str:
+def noise_bounds(estimate: Estimate) -> str:
+    """Return the sentence on the noise bounds."""
     bounds = (f"{b:.8g} {estimate.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in estimate.noise_bound.items())
     return f"Noise bounds: {', '.join(bounds)}."
 
 
-def _model(model: Model, noise_bounds: str = "") -> Section:
+def model_section(model: Model, noise_bounds: str = "") -> Section:
+    """Return the section on a model: its lines, its noise bounds and its priors."""
     name = f"{capitalised(model.name)}: {model.description}" if model.description else capitalised(model.name)
     return Section(
         "Model",

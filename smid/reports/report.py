@@ -16,6 +16,7 @@ from smid.validation import Comparison, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
+    from smid.responses.band import ResponseBand
     from smid.study.study import Study
 
 
@@ -46,7 +47,7 @@ def report(
 
 @overload
 def report(
-    result: Study | Dataset | Comparison | Residuals,
+    result: Study | Dataset | Comparison | Residuals | ResponseBand,
     path: str | PathLike[str],
     *,
     settings: Mapping[str, str] | None = None,
@@ -54,7 +55,7 @@ def report(
 
 
 def report(
-    result: Estimate | Diagnosis | Study | Dataset | Comparison | Residuals,
+    result: Estimate | Diagnosis | Study | Dataset | Comparison | Residuals | ResponseBand,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -66,7 +67,7 @@ def report(
 ) -> Path:
     """Write a report of a result, and return its path.
 
-    A result is an estimate, a diagnosis, a study, a data set, a comparison of models, or tests of residuals.
+    A result is an estimate, a response, a diagnosis, a study, a data set, a comparison of models or tests of residuals.
 
     Parameters
     ----------
@@ -123,18 +124,22 @@ def report(
     from smid.reports.diagnosis_page import diagnosis_page
     from smid.reports.overview_page import dataset_page
     from smid.reports.residuals_page import residuals_page
+    from smid.reports.response_page import response_page
     from smid.reports.study_page import study_page
+    from smid.responses.band import ResponseBand
     from smid.study import Study
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
-    if not isinstance(result, Study | Dataset | Comparison | Residuals):
+    if not isinstance(result, Study | Dataset | Comparison | Residuals | ResponseBand):
         raise TypeError(
-            f"a {type(result).__name__} has no report: give an Estimate, a Diagnosis, a Study, a Dataset, a Comparison "
-            "or Residuals, or print it"
+            f"a {type(result).__name__} has no report: give an Estimate, a ResponseBand, a Diagnosis, a Study, a "
+            "Dataset, a Comparison or Residuals, or print it"
         )
     if notes or links:
         raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
+    if isinstance(result, ResponseBand):
+        return write_page(response_page(result, settings=settings), path)
     if isinstance(result, Dataset):
         return write_page(dataset_page(result, settings=settings), path)
     if isinstance(result, Comparison):

@@ -39,7 +39,8 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
 
 
 @pytest.mark.parametrize(
-    "command", ["identify", "show", "study", "validate", "compare", "residuals", "verify", "error-bound", "diagnose"]
+    "command",
+    ["identify", "response", "show", "study", "validate", "compare", "residuals", "verify", "error-bound", "diagnose"],
 )
 def test_the_help_of_a_command_loads_no_figures(command):
     assert loaded(command_line(f"{command} --help")) & set(HEAVY) == set()
