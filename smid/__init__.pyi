@@ -13,11 +13,13 @@ from .models import (
     Model,
     ModelError,
     OutputError,
+    OwnModel,
     Parameter,
     Reactor,
     RotatingArm,
     Wiener,
     load_model,
+    save_model,
 )
 from .reports import report
 from .study import order_study
@@ -42,6 +44,7 @@ __all__ = [
     "ModelError",
     "NotProvenError",
     "OutputError",
+    "OwnModel",
     "Parameter",
     "ParameterInterval",
     "Reactor",
@@ -68,6 +71,7 @@ __all__ = [
     "report",
     "reports",
     "residuals",
+    "save_model",
     "sensors",
     "signals",
     "study",
