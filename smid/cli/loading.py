@@ -21,6 +21,7 @@ from smid.data.read_csv import read_csv, read_text
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
 from smid.models import Model
+from smid.models.units import check_units
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -130,8 +131,12 @@ def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> 
 
 
 def bind_all(model: Model, data: Dataset) -> Model:
-    """Return the model bound to the data; refuse one of several inputs or outputs that the model has not."""
+    """Return the model bound to the data.
+
+    Refuse one of several inputs or outputs that the model does not have, and equations that contradict the units.
+    """
     model = bind(model, data)
+    check_units(model, {channel.name: channel.unit for channel in data.channels})
     for flag, given in (("--input", data.inputs), ("--output", data.outputs)):
         for name in given if len(given) > 1 else ():
             if name not in model.channels:

@@ -16,7 +16,11 @@ from sympy.printing.str import StrPrinter
 from smid.models.errors import ModelError
 from smid.models.symbols import canonical, number, rewritten, signal, unevaluated
 
-__all__ = ["TextError", "constraints_from_text", "decimals", "from_text", "shown", "to_text"]
+__all__ = ["Refusal", "TextError", "constraints_from_text", "decimals", "from_text", "shown", "to_text"]
+
+Names = Callable[[ast.expr], ast.expr]
+"""What the names in a text stand for: the parsed text with other names; Refusal for a name that stands for nothing."""
+
 
 FUNCTIONS: dict[str, Any] = {
     name: getattr(sympy, name)
@@ -119,7 +123,11 @@ class TextError(ModelError):
         return TextError, (self.text, self.column, self.why)
 
 
-def from_text(text: str) -> sympy.Expr:
+def _as_written(node: ast.expr) -> ast.expr:
+    return node
+
+
+def from_text(text: str, names: Names = _as_written) -> sympy.Expr:
     """Read an expression such as ``-alpha*w[t - 1] + Max(0, u[t])``.
 
     The text is parsed, never executed: only arithmetic, signals and the functions of `FUNCTIONS` are understood.
@@ -131,10 +139,10 @@ def from_text(text: str) -> sympy.Expr:
     >>> from_text("Piecewise((u[t], u[t] > a), (0, True))")
     Piecewise((u[t], a < u[t]), (0, True))
     """
-    return _parsed(text, lambda node: canonical(_read(node)), "write an expression such as -a*w[t - 1] + b*u[t]")
+    return _parsed(text, lambda node: canonical(_read(names(node))), "write an expression such as -a*w[t - 1] + b*u[t]")
 
 
-def constraints_from_text(text: str) -> tuple[sympy.Expr, ...]:
+def constraints_from_text(text: str, names: Names = _as_written) -> tuple[sympy.Expr, ...]:
     """Read inequalities such as ``0 <= a1 + a2 <= 1`` as expressions that are at least zero.
 
     Examples
@@ -142,7 +150,7 @@ def constraints_from_text(text: str) -> tuple[sympy.Expr, ...]:
     >>> constraints_from_text("a1 + a2 <= 1")
     (-a1 - a2 + 1,)
     """
-    return _parsed(text, _read_inequalities, "write an inequality such as a1 + a2 <= 1")
+    return _parsed(text, lambda node: _read_inequalities(names(node)), "write an inequality such as a1 + a2 <= 1")
 
 
 Parsed = TypeVar("Parsed")
@@ -157,7 +165,7 @@ def _parsed(text: str, read: Callable[[ast.expr], Parsed], cure: str) -> Parsed:
         return read(ast.parse(flat.strip(), mode="eval").body)
     except SyntaxError as error:
         column, why = error.offset or 1, f"the text cannot be read from here; {cure}"
-    except _Refusal as refusal:
+    except Refusal as refusal:
         # The parser counts bytes.
         column, why = len(flat.strip().encode()[: refusal.node.col_offset].decode()) + 1, str(refusal)
     except (RecursionError, MemoryError):
@@ -169,7 +177,7 @@ def _bold(word: str) -> str:
     return chr(ord(word[0]) - ord("a") + ord("\N{MATHEMATICAL BOLD SMALL A}")) + word[1:]
 
 
-class _Refusal(Exception):
+class Refusal(Exception):
     """A part of an expression that is not understood."""
 
     def __init__(self, node: ast.expr, why: str) -> None:
@@ -184,9 +192,9 @@ def _read(node: ast.expr) -> Any:
             raise ModelError(f"'{ast.unparse(node)}' divides by zero")
         return canonical(value) if isinstance(node, ast.Subscript) else value
     except ModelError as error:
-        raise _Refusal(node, str(error)) from None
+        raise Refusal(node, str(error)) from None
     except TypeError:
-        raise _Refusal(node, f"'{ast.unparse(node)}' has a wrong number of arguments") from None
+        raise Refusal(node, f"'{ast.unparse(node)}' has a wrong number of arguments") from None
 
 
 def _read_node(node: ast.expr) -> Any:
@@ -237,7 +245,7 @@ def _digits(base: sympy.Expr, exponent: sympy.Expr) -> float:
 
 def _read_inequalities(node: ast.expr) -> tuple[sympy.Expr, ...]:
     if not isinstance(node, ast.Compare) or not all(isinstance(kind, ast.LtE | ast.GtE) for kind in node.ops):
-        raise _Refusal(node, f"'{ast.unparse(node)}' is no inequality: compare parameters by <= or >=")
+        raise Refusal(node, f"'{ast.unparse(node)}' is no inequality: compare parameters by <= or >=")
     sides = [canonical(_read(side)) for side in (node.left, *node.comparators)]
     pairs = itertools.pairwise(sides)
     ordered = [pair if isinstance(kind, ast.GtE) else pair[::-1] for pair, kind in zip(pairs, node.ops, strict=True)]
@@ -249,7 +257,7 @@ def _read_branch(node: ast.expr) -> tuple[Any, Any]:
     match node:
         case ast.Tuple(elts=[value, condition]):
             return _read(value), _read_condition(condition)
-    raise _Refusal(node, f"'{ast.unparse(node)}' is no branch of a Piecewise: write (value, condition)")
+    raise Refusal(node, f"'{ast.unparse(node)}' is no branch of a Piecewise: write (value, condition)")
 
 
 def _read_condition(node: ast.expr) -> Any:
@@ -262,4 +270,4 @@ def _read_condition(node: ast.expr) -> Any:
             return _EQUALITIES[name](_read(left), _read(right))
         case ast.BinOp(left=left, op=kind, right=right) if type(kind) in _JUNCTIONS:
             return _JUNCTIONS[type(kind)](_read_condition(left), _read_condition(right))
-    raise _Refusal(node, f"'{ast.unparse(node)}' is no condition: compare by < <= > >= Eq Ne, and join by & |")
+    raise Refusal(node, f"'{ast.unparse(node)}' is no condition: compare by < <= > >= Eq Ne, and join by & |")

@@ -6,10 +6,11 @@ is none of them, and is refused. A signal without an index is the signal now: ``
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from inspect import Signature, signature
 from numbers import Real
@@ -18,10 +19,11 @@ from typing import Any
 import sympy
 
 from smid.models.errors import ModelError, refuse_unknown
-from smid.models.expressions import TextError, constraints_from_text, from_text, to_text
+from smid.models.expressions import Refusal, TextError, constraints_from_text, from_text, to_text
 from smid.models.model import Model
 from smid.models.parts import Line, Measurement, Parameter, check_name
-from smid.models.symbols import VALUE, plain_symbols, references, rename_signals, signal, swapped, t, unused
+from smid.models.symbols import VALUE, signal, t, unused
+from smid.models.units import check_units
 
 __all__ = ["Box", "Channels", "OwnModel", "fields_of"]
 
@@ -41,6 +43,7 @@ def OwnModel(
     parameters: Mapping[str, Box] = {},
     *,
     constraints: Sequence[str] = (),
+    units: Mapping[str, str] = {},
     values: Mapping[str, float] = {},
     name: str = "own model",
     description: str = "",
@@ -67,6 +70,9 @@ def OwnModel(
         the value at which the parameter has no effect.
     constraints
         Prior knowledge on parameters, as in ``"a1 + a2 <= 1"``.
+    units
+        Of channels and signals, as in ``{"level": "m"}``. Data in other units are refused, and so is an equation whose
+        terms have different units, as far as units are known (see `smid.models.units`).
     values
         Values of parameters where they are known, such as those of a central model.
     name, description
@@ -83,7 +89,7 @@ def OwnModel(
     Raises
     ------
     ModelError
-        If an equation cannot be read, or a name in it has neither range, nor equation, nor input.
+        If an equation cannot be read, a name in it has neither range, nor equation, nor input, or units differ.
 
     Examples
     --------
@@ -96,45 +102,54 @@ def OwnModel(
       A in [2, 2]
       integrated by rk4, 1 step per sample, inputs held
     """
-    for field, texts in (("equations", equations), ("constraints", constraints)):
+    for what, texts in (("equations", equations), ("constraints", constraints)):
         if isinstance(texts, str) or not all(isinstance(text, str) for text in texts):
-            raise ModelError(f"{field} is {texts!r}: give a list of texts")
+            raise ModelError(f"{what} is {texts!r}: give a list of texts")
     known = tuple(_parameter(key, entry) for key, entry in parameters.items())
     split = [_Equation.of(text) for text in equations]
     shown = [_Shown.of("output", *item) for item in _entries("outputs", outputs)]
     given = [_Shown.of("input", *item) for item in _entries("inputs", inputs)]
     own = [part.name for part in split]
     _check_roles(shown, given, own)
-    names = _Names({p.name for p in known}, {*own, *(item.signal for item in given)})
     # A measured signal cannot have the name of a channel.
-    taken = {*names.parameters, *names.signals, *(item.channel for item in (*shown, *given))}
     measured = [*shown, *(item for item in given if item.is_measured)]
-    moved = {}
-    for item in measured:
-        if item.channel in names.signals and item.channel not in moved:
-            moved[item.channel] = unused(f"{item.channel}_true", taken)
-    taken |= set(moved.values())
+    names = dict.fromkeys([*own, *(item.signal for item in given)])
+    taken = {*names, *parameters, *(item.channel for item in (*shown, *given))}
+    hidden = {item.channel for item in measured}
+    signals = {name: unused(f"{name}_true", taken) if name in hidden else name for name in names}
+    taken |= set(signals.values())
 
-    lines = [
-        Line(
-            signal(moved.get(part.name, part.name))[t],
-            rename_signals(names.read(part.text, part.start), moved),
-            part.rate,
-        )
-        for part in split
-    ]
-    _check_used(given, {moved.get(name, name) for line in lines for name, _ in line.reads}, moved, names)
+    in_equations = _Names(parameters.keys(), signals)
+    lines = [Line(signal(signals[part.name])[t], in_equations.read(part.text, part.start), part.rate) for part in split]
+    read = {name for line in lines for name, _ in line.reads}
+    for item in given:
+        # A channel with the name of a parameter may wait for an effect that reads it.
+        if signals[item.signal] not in read and item.channel not in parameters:
+            raise ModelError(f"the input {item.channel!r} is in no equation: use it in one, or leave it out")
     measurements = []
     for item in measured:
         noise = unused(item.kind_of_noise, taken) if item.noise is True else item.noise or None
         taken.add(noise or "")
-        inverse = None if item.inverse is None else _Names({*names.parameters, VALUE.name}).read(item.inverse)
-        measurements.append(Measurement(item.channel, moved.get(item.signal, item.signal), noise, inverse))
-    bounds = tuple(bound for text in constraints for bound in _Names(names.parameters).read_constraint(text))
+        inverse = None if item.inverse is None else _Names({*parameters, VALUE.name}).read(item.inverse)
+        measurements.append(Measurement(item.channel, signals[item.signal], noise, inverse))
+    in_constraints = _Names(parameters.keys()).visit
+    bounds = tuple(bound for text in constraints for bound in constraints_from_text(text, in_constraints))
     integration: dict[str, Any] = {"scheme": scheme, "substeps": substeps, "sampling_time": sampling_time}
-    return Model(
-        name, known, tuple(lines), tuple(measurements), bounds, values, description, origins=origins, **integration
+    model = Model(
+        name,
+        known,
+        tuple(lines),
+        tuple(measurements),
+        bounds,
+        values,
+        description,
+        origins=origins,
+        units=units,
+        **integration,
     )
+    refuse_unknown("channel or signal in units", units, (*model.channels, *(line.signal for line in model.lines)))
+    check_units(model)
+    return model
 
 
 @dataclass(frozen=True)
@@ -155,33 +170,46 @@ class _Equation:
 
 
 @dataclass(frozen=True)
-class _Names:
-    """The names that a text may use."""
+class _Names(ast.NodeTransformer):
+    """The names that a text may use: parameters, and signals with their names in the model."""
 
     parameters: Collection[str]
-    signals: Collection[str] = ()
+    signals: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, text: str, start: int = 0) -> sympy.Expr:
         """Return the expression in a text from a column on; a signal without an index is the signal now."""
         try:
-            expression = from_text(" " * start + text[start:])
+            return from_text(" " * start + text[start:], self.visit)
         except TextError as error:
             raise TextError(text, error.column, error.why) from None
-        return self._known(expression, text, start)
 
-    def read_constraint(self, text: str) -> tuple[sympy.Expr, ...]:
-        return tuple(self._known(bound, text, 0) for bound in constraints_from_text(text))
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self.parameters:
+            return node
+        now = ast.Name("t", ast.Load())
+        return ast.copy_location(ast.Subscript(self._signal(node), ast.copy_location(now, node), ast.Load()), node)
 
-    def _known(self, expression: sympy.Expr, text: str, start: int) -> sympy.Expr:
-        plain, indexed = plain_symbols(expression), {name for name, _ in references(expression)}
-        for name in sorted((plain | indexed) - {*self.parameters, *self.signals}):
-            raise TextError(text, _column(name, text, start), self._advice(name))
-        for name in sorted(indexed - set(self.signals)):
-            raise TextError(text, _column(name, text, start), f"{name!r} is a parameter: leave out its index")
-        now = {sympy.Symbol(name, real=True): signal(name)[t] for name in plain - set(self.parameters)}
-        return swapped(expression, now) if now else expression
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        if not isinstance(node.value, ast.Name):
+            return node
+        if node.value.id in self.parameters and node.value.id not in self.signals:
+            raise Refusal(node, f"{node.value.id!r} is a parameter: leave out its index")
+        return ast.copy_location(ast.Subscript(self._signal(node.value), node.slice, ast.Load()), node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return node  # refused as it is written
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        return ast.copy_location(ast.Call(node.func, [self.visit(item) for item in node.args], node.keywords), node)
+
+    def _signal(self, node: ast.Name) -> ast.Name:
+        if node.id not in self.signals:
+            raise Refusal(node, self._advice(node.id))
+        return ast.copy_location(ast.Name(self.signals[node.id], ast.Load()), node)
 
     def _advice(self, name: str) -> str:
+        if "__" in name:
+            return f"the name {name!r} holds '__': take another one"
         near = get_close_matches(name, [*self.parameters, *self.signals], n=1)
         hint = f", did you mean {near[0]!r}?" if near else ":"
         if not self.signals:
@@ -190,11 +218,6 @@ class _Names:
             f"{name!r} is no parameter, no input, and has no equation{hint} give its range in parameters, as in "
             f"{name} = [0, 1], or name it in inputs"
         )
-
-
-def _column(name: str, text: str, start: int) -> int:
-    found = re.compile(rf"\b{re.escape(name)}\b").search(text, start)
-    return 1 if found is None else found.start() + 1
 
 
 @dataclass(frozen=True)
@@ -257,13 +280,6 @@ def _check_roles(shown: Sequence[_Shown], given: Sequence[_Shown], own: Sequence
             raise ModelError(f"the input {item.signal!r} has an equation: remove the equation, or name it in outputs")
 
 
-def _check_used(given: Sequence[_Shown], read: Collection[str], moved: Mapping[str, str], names: _Names) -> None:
-    for item in given:
-        # A channel with the name of a parameter may wait for an effect that reads it.
-        if moved.get(item.signal, item.signal) not in read and item.channel not in names.parameters:
-            raise ModelError(f"the input {item.channel!r} is in no equation: use it in one, or leave it out")
-
-
 def _parameter(name: str, entry: Any) -> Parameter:
     given = entry if isinstance(entry, Mapping) else {"range": entry}
     refuse_unknown(f"entry of parameter {name!r}", given, ("range", "unit", "null"))
@@ -317,6 +333,7 @@ def fields_of(model: Model) -> dict[str, Any]:
         "outputs": {channel: _short(entry) for channel, entry in shown["outputs"].items()},
         "inputs": {channel: _short(entry) for channel, entry in shown["inputs"].items()},
         "parameters": {item.name: _box(item) for item in model.parameters},
+        "units": dict(model.units),
         "values": dict(model.values),
         "origins": dict(model.origins),
     }

@@ -102,6 +102,20 @@ def test_a_diagnosis_saves_the_extended_model(smid):
     assert again.exit_code == 0, again.output
 
 
+def test_units_are_checked_before_any_work(smid):
+    Path("cm.toml").write_text(MODEL + '[units]\nlevel = "cm"\n', encoding="utf-8")
+    Path("sum.toml").write_text(MODEL.replace("d*w[t-1]", "w[t-1]"), encoding="utf-8")
+    for model, words in {
+        "cm": "'level' is in m in the data, and in cm in the model",
+        "sum": "units: v[t] = c*v[t - 1] + e*heater[t - 1] + w[t - 1] has K on the left and m on the right",
+    }.items():
+        for command in ("identify", "error-bound", "diagnose"):
+            result = smid(f"{command} tank.csv --model {model}.toml --noise-bound temperature=0.1,level=0.1")
+            assert result.exit_code == 2
+            assert words in result.stderr
+            assert len(result.stderr.strip().splitlines()) == 1
+
+
 MISTAKES = {
     "identify tank.csv --model tank.toml": "at most one of them a factor",
     f"identify tank.csv --model tank.toml {NAMED} --input pump --input heater --input level": "level",
