@@ -91,7 +91,7 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 """What each annotation of a field means to the writer of a file."""
 
 
-def _fields(build: Callable[..., Model]) -> dict[str, str]:
+def fields_of_class(build: Callable[..., Model]) -> dict[str, str]:
     """Field names of a model class, priors included where it takes them, each with its annotation as text."""
     arguments = inspect.signature(build).parameters.values()
     own = {item.name: str(item.annotation) for item in arguments if item.kind is not inspect.Parameter.VAR_KEYWORD}
@@ -122,19 +122,19 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
     refuse_unknown("class", [content["class"]], MODEL_CLASSES)
     build = MODEL_CLASSES[content["class"]]
     given = {name: value for name, value in content.items() if name != "class"}
-    known = _fields(build)
+    known = fields_of_class(build)
     refuse_unknown(f"field of {content['class']}", given, known)
     for name, value in given.items():
         expected, accepts = _KINDS[known[name]]
         if not accepts(value):
             raise ModelError(f"field {name!r} of {content['class']} is {value!r}: give {expected}")
-    for name in _required(build):
+    for name in required_fields(build):
         if name not in given:
             raise ModelError(f"{content['class']} needs {name}: give {_KINDS[known[name]][0]}")
     return build(**given)
 
 
-def _required(build: Callable[..., Model]) -> list[str]:
+def required_fields(build: Callable[..., Model]) -> list[str]:
     """Return the fields of a model class that have no default."""
     arguments = inspect.signature(build).parameters.values()
     return [
