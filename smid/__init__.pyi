@@ -13,11 +13,13 @@ from .models import (
     Model,
     ModelError,
     OutputError,
+    OwnModel,
     Parameter,
     Reactor,
     RotatingArm,
     Wiener,
     load_model,
+    save_model,
 )
 from .reports import report
 from .responses.band import ResponseBand
@@ -44,6 +46,7 @@ __all__ = [
     "ModelError",
     "NotProvenError",
     "OutputError",
+    "OwnModel",
     "Parameter",
     "ParameterInterval",
     "Reactor",
@@ -72,6 +75,7 @@ __all__ = [
     "report",
     "reports",
     "residuals",
+    "save_model",
     "sensors",
     "signals",
     "step",

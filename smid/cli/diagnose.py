@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import click
 
 from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import load_record, plain
-from smid.cli.options import FILE, POSITIVE, Record, option, seconds_option, takes
+from smid.cli.loading import bind_all, load_record, noisy_outputs, plain, stated_bounds
+from smid.cli.options import FILE, POSITIVE, NoiseBound, Record, option, read_known_bounds, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.data import Dataset
 from smid.diagnosis import EFFECTS, Diagnosis, prove_name, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.diagnosis.diagnosis import ENDED_EARLY
-from smid.fitting.binding import bind
 from smid.identification.identify import EmptyFeasibleSetError
-from smid.models import Model, load_model
+from smid.models import Model, load_model, save_model
+from smid.reports import check_writable
 from smid.reports import report as write_report
 from smid.reports.documents import diagnose_document
 
@@ -44,7 +45,11 @@ class Search:
     channels: tuple[str, ...] = option(
         "--channel", multiple=True, metavar="COL", help="Further column to consider; repeatable."
     )
-    noise_bound: float | None = option(type=POSITIVE, metavar="D", help="Noise bound of the output in its unit.")
+    noise_bound: tuple[NoiseBound, ...] | None = option(
+        callback=read_known_bounds,
+        metavar="D|Y=D,...",
+        help="Noise bound of the output in its unit; with several outputs one number for all, or one for each.",
+    )
     effects: str | None = option(metavar="A,B,...", help="Effects to test. [default: all]")
     test: float = option(
         type=click.FloatRange(0.05, 0.9),
@@ -54,6 +59,9 @@ class Search:
     )
     workers: int | None = option(
         type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: one for each processor]"
+    )
+    save_model: str | None = option(
+        type=FILE, metavar="TOML", help="Write the extended model as a model file, to use it again."
     )
     no_certify: bool = option(is_flag=True, help="Skip the proof that the model cannot explain the data.")
     prove: int | None = option(
@@ -76,7 +84,7 @@ class Search:
     def settings(self, unit: str) -> dict[str, str]:
         """Return the options for the end of the report."""
         return {
-            "noise bound": "none" if self.noise_bound is None else f"{self.noise_bound:g} {unit}".rstrip(),
+            "noise bound": "none" if self.noise_bound is None else _listed(self.noise_bound, unit),
             "effects": "all" if self.chosen is None else ", ".join(self.chosen),
             "test part": f"{self.test:g} of the record, at its end",
             **({} if self.simulated is None else {"simulation": self.simulated}),
@@ -110,26 +118,44 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
             raise click.UsageError(f"{name} needs a noise bound: give --noise-bound D")
         if asked is not None and search.simulated is not None:
             raise click.UsageError(f"{name} needs a model: of a simulator only the recorded output is known")
-    data = load_record(record, search.channels if search.simulated is None else (*search.channels, search.simulated))
-    base = None if search.model is None else bind(load_model(search.model), data)
+    if search.save_model is not None:
+        check_writable(search.save_model)
+    further = search.channels if search.simulated is None else (*search.channels, search.simulated)
+    given = None if search.model is None else load_model(search.model)
+    data = load_record(record, given, further)
+    base = None if given is None else bind_all(given, data)
     diagnosis = _diagnosis(base, data, search, seconds)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
     outputs.write_report(lambda path: write_report(diagnosis, path, settings=search.settings(diagnosis.unit)))
+    if search.save_model is not None:
+        outputs.say(f"model: {save_model(diagnosis.model, search.save_model)}")
     if diagnosis.interrupted:
         if outputs.json == "-":
             click.echo(ENDED_EARLY, err=True)
         context.exit(INTERRUPTED)
 
 
+def _listed(bounds: Sequence[NoiseBound], unit: str) -> str:
+    return f"{bounds[0]} {unit}".rstrip() if len(bounds) == 1 else ", ".join(map(str, bounds))
+
+
+def _bounds(base: Model | None, asked: Sequence[NoiseBound]) -> float | dict[str, float]:
+    """Return the noise bounds by output; one number for a recorded simulation."""
+    if base is None or not noisy_outputs(base):
+        return asked[0].value
+    return {c: bound.value for c, bound in stated_bounds("--noise-bound", noisy_outputs(base), asked).items()}
+
+
 def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float) -> Diagnosis:
     """Return the diagnosis, with the proofs that the user asked for."""
+    bound = None if search.noise_bound is None else _bounds(base, search.noise_bound)
     with Progress() as progress:
         diagnosis = diagnose_model(
             base,
             data,
-            search.noise_bound,
+            bound,
             search.chosen,
             search.test,
             simulated=None if search.simulated is None else plain(search.simulated),
@@ -138,7 +164,6 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
             seconds=seconds,
             progress=progress,
         )
-        bound = search.noise_bound
         if bound is None or diagnosis.interrupted:
             return diagnosis
         # A proof that fails, or that Ctrl-C ends, costs only the proof.

@@ -11,7 +11,7 @@ import numpy as np
 from relaxations.deadline import time_limit
 from relaxations.search.enclosure import Reason
 from smid.cli.console import EMPTY, INTERRUPTED, Command, Progress
-from smid.cli.loading import load_data, load_problem, load_record
+from smid.cli.loading import load_data, load_problem, load_record, noisy_outputs, stated_bounds
 from smid.cli.options import (
     POSITIVE,
     NoiseBound,
@@ -19,7 +19,7 @@ from smid.cli.options import (
     Record,
     Solve,
     option,
-    read_noise_bound,
+    read_noise_bounds,
     seconds_option,
     takes,
 )
@@ -32,7 +32,7 @@ from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.identification.identify import identify as identify_model
-from smid.models import Model, ModelError
+from smid.models import Model, ModelError, load_model
 from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
@@ -68,16 +68,15 @@ class Task:
     model: Model
     data: Dataset
     input_bounds: dict[str, float]
-    asked: NoiseBound
+    asked: dict[str, NoiseBound]
     solve: Solve
     accuracy: Accuracy
 
     @property
     def settings(self) -> dict[str, str]:
         """Return the options for the end of the report."""
-        value = f"{self.asked.value:g}"
         return {
-            "noise bound": f"{value} x least noise bound" if self.asked.relative else value,
+            "noise bound": ", ".join(dict.fromkeys(map(str, self.asked.values()))),
             "method": self.solve.method,
             "order": "usual" if self.solve.order is None else str(self.solve.order),
             "solver": self.solve.solver,
@@ -86,24 +85,34 @@ class Task:
             "largest number of branching nodes": str(self.accuracy.nodes),
         }
 
+    @property
+    def relative(self) -> str | None:
+        """Return the output whose bound is a factor times the least one."""
+        return next((channel for channel, bound in self.asked.items() if bound.relative), None)
+
+    @property
+    def known(self) -> dict[str, float]:
+        """Return the bounds that are numbers."""
+        return self.input_bounds | {c: bound.value for c, bound in self.asked.items() if not bound.relative}
+
     def least_bound(self, progress: Progress) -> ErrorBound:
         """Return the enclosure of the least noise bound."""
-        found = error_bound(self.model, self.data, self.input_bounds, **vars(self.solve), progress=progress)
+        found = error_bound(self.model, self.data, self.known, **vars(self.solve), progress=progress)
         log_error_bound(found)
         return found
 
-    def intervals(self, noise_bound: float, certificate: str | None, progress: Progress) -> Estimate:
-        """Return the certified intervals for a noise bound of the output."""
-        bounds = {**self.input_bounds, self.model.output_channels[0]: noise_bound}
+    def intervals(self, bounds: dict[str, float], certificate: str | None, progress: Progress) -> Estimate:
+        """Return the certified intervals for the noise bounds."""
         how = {**vars(self.solve), **vars(self.accuracy)}
         return identify_model(self.model, self.data, bounds, **how, progress=progress, certificate=certificate)
 
 
 noise_bound_option = click.option(
     "--noise-bound",
-    callback=read_noise_bound,
-    metavar="D|1.2x",
-    help="Noise bound of the output in its unit, or a factor times the least noise bound. [default: 1.2x]",
+    callback=read_noise_bounds,
+    metavar="D|1.2x|Y=D,...",
+    help="Noise bound of the output in its unit, or a factor times the least noise bound. With several outputs: one "
+    "number for all, or one for each, as in level=0.01,pressure=1.2x. [default: 1.2x]",
 )
 
 
@@ -120,7 +129,7 @@ def identify(
     context: click.Context,
     record: Record,
     problem: Problem,
-    noise_bound: NoiseBound | None,
+    noise_bound: tuple[NoiseBound, ...] | None,
     solve: Solve,
     accuracy: Accuracy,
     seconds: float,
@@ -131,56 +140,70 @@ def identify(
 
     DATA is the record (a CSV file).
     """
-    data = load_record(record)
-    model, input_bounds = load_problem(problem, data, solve.solver)
-    task = Task(model, data, input_bounds, noise_bound or DEFAULT, solve, accuracy)
+    task = load_task(record, problem, noise_bound, solve, accuracy)
     records = _load_others(others, record, task)
     with time_limit(seconds), Progress() as progress:
-        estimate, least = proven_intervals(context, task, noise_bound, outputs, progress)
+        estimate, least = proven_intervals(context, task, origin_of_bound(noise_bound), outputs, progress)
     _publish(outputs, estimate, least, _validations(estimate, records), task.settings)
     if estimate.reason is Reason.INTERRUPTED:
         click.echo("interrupted: all printed bounds are proven", err=True)
         context.exit(INTERRUPTED)
 
 
+def load_task(
+    record: Record, problem: Problem, noise_bound: tuple[NoiseBound, ...] | None, solve: Solve, accuracy: Accuracy
+) -> Task:
+    """Read the model and the record, and what bounds were asked for."""
+    given = load_model(problem.model)
+    data = load_record(record, given)
+    model, input_bounds = load_problem(given, problem, data, solve.solver)
+    asked = stated_bounds("--noise-bound", noisy_outputs(model), noise_bound or (DEFAULT,))
+    return Task(model, data, input_bounds, asked, solve, accuracy)
+
+
 def proven_intervals(
-    context: click.Context, task: Task, given: NoiseBound | None, outputs: Outputs, progress: Progress
+    context: click.Context, task: Task, origin: str, outputs: Outputs, progress: Progress
 ) -> tuple[Estimate, ErrorBound | None]:
     """Return the estimate, and the least noise bound where a factor of it was asked for; exit where there is none."""
-    least, value = None, task.asked.value
+    least, bounds = None, task.known
     # A relative noise bound needs the least noise bound first.
-    if task.asked.relative:
+    if task.relative is not None:
         least = task.least_bound(progress)
-        value *= least.upper
-    if least is not None and (least.reason is Reason.INTERRUPTED or not np.isfinite(value)):
+        bounds[task.relative] = task.asked[task.relative].value * least.upper
+    if least is not None and (least.reason is Reason.INTERRUPTED or not np.isfinite(least.upper)):
         outputs.say(least)
         click.echo("ended early: the least noise bound above is proven; there are no intervals yet", err=True)
         context.exit(INTERRUPTED)
     try:
-        estimate = task.intervals(value, outputs.certificate, progress)
+        estimate = task.intervals(bounds, outputs.certificate, progress)
     except EmptyFeasibleSetError as proof:
         _publish_empty(outputs, proof, least, task)
         context.exit(EMPTY)
     if least is not None:
         outputs.say(least)
-        outputs.say(_bound_used(task, least, value, "from --noise-bound" if given else "the default"))
+        outputs.say(_bound_used(task, least, origin))
     log_estimate(estimate)
     return estimate, least
+
+
+def origin_of_bound(noise_bound: tuple[NoiseBound, ...] | None) -> str:
+    """Return where the noise bound comes from, in words."""
+    return "from --noise-bound" if noise_bound else "the default"
 
 
 def _load_others(paths: Sequence[str], record: Record, task: Task) -> list[Dataset]:
     """Return the records for validation at the sampling time of the data; refuse one that does not fit the model."""
     columns = replace(record.columns, sampling_time=task.data.sampling_time)
-    records = [load_data(path, columns) for path in paths]
+    records = [load_data(path, columns, task.model) for path in paths]
     for other in records:
         check_data(bind(task.model, other), other)
     return records
 
 
-def _bound_used(task: Task, least: ErrorBound, value: float, origin: str) -> str:
+def _bound_used(task: Task, least: ErrorBound, origin: str) -> str:
     """Return the sentence on the noise bound that was used, and where it comes from."""
-    unit = task.data.channel(task.model.output_channels[0]).unit
-    product = f"{task.asked.value:g} x {least.upper:.6g} = {value:.6g} {unit}".rstrip()
+    factor = task.asked[least.channel].value
+    product = f"{factor:g} x {least.upper:.6g} = {factor * least.upper:.6g} {least.unit}".rstrip()
     return f"noise bound used: {product} ({origin})"
 
 

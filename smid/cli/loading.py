@@ -11,7 +11,7 @@ import click
 
 from relaxations.solvers.interface import check_solver
 from smid.cli.documents import read_estimate
-from smid.cli.options import Columns, EstimateColumns, Problem, Reading, Record
+from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
 from smid.data import Dataset
 from smid.data.columns import Table
 from smid.data.listing import missing_notes
@@ -20,12 +20,13 @@ from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
-from smid.models import Model, load_model
+from smid.models import Model
+from smid.models.units import check_units
 
 
-def load_record(record: Record, channels: Sequence[str] | None = None) -> Dataset:
+def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
     """Return the samples that the user asked for."""
-    return load_data(record.path, record.columns, channels, record.start, record.stop)
+    return load_data(record.path, record.columns, model, channels, record.start, record.stop)
 
 
 @dataclass(frozen=True)
@@ -38,14 +39,9 @@ class Identified:
 
     def load(self, path: str, columns: EstimateColumns) -> Dataset:
         """Return a record at the sampling time of the estimate; its columns are those of the model, unless named."""
-        own = Columns(
-            columns.input or self.model.input_channels[0],
-            columns.output or self.model.output_channels[0],
-            columns.sampling_time or self.sampling_time,
-            columns.time,
-            columns.reading,
-        )
-        return load_data(path, own)
+        interval = columns.sampling_time or self.sampling_time
+        own = Columns(columns.input, columns.output, interval, columns.time, columns.reading)
+        return load_data(path, own, self.model)
 
 
 def load_estimate(path: str) -> Identified:
@@ -57,6 +53,7 @@ def load_estimate(path: str) -> Identified:
 def load_data(
     path: str,
     columns: Columns,
+    model: Model | None = None,
     channels: Sequence[str] | None = None,
     start: int | None = None,
     stop: int | None = None,
@@ -65,20 +62,27 @@ def load_data(
 
     Their source names the samples and holds the first comment of the file.
 
-    A column is given by its name in the file, or by the plain name that an equation can hold. None for ``channels``
-    keeps every column of numbers. DataError as for :meth:`smid.Dataset.from_csv`, or if no sample is left.
+    A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
+    the user does not name are those of the model. None for ``channels`` keeps every column of numbers. DataError as for
+    :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
+    inputs = columns.input or (model.input_channels if model else ())
+    outputs = columns.output or (model.output_channels if model else ())
+    for flag, names in (("--input", inputs), ("--output", outputs)):
+        if not names and model is None:
+            raise click.UsageError(f"Missing option '{flag}'")
     table = read_table(Path(path), columns.reading)
     by_plain_name = {plain(name): name for name in table.cells}
-    input, output, *others = (
-        name if name in table.cells else by_plain_name.get(name, name)
-        for name in (columns.input, columns.output, *(channels or ()))
-    )
-    kept = None if channels is None else list(dict.fromkeys(others))
+
+    def in_file(names: Sequence[str]) -> list[str]:
+        known = (name if name in table.cells else by_plain_name.get(name, name) for name in names)
+        return list(dict.fromkeys(known))
+
+    kept = None if channels is None else in_file(channels)
     data = dataset_of_tables(
         [table],
-        input,
-        output,
+        in_file(inputs),
+        in_file(outputs),
         columns.sampling_time,
         columns.time,
         columns.reading.units,
@@ -106,7 +110,7 @@ def plain(name: str) -> str:
     return plain if plain.isidentifier() else f"c{plain}"
 
 
-def load_problem(problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
+def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
     """Return the model with the data's channel names, and the noise bounds of its inputs by channel.
 
     Raises
@@ -114,12 +118,61 @@ def load_problem(problem: Problem, data: Dataset, solver: str) -> tuple[Model, d
     ModelError, DataError, ProblemError, click.UsageError
         If the model, the data, the solver's name or the input's noise bound do not fit together.
     """
-    model = bind(load_model(problem.model), data)
+    model = bind_all(model, data)
     check_data(model, data)
     check_solver(solver)
-    noisy = [m.channel for m in model.measurements if m.noise is not None and m.channel in model.input_channels]
+    noisy = _noisy(model, model.input_channels)
     if noisy and problem.input_noise_bound is None:
         raise click.UsageError(f"the input {noisy[0]} of this model is noisy: give --input-noise-bound")
     if not noisy and problem.input_noise_bound is not None:
         raise click.UsageError("the input of this model is exact: leave out --input-noise-bound, or change the model")
-    return model, {} if problem.input_noise_bound is None else dict.fromkeys(noisy, problem.input_noise_bound)
+    stated = stated_bounds("--input-noise-bound", noisy, problem.input_noise_bound or ())
+    return model, {channel: bound.value for channel, bound in stated.items()}
+
+
+def bind_all(model: Model, data: Dataset) -> Model:
+    """Return the model bound to the data.
+
+    Refuse one of several inputs or outputs that the model does not have, and equations that contradict the units.
+    """
+    model = bind(model, data)
+    check_units(model, {channel.name: channel.unit for channel in data.channels})
+    for flag, given in (("--input", data.inputs), ("--output", data.outputs)):
+        for name in given if len(given) > 1 else ():
+            if name not in model.channels:
+                raise click.UsageError(
+                    f"the model does not have the channel {name!r} (it has {', '.join(model.channels)}): leave out "
+                    f"{flag} {name}, or take a model that has it"
+                )
+    return model
+
+
+def noisy_outputs(model: Model) -> list[str]:
+    """Return the channels of the noisy outputs."""
+    return _noisy(model, model.output_channels)
+
+
+def _noisy(model: Model, channels: Sequence[str]) -> list[str]:
+    return [m.channel for m in model.measurements if m.noise is not None and m.channel in channels]
+
+
+def stated_bounds(flag: str, channels: Sequence[str], asked: Sequence[NoiseBound]) -> dict[str, NoiseBound]:
+    """Return the noise bound of each channel; a usage error names a channel without one, or a bound without channel."""
+    example = ",".join(f"{channel}=..." for channel in channels)
+    by_channel: dict[str, NoiseBound] = {}
+    for bound in asked:
+        named = channels if bound.channel is None else [plain(bound.channel)]
+        for channel in named:
+            if channel not in channels:
+                raise click.UsageError(f"{flag}: {channel!r} is none of {', '.join(channels)}: write {flag} {example}")
+            if channel in by_channel:
+                raise click.UsageError(f"{flag} gives two bounds of {channel!r}: leave out one")
+            by_channel[channel] = bound
+    missing = [channel for channel in channels if channel not in by_channel]
+    if missing:
+        raise click.UsageError(f"{flag} gives no bound of {missing[0]!r}: write {flag} {example}")
+    if sum(bound.relative for bound in by_channel.values()) > 1:
+        raise click.UsageError(
+            f"the least noise bound is that of one channel: write {flag} {example}, at most one of them a factor"
+        )
+    return by_channel

@@ -8,8 +8,8 @@ options of some groups to a command, and calls the command with one object for e
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import wraps
 from typing import Any
 
@@ -20,6 +20,8 @@ from smid.identification.identify import METHODS
 Command = Callable[..., Any]
 FILE = click.Path(dir_okay=False)
 POSITIVE = click.FloatRange(min=0, min_open=True)
+INPUT = {"multiple": True, "metavar": "U", "help": "Column of an input; repeatable. [default: as in the model]"}
+OUTPUT = {"multiple": True, "metavar": "Y", "help": "Column of an output; repeatable. [default: as in the model]"}
 SOLVER = {"default": "clarabel", "show_default": True, "help": "Conic solver: clarabel, or any solver of cvxpy."}
 
 
@@ -76,10 +78,18 @@ def _made(of: type, values: dict[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class NoiseBound:
-    """A noise bound as the user types it: a number in the output's unit, or a multiple of the least noise bound."""
+    """A noise bound as the user types it: a number in the channel's unit, or a multiple of the least noise bound.
+
+    Without a channel it is that of every output.
+    """
 
     value: float
     relative: bool
+    channel: str | None = None
+
+    def __str__(self) -> str:
+        value = f"{self.value:g} x least noise bound" if self.relative else f"{self.value:g}"
+        return value if self.channel is None else f"{self.channel} {value}"
 
 
 def read_noise_bound(context: click.Context, parameter: click.Parameter, text: str | None) -> NoiseBound | None:
@@ -101,6 +111,34 @@ def read_noise_bound(context: click.Context, parameter: click.Parameter, text: s
     if trouble:
         raise click.BadParameter(f"{text!r} {trouble}", context, parameter)
     return NoiseBound(value, relative)
+
+
+def read_noise_bounds(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[NoiseBound, ...] | None:
+    """Return the noise bounds in a text such as ``0.3`` or ``level=0.01,pressure=1.2x``."""
+    if text is None:
+        return None
+    bounds = list[NoiseBound]()
+    parts = text.split(",")
+    for part in parts:
+        name, equals, value = part.rpartition("=")
+        bound = read_noise_bound(context, parameter, value)
+        assert bound is not None
+        if len(parts) > 1 and not name.strip():
+            raise click.BadParameter(f"{part!r} names no channel: write level=0.01,pressure=0.3", context, parameter)
+        bounds.append(replace(bound, channel=name.strip()) if equals else bound)
+    return tuple(bounds)
+
+
+def read_known_bounds(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[NoiseBound, ...] | None:
+    """Return noise bounds as `read_noise_bounds`, but no factors."""
+    bounds = read_noise_bounds(context, parameter, text)
+    if any(bound.relative for bound in bounds or ()):
+        raise click.BadParameter(f"{text!r} is a factor: give a number in the unit of the channel", context, parameter)
+    return bounds
 
 
 def read_units(context: click.Context, parameter: click.Parameter, text: str | None) -> dict[str, str]:
@@ -140,8 +178,8 @@ class Reading:
 class Columns:
     """The columns of a file that a command reads."""
 
-    input: str = option(required=True, metavar="U", help="Column of the input.")
-    output: str = option(required=True, metavar="Y", help="Column of the output.")
+    input: Sequence[str] = option(**INPUT)
+    output: Sequence[str] = option(**OUTPUT)
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: from the time stamps]"
     )
@@ -155,8 +193,8 @@ class Columns:
 class EstimateColumns:
     """The columns of a record to simulate; those that the user does not name are those of the estimate."""
 
-    input: str | None = option(metavar="U", help="Column of the input. [default: as in the estimate]")
-    output: str | None = option(metavar="Y", help="Column of the output. [default: as in the estimate]")
+    input: Sequence[str] = option(**INPUT)
+    output: Sequence[str] = option(**OUTPUT)
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: as in the estimate]"
     )
@@ -181,8 +219,10 @@ class Problem:
     """A model file, and the noise bound of the input."""
 
     model: str = option(required=True, type=FILE, metavar="TOML", help="File with the model class and its settings.")
-    input_noise_bound: float | None = option(
-        type=POSITIVE, metavar="D", help="Noise bound of the input, for models with input noise."
+    input_noise_bound: tuple[NoiseBound, ...] | None = option(
+        callback=read_known_bounds,
+        metavar="D|U=D,...",
+        help="Noise bound of the inputs, for models with input noise: one number, or one for each input.",
     )
 
 

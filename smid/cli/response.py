@@ -8,8 +8,7 @@ import click
 
 from relaxations.deadline import time_limit
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.identify import DEFAULT, Accuracy, Task, noise_bound_option, proven_intervals
-from smid.cli.loading import load_problem, load_record
+from smid.cli.identify import Accuracy, load_task, noise_bound_option, origin_of_bound, proven_intervals
 from smid.cli.options import NoiseBound, Problem, Record, Solve, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import verbose_option
@@ -50,7 +49,7 @@ def response(
     context: click.Context,
     record: Record,
     problem: Problem,
-    noise_bound: NoiseBound | None,
+    noise_bound: tuple[NoiseBound, ...] | None,
     step: bool,
     samples: int,
     frequencies: Sequence[float] | None,
@@ -66,12 +65,10 @@ def response(
     """
     if step and frequencies is not None:
         raise click.UsageError("--frequencies belongs to --bode: add --bode, or leave it out")
-    data = load_record(record)
-    model, input_bounds = load_problem(problem, data, solve.solver)
-    Coefficients.of(model)  # refuses a model without a linear block before any solve
-    task = Task(model, data, input_bounds, noise_bound or DEFAULT, solve, accuracy)
+    task = load_task(record, problem, noise_bound, solve, accuracy)
+    Coefficients.of(task.model)  # refuses a model without a linear block before any solve
     with time_limit(seconds), Progress() as progress:
-        estimate, _ = proven_intervals(context, task, noise_bound, outputs, progress)
+        estimate, _ = proven_intervals(context, task, origin_of_bound(noise_bound), outputs, progress)
         found = step_response(estimate, samples) if step else bode(estimate, frequencies)
     outputs.say(found)
     outputs.write(response_document(found))

@@ -13,7 +13,7 @@ import click
 
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import load_data, load_problem
+from smid.cli.loading import load_data, load_problem, noisy_outputs
 from smid.cli.options import (
     FILE,
     SOLVER,
@@ -32,7 +32,7 @@ from smid.data import DataError, Dataset
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import round_up
 from smid.identification.identify import METHODS
-from smid.models import Model
+from smid.models import Model, load_model
 from smid.reports import report as write_report
 from smid.reports.chapter import together
 from smid.study import dask_executor, order_study
@@ -77,14 +77,14 @@ class Records:
     columns: Columns = group(Columns)
     paths: tuple[str, ...] = argument(nargs=-1, required=True, type=FILE, metavar="DATA...")
 
-    def load(self) -> dict[str, Dataset]:
+    def load(self, model: Model) -> dict[str, Dataset]:
         """Return the records by the stem of their file."""
         records: dict[str, Dataset] = {}
         for path in self.paths:
             name = Path(path).stem
             if name in records:
                 raise DataError(f"two records have the name {name!r}: rename one of the files")
-            records[name] = load_data(path, self.columns)
+            records[name] = load_data(path, self.columns, model)
         return records
 
 
@@ -165,16 +165,17 @@ def study(context: click.Context, files: Records, problem: Problem, grid: Grid, 
 
     DATA are the records (CSV files). Options with commas take several values.
     """
-    records = files.load()
+    given = load_model(problem.model)
+    records = files.load(given)
     together(records)  # the report shows the records as one data set: refuse records that differ before the work
-    problems = {name: load_problem(problem, record, grid.solver) for name, record in records.items()}
+    problems = {name: load_problem(given, problem, record, grid.solver) for name, record in records.items()}
     model, fixed = next(iter(problems.values()))
     with run.cluster as executor, Progress() as progress:
         bounds = _absolute(grid, problems, records, progress)
         found = order_study(
             model,
             records,
-            [{**fixed, model.output_channels[0]: bound} for bound in bounds],
+            [{**fixed, **dict.fromkeys(noisy_outputs(model), bound)} for bound in bounds],
             orders=grid.orders,
             methods=grid.methods,
             sample_sizes=grid.samples,

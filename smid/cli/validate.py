@@ -36,8 +36,7 @@ def validate(estimate: str, records: Records, outputs: Outputs) -> None:
     """
     found = load_estimate(estimate)
     model = found.model
-    bound = found.noise_bound.get(model.output_channels[0])
-    runs = [validate_model(model, found.load(path, records.columns), bound) for path in records.paths]
+    runs = [validate_model(model, found.load(path, records.columns), found.noise_bound) for path in records.paths]
     for run in runs:
         outputs.say(f"{run.data.source}\n{run}\n")
     document = validate_document(runs)

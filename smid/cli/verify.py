@@ -8,7 +8,7 @@ import click
 
 from smid.cli.console import EMPTY, Command
 from smid.cli.loading import load_data
-from smid.cli.options import FILE, Columns, Reading, argument, group, option, takes
+from smid.cli.options import FILE, INPUT, OUTPUT, Columns, Reading, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.display.versions import versions
@@ -32,8 +32,8 @@ class Claim:
     noise_bound: float | None = option(
         type=float, metavar="D", help="Noise bound in the output's unit. [default: that of the proof]"
     )
-    input: str | None = option(metavar="U", help="Column of the input. [default: as in the proof]")
-    output: str | None = option(metavar="Y", help="Column of the output. [default: as in the proof]")
+    input: tuple[str, ...] = option(**INPUT)
+    output: tuple[str, ...] = option(**OUTPUT)
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: as in the proof, or from --time]"
     )
@@ -49,7 +49,7 @@ class Claim:
         stated = read_origin(self.proof)["data"]
         interval = self.sampling_time or (None if self.time else float.fromhex(stated["sampling_time"]))
         columns = Columns(
-            self.input or stated["inputs"][0], self.output or stated["outputs"][0], interval, self.time, self.reading
+            self.input or stated["inputs"], self.output or stated["outputs"], interval, self.time, self.reading
         )
         return load_data(self.data, columns, start=self.start, stop=self.stop)
 

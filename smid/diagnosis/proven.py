@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from relaxations.deadline import Progress
@@ -13,7 +14,7 @@ from smid.models.simulated import check_equations
 
 
 def prove_parameters(
-    diagnosis: Diagnosis, noise_bound: float, samples: int = 60, progress: Progress | None = None
+    diagnosis: Diagnosis, noise_bound: float | Mapping[str, float], samples: int = 60, progress: Progress | None = None
 ) -> Diagnosis:
     """Replace the linearised intervals of the named effects' parameters by certified ones.
 
@@ -23,7 +24,7 @@ def prove_parameters(
     Parameters
     ----------
     noise_bound
-        Of the output, in its unit.
+        Of the output, in its unit, or by output.
     samples
         Samples used, from the start of each experiment.
     progress

@@ -7,6 +7,7 @@ from smid.data.dataset import check_dataset
 from smid.models import Model
 from smid.models.edit_lines import rename_channels
 from smid.models.running import at_sampling_time
+from smid.models.units import check_channel_units
 
 _DEFAULTS = {"u", "y"}
 """The channels of a built-in model whose user names none; any other name was given, and must be in the data."""
@@ -24,7 +25,7 @@ def bind(model: Model, data: Dataset) -> Model:
     DataError
         If a channel name is not a valid identifier.
     ModelError
-        If the model is continuous and has another sampling time than the data.
+        If the model is continuous and has another sampling time than the data, or states another unit of a channel.
 
     Examples
     --------
@@ -51,4 +52,6 @@ def bind(model: Model, data: Dataset) -> Model:
         missing = [c for c in own if c not in names]
         if len(missing) == 1 and missing[0] in _DEFAULTS and len(given) == 1 and given[0] not in own:
             renamed[missing[0]] = given[0]
-    return at_sampling_time(rename_channels(model, renamed), data.sampling_time)
+    bound = at_sampling_time(rename_channels(model, renamed), data.sampling_time)
+    check_channel_units(bound, {c.name: c.unit for c in data.channels})
+    return bound

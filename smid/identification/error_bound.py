@@ -34,9 +34,8 @@ from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.missing import with_missing
 from smid.models import Model, ModelError
 
-ROUGH = (
-    2  # rounds for the parameters before missing samples get a box: their set is next to a point, and slow to contract
-)
+ROUGH = 2
+"""Rounds for the parameters before missing samples get a box: their set is next to a point, and slow to contract."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

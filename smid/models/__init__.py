@@ -3,10 +3,11 @@
 from smid.models.equations import Equations
 from smid.models.errors import ModelError
 from smid.models.errors_in_variables import ErrorsInVariables
-from smid.models.file import load_model, model_from_mapping
+from smid.models.file import load_model, model_from_mapping, save_model
 from smid.models.hammerstein import Hammerstein
 from smid.models.model import VALUE, Line, Measurement, Model, Parameter, signal, t
 from smid.models.output_error import OutputError
+from smid.models.own_model import OwnModel
 from smid.models.priors import Priors
 from smid.models.reactor import Reactor
 from smid.models.rotating_arm import RotatingArm
@@ -25,6 +26,7 @@ __all__ = [
     "Model",
     "ModelError",
     "OutputError",
+    "OwnModel",
     "Parameter",
     "Priors",
     "Reactor",
@@ -35,6 +37,7 @@ __all__ = [
     "load_model",
     "model_from_mapping",
     "predict",
+    "save_model",
     "schur_cohn",
     "signal",
     "signal_to_channel",

@@ -322,4 +322,5 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
         for item in model.measurements
     )
     origins = {changed.get(name, name): origin for name, origin in model.origins.items()}
-    return replace(model, lines=lines, measurements=(*measurements, *read), origins=origins)
+    units = {channels.get(name) or changed.get(name, name): unit for name, unit in model.units.items()}
+    return replace(model, lines=lines, measurements=(*measurements, *read), origins=origins, units=units)

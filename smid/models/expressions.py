@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import operator
+import re
 from collections.abc import Callable
-from typing import Any
+from keyword import iskeyword
+from typing import Any, TypeVar
 
 import sympy
 from sympy.printing.str import StrPrinter
@@ -13,7 +16,11 @@ from sympy.printing.str import StrPrinter
 from smid.models.errors import ModelError
 from smid.models.symbols import canonical, number, rewritten, signal, unevaluated
 
-__all__ = ["decimals", "from_text", "shown", "to_text"]
+__all__ = ["Refusal", "TextError", "constraints_from_text", "decimals", "from_text", "shown", "to_text"]
+
+Names = Callable[[ast.expr], ast.expr]
+"""What the names in a text stand for: the parsed text with other names; Refusal for a name that stands for nothing."""
+
 
 FUNCTIONS: dict[str, Any] = {
     name: getattr(sympy, name)
@@ -97,8 +104,33 @@ def shown(expression: sympy.Expr) -> str:
     return str(_Printer().doprint(decimals(expression)))
 
 
-def from_text(text: str) -> sympy.Expr:
+class TextError(ModelError):
+    """A text that is no expression; knows the text, and the column (from 1) of what is wrong.
+
+    Examples
+    --------
+    >>> from_text("a + w.real")
+    Traceback (most recent call last):
+        ...
+    smid.models.expressions.TextError: column 5 of 'a + w.real': 'w.real' is not understood: use + - * / **, ...
+    """
+
+    def __init__(self, text: str, column: int, why: str) -> None:
+        super().__init__(f"column {column} of {text!r}: {why}")
+        self.text, self.column, self.why = text, column, why
+
+    def __reduce__(self) -> tuple[type[TextError], tuple[str, int, str]]:
+        return TextError, (self.text, self.column, self.why)
+
+
+def _as_written(node: ast.expr) -> ast.expr:
+    return node
+
+
+def from_text(text: str, names: Names = _as_written) -> sympy.Expr:
     """Read an expression such as ``-alpha*w[t - 1] + Max(0, u[t])``.
+
+    The text is parsed, never executed: only arithmetic, signals and the functions of `FUNCTIONS` are understood.
 
     Examples
     --------
@@ -107,25 +139,87 @@ def from_text(text: str) -> sympy.Expr:
     >>> from_text("Piecewise((u[t], u[t] > a), (0, True))")
     Piecewise((u[t], a < u[t]), (0, True))
     """
+    return _parsed(text, lambda node: canonical(_read(names(node))), "write an expression such as -a*w[t - 1] + b*u[t]")
+
+
+def constraints_from_text(text: str, names: Names = _as_written) -> tuple[sympy.Expr, ...]:
+    """Read inequalities such as ``0 <= a1 + a2 <= 1`` as expressions that are at least zero.
+
+    Examples
+    --------
+    >>> constraints_from_text("a1 + a2 <= 1")
+    (-a1 - a2 + 1,)
+    """
+    return _parsed(text, lambda node: _read_inequalities(names(node)), "write an inequality such as a1 + a2 <= 1")
+
+
+Parsed = TypeVar("Parsed")
+
+
+def _parsed(text: str, read: Callable[[ast.expr], Parsed], cure: str) -> Parsed:
+    flat = re.sub(r"[\s\0]", " ", text)  # several lines are one expression
+    # Python reads a name with a bold letter as the plain name, but never as one of its own words: lambda, in.
+    flat = re.sub(r"\b[a-z]+\b", lambda word: _bold(word[0]) if iskeyword(word[0]) else word[0], flat)
+    margin = len(flat) - len(flat.lstrip())
     try:
-        return canonical(_read(ast.parse(text, mode="eval").body))
-    except SyntaxError:
-        raise ModelError(f"the expression {text!r} cannot be read: write it as in '-a*w[t - 1] + b*u[t]'") from None
+        return read(ast.parse(flat.strip(), mode="eval").body)
+    except SyntaxError as error:
+        column, why = error.offset or 1, f"the text cannot be read from here; {cure}"
+    except Refusal as refusal:
+        # The parser counts bytes.
+        column, why = len(flat.strip().encode()[: refusal.node.col_offset].decode()) + 1, str(refusal)
+    except (RecursionError, MemoryError):
+        column, why = 1, "too many brackets inside each other; split it into several equations"
+    raise TextError(text, margin + column, why)
+
+
+def _bold(word: str) -> str:
+    return chr(ord(word[0]) - ord("a") + ord("\N{MATHEMATICAL BOLD SMALL A}")) + word[1:]
+
+
+class Refusal(Exception):
+    """A part of an expression that is not understood."""
+
+    def __init__(self, node: ast.expr, why: str) -> None:
+        super().__init__(why)
+        self.node = node
 
 
 def _read(node: ast.expr) -> Any:
+    try:
+        value = _read_node(node)
+        if value in (sympy.zoo, sympy.nan):
+            raise ModelError(f"'{ast.unparse(node)}' divides by zero")
+        return canonical(value) if isinstance(node, ast.Subscript) else value
+    except ModelError as error:
+        raise Refusal(node, str(error)) from None
+    except TypeError:
+        raise Refusal(node, f"'{ast.unparse(node)}' has a wrong number of arguments") from None
+
+
+def _read_node(node: ast.expr) -> Any:
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return number(value)
         case ast.Name(id=name):
             # The name t is time, and is valid inside an index only.
-            return sympy.Symbol("t", integer=True) if name == "t" else sympy.Symbol(name, real=True)
+            return sympy.Symbol("t", integer=True) if name == "t" else sympy.Symbol(_plain(name), real=True)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_read(operand)
         case ast.BinOp(left=left, op=kind, right=right) if type(kind) in _BINARY:
-            return _BINARY[type(kind)](_read(left), _read(right))
+            first, second = _read(left), _read(right)
+            if isinstance(kind, ast.Div) and second == 0:
+                raise ModelError(f"'{ast.unparse(node)}' divides by zero")
+            if (
+                isinstance(kind, ast.Pow)
+                and first.is_Rational
+                and second.is_Rational
+                and _digits(first, second) > _MOST
+            ):
+                raise ModelError(f"'{ast.unparse(node)}' has more than {_MOST} digits: write a number")
+            return _BINARY[type(kind)](first, second)
         case ast.Subscript(value=ast.Name(id=name), slice=index):
-            return signal(name)[_read(index)]
+            return signal(_plain(name))[_read(index)]
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
             return FUNCTIONS[name](*map(_read, arguments))
         case ast.Call(func=ast.Name(id="Piecewise"), args=branches, keywords=[]):
@@ -136,11 +230,34 @@ def _read(node: ast.expr) -> Any:
     )
 
 
+def _plain(name: str) -> str:
+    if "__" in name:
+        raise ModelError(f"the name {name!r} holds '__': take another one")
+    return name
+
+
+def _digits(base: sympy.Expr, exponent: sympy.Expr) -> float:
+    """Return about how many digits a power of two numbers has; 0 where one is no number."""
+    if not (base.is_Rational and exponent.is_Rational):
+        return 0.0
+    return len(str(max(abs(base.p), base.q))) * float(abs(exponent))
+
+
+def _read_inequalities(node: ast.expr) -> tuple[sympy.Expr, ...]:
+    if not isinstance(node, ast.Compare) or not all(isinstance(kind, ast.LtE | ast.GtE) for kind in node.ops):
+        raise Refusal(node, f"'{ast.unparse(node)}' is no inequality: compare parameters by <= or >=")
+    sides = [canonical(_read(side)) for side in (node.left, *node.comparators)]
+    pairs = itertools.pairwise(sides)
+    ordered = [pair if isinstance(kind, ast.GtE) else pair[::-1] for pair, kind in zip(pairs, node.ops, strict=True)]
+    # Nothing is subtracted where the smaller side is zero, so that an expression comes back as it was written.
+    return tuple(large if small == 0 else large - small for large, small in ordered)
+
+
 def _read_branch(node: ast.expr) -> tuple[Any, Any]:
     match node:
         case ast.Tuple(elts=[value, condition]):
             return _read(value), _read_condition(condition)
-    raise ModelError(f"'{ast.unparse(node)}' is no branch of a Piecewise: write (value, condition)")
+    raise Refusal(node, f"'{ast.unparse(node)}' is no branch of a Piecewise: write (value, condition)")
 
 
 def _read_condition(node: ast.expr) -> Any:
@@ -153,4 +270,4 @@ def _read_condition(node: ast.expr) -> Any:
             return _EQUALITIES[name](_read(left), _read(right))
         case ast.BinOp(left=left, op=kind, right=right) if type(kind) in _JUNCTIONS:
             return _JUNCTIONS[type(kind)](_read_condition(left), _read_condition(right))
-    raise ModelError(f"'{ast.unparse(node)}' is no condition: compare by < <= > >= Eq Ne, and join by & |")
+    raise Refusal(node, f"'{ast.unparse(node)}' is no condition: compare by < <= > >= Eq Ne, and join by & |")

@@ -1,9 +1,11 @@
-"""Models from TOML files: the name of a model class and its fields."""
+"""Models from TOML files, and back: the name of a model class and its fields."""
 
 from __future__ import annotations
 
 import inspect
+import json
 import math
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields
@@ -14,15 +16,17 @@ from typing import Any
 
 from smid.models.errors import ModelError, refuse_unknown
 from smid.models.errors_in_variables import ErrorsInVariables
+from smid.models.expressions import TextError
 from smid.models.hammerstein import Hammerstein
 from smid.models.model import Model
 from smid.models.output_error import OutputError
+from smid.models.own_model import OwnModel, fields_of
 from smid.models.priors import Priors
 from smid.models.reactor import Reactor
 from smid.models.rotating_arm import RotatingArm
 from smid.models.wiener import Wiener
 
-__all__ = ["MODEL_CLASSES", "load_model", "model_from_mapping"]
+__all__ = ["MODEL_CLASSES", "load_model", "model_from_mapping", "save_model"]
 
 MODEL_CLASSES: dict[str, Callable[..., Model]] = {
     "OutputError": OutputError,
@@ -31,6 +35,7 @@ MODEL_CLASSES: dict[str, Callable[..., Model]] = {
     "Wiener": Wiener,
     "Reactor": Reactor,
     "RotatingArm": RotatingArm,
+    "OwnModel": OwnModel,
 }
 """The model classes a file may name; a new one is one line here."""
 
@@ -61,6 +66,16 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
         "a list of whole numbers",
         lambda v: isinstance(v, list | tuple) and all(map(_is_integer, v)),
     ),
+    "Sequence[str]": (
+        "a list of strings",
+        lambda v: isinstance(v, list | tuple) and all(isinstance(item, str) for item in v),
+    ),
+    "Channels": ("a list of channels, or a table", lambda v: isinstance(v, list | tuple | Mapping)),
+    "Mapping[str, Box]": ("a table of numbers and ranges", lambda v: isinstance(v, Mapping)),
+    "Mapping[str, str]": (
+        "a table of strings",
+        lambda v: isinstance(v, Mapping) and all(isinstance(item, str) for item in v.values()),
+    ),
     "Range | None": ("a range [lower, upper]", _is_range),
     "tuple[float, float] | None": ("a range [lower, upper]", _is_range),
     "float | Range | None": ("a number or a range [lower, upper]", lambda v: _is_number(v) or _is_range(v)),
@@ -76,7 +91,7 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 """What each annotation of a field means to the writer of a file."""
 
 
-def _fields(build: Callable[..., Model]) -> dict[str, str]:
+def fields_of_class(build: Callable[..., Model]) -> dict[str, str]:
     """Field names of a model class, priors included where it takes them, each with its annotation as text."""
     arguments = inspect.signature(build).parameters.values()
     own = {item.name: str(item.annotation) for item in arguments if item.kind is not inspect.Parameter.VAR_KEYWORD}
@@ -107,13 +122,26 @@ def model_from_mapping(content: Mapping[str, Any]) -> Model:
     refuse_unknown("class", [content["class"]], MODEL_CLASSES)
     build = MODEL_CLASSES[content["class"]]
     given = {name: value for name, value in content.items() if name != "class"}
-    known = _fields(build)
+    known = fields_of_class(build)
     refuse_unknown(f"field of {content['class']}", given, known)
     for name, value in given.items():
         expected, accepts = _KINDS[known[name]]
         if not accepts(value):
             raise ModelError(f"field {name!r} of {content['class']} is {value!r}: give {expected}")
+    for name in required_fields(build):
+        if name not in given:
+            raise ModelError(f"{content['class']} needs {name}: give {_KINDS[known[name]][0]}")
     return build(**given)
+
+
+def required_fields(build: Callable[..., Model]) -> list[str]:
+    """Return the fields of a model class that have no default."""
+    arguments = inspect.signature(build).parameters.values()
+    return [
+        item.name
+        for item in arguments
+        if item.default is inspect.Parameter.empty and item.kind is not inspect.Parameter.VAR_KEYWORD
+    ]
 
 
 def _no_class(content: Mapping[str, Any]) -> str:
@@ -149,12 +177,79 @@ def load_model(path: str | PathLike[str]) -> Model:
     'output error'
     """
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        text = Path(path).read_text(encoding="utf-8")
+        content = tomllib.loads(text)
     except OSError as error:
         raise ModelError(f"cannot read the model file {path}: {error.strerror}; check the path") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ModelError(f"{path} is not valid TOML: {error}; correct it there") from None
+    except RecursionError:
+        raise ModelError(f"{path} has too many brackets inside each other: remove some") from None
     try:
         return model_from_mapping(content)
+    except TextError as error:
+        raise ModelError(f"{path}{_place(error, text)}: {error.why}") from None
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
+
+
+def _place(error: TextError, text: str) -> str:
+    """Return line and column of an error in the text of a file; in its equation, where that is written with escapes."""
+    start = text.find(error.text) if error.text else -1
+    if start < 0:
+        return f", column {error.column} of {error.text!r}"
+    before = text[: start + error.column - 1]
+    return f", line {before.count(chr(10)) + 1}, column {len(before) - before.rfind(chr(10))}"
+
+
+def save_model(model: Model, path: str | PathLike[str]) -> Path:
+    """Write any model as a TOML file that `load_model` reads back as an equal model; return the path.
+
+    Parameters
+    ----------
+    model
+        It is written as an ``OwnModel``, with its equations as text.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = save_model(OutputError(stable=True), Path(folder) / "model.toml")
+    ...     load_model(file) == OutputError(stable=True)
+    True
+    """
+    tables = list[str]()
+    lines = ['class = "OwnModel"']
+    for name, value in fields_of(model).items():
+        if isinstance(value, dict):
+            tables += ["", f"[{name}]", *(f"{_key(key)} = {_toml(item)}" for key, item in value.items())]
+        elif isinstance(value, list):
+            lines += [f"{name} = [", *(f"    {_toml(item)}," for item in value), "]"]
+        else:
+            lines.append(f"{name} = {_toml(value)}")
+    Path(path).write_text("\n".join([*lines, *tables]) + "\n", encoding="utf-8")
+    return Path(path)
+
+
+def _toml(value: Any) -> str:
+    """Return a value as TOML on one line."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        # A string of JSON is one of TOML, apart from DEL.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    # A float of NumPy prints its type.
+    return str(value) if isinstance(value, int) else repr(float(value))
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else _toml(name)

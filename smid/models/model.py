@@ -58,6 +58,8 @@ class Model:
     origins
         Name of the effect that added a parameter, a signal or the reading of an input, by the parameter's or signal's
         name. The base model's own are not listed.
+    units
+        Unit of a channel or signal, by name, where the model states it; the data must have the same.
     edit
         Who edits the model now, see `edited_by`; neither stored nor compared.
 
@@ -86,6 +88,7 @@ class Model:
     substeps: int = 1
     sampling_time: float | None = None
     origins: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     edit: Edit | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -101,6 +104,10 @@ class Model:
             ("constraints", constraints),
             ("values", MappingProxyType(values)),
             ("origins", self._known_origins()),
+            (
+                "units",
+                MappingProxyType({name: unit for name, unit in self.units.items() if unit and name in self.names}),
+            ),
         ):
             object.__setattr__(self, name, value)
         check_symbols(self)
@@ -117,7 +124,8 @@ class Model:
     def __reduce__(self) -> tuple[type[Model], tuple[Any, ...]]:
         # A read-only mapping does not pickle, and models travel to worker processes.
         content = {part.name: getattr(self, part.name) for part in fields(self)}
-        return Model, tuple({**content, "values": dict(self.values), "origins": dict(self.origins)}.values())
+        plain = {name: dict(content[name]) for name in ("values", "origins", "units")}
+        return Model, tuple({**content, **plain}.values())
 
     @property
     def names(self) -> frozenset[str]:
@@ -269,6 +277,7 @@ class Model:
             "constraints": [to_text(constraint) for constraint in self.constraints],
             "values": dict(self.values),
             "origins": dict(self.origins),
+            "units": dict(self.units),
             **(integration if self.continuous else {}),
         }
 
@@ -312,6 +321,7 @@ class Model:
                 content["values"],
                 content["description"],
                 origins=content.get("origins", {}),
+                units=content.get("units", {}),
                 **integration,
             )
         except KeyError as missing:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from smid.models import ModelError, load_model, model_from_mapping
-from smid.models.file import MODEL_CLASSES, _fields
+from smid.models.file import MODEL_CLASSES, fields_of_class
 
 ROOT = Path(__file__).parents[2]
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
@@ -108,7 +108,7 @@ def test_every_field_is_on_the_page_under_its_class():
         listed = set(shared[name])
         if "priors" in sections[name]:
             listed |= set(shared["Priors"])
-        assert listed == set(_fields(build)), name
+        assert listed == set(fields_of_class(build)), name
 
 
 def test_packages_that_the_docs_name_load_after_import_smid_alone():

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from smid.models import Hammerstein, ModelError, OutputError, Wiener, load_model, model_from_mapping
-from smid.models.file import _KINDS, MODEL_CLASSES, _fields
+from smid.models.file import _KINDS, MODEL_CLASSES, fields_of_class, required_fields
 
 CLUTCH = """
 class = "Hammerstein"
@@ -81,6 +81,11 @@ def test_a_range_may_be_open_at_one_end(tmp_path):
 
 
 @pytest.mark.parametrize("name", MODEL_CLASSES)
-def test_every_field_has_a_default_and_a_kind(name):
-    assert model_from_mapping({"class": name}).parameters
-    assert set(_fields(MODEL_CLASSES[name]).values()) <= set(_KINDS)
+def test_every_field_has_a_default_or_is_asked_for_and_has_a_kind(name):
+    required = required_fields(MODEL_CLASSES[name])
+    if required:
+        with pytest.raises(ModelError, match=f"{name} needs {required[0]}: give a list"):
+            model_from_mapping({"class": name})
+    else:
+        assert model_from_mapping({"class": name}).parameters
+    assert set(fields_of_class(MODEL_CLASSES[name]).values()) <= set(_KINDS)
