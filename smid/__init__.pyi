@@ -19,7 +19,7 @@ from .models import (
     Wiener,
     load_model,
 )
-from .reports import report
+from .reports import load, report
 from .study import order_study
 from .validation import Comparison, Residuals, Validation, compare, residuals, validate
 from .verification import NotProvenError, Verification, verify
@@ -59,6 +59,7 @@ __all__ = [
     "error_bound",
     "hybrid",
     "identify",
+    "load",
     "load_model",
     "lowest_order",
     "models",

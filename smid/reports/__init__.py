@@ -3,6 +3,7 @@
 from smid.display.versions import versions
 from smid.reports.estimate_page import data_report
 from smid.reports.formats import check_report
+from smid.reports.load import load
 from smid.reports.overview_page import overview_report
 from smid.reports.pdf import PdfWarning
 from smid.reports.report import report
@@ -13,6 +14,7 @@ __all__ = [
     "check_report",
     "check_writable",
     "data_report",
+    "load",
     "overview_report",
     "report",
     "versions",
