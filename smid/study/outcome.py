@@ -58,6 +58,7 @@ class Outcome:
 
     Examples
     --------
+    >>> from relaxations.search.enclosure import Proof
     >>> from smid.identification.estimate import ParameterInterval
     >>> found = ParameterInterval("gain", "bar/mA", 1.0, 3.0, 1.5, 2.9, Proof.PROVEN, Proof.PROVEN)
     >>> Outcome(Status.CERTIFIED, "every end meets a verified point", (found,)).gap  # 0.5 of a width of 2
