@@ -19,7 +19,7 @@ from .models import (
     Wiener,
     load_model,
 )
-from .reports import load, report
+from .reports import load, report, schemas
 from .study import order_study
 from .validation import Comparison, Residuals, Validation, compare, residuals, validate
 from .verification import NotProvenError, Verification, verify
@@ -69,6 +69,7 @@ __all__ = [
     "report",
     "reports",
     "residuals",
+    "schemas",
     "sensors",
     "signals",
     "study",

@@ -3,6 +3,7 @@
 from smid.display.versions import versions
 from smid.reports.estimate_page import data_report
 from smid.reports.formats import check_report
+from smid.reports.json_schemas import schemas
 from smid.reports.load import load
 from smid.reports.overview_page import overview_report
 from smid.reports.pdf import PdfWarning
@@ -17,6 +18,7 @@ __all__ = [
     "load",
     "overview_report",
     "report",
+    "schemas",
     "versions",
     "write_text",
 ]

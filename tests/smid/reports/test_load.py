@@ -15,7 +15,6 @@ from smid.data.overview import overview
 from smid.display.from_plain import from_plain
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.reports import documents
-from smid.reports.documents import as_text
 from smid.sensors import CFPX, sensor_to_dict
 
 U, Y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
@@ -67,7 +66,7 @@ RESULTS = {
 
 def written(content, tmp_path):
     path = tmp_path / "result.json"
-    path.write_text(as_text(content), encoding="utf-8")
+    path.write_text(json.dumps(content), encoding="utf-8")
     return path
 
 
