@@ -136,6 +136,18 @@ class Diagnosis(Tabular):
     seconds: float
     name_proof: NameProof | None = None
 
+    def __len__(self) -> int:
+        return len(self.causes)
+
+    def __iter__(self) -> Iterator[Cause]:
+        return iter(self.causes)
+
+    def __contains__(self, effect: object) -> bool:
+        return any(cause.effect == effect or cause is effect for cause in self.causes)
+
+    def __bool__(self) -> bool:
+        return True  # also one without causes is a diagnosis, and no missing one
+
     def __str__(self) -> str:
         causes = (indent(str(cause), "  ") for cause in self.causes)
         proof = () if self.name_proof is None else (str(self.name_proof),)

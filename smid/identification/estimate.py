@@ -198,6 +198,15 @@ class Estimate(Tabular):
         """Return the centres of the intervals (3.18)."""
         return {i.name: i.centre for i in self.intervals}
 
+    def __len__(self) -> int:
+        return len(self.intervals)
+
+    def __iter__(self) -> Iterator[ParameterInterval]:
+        return iter(self.intervals)
+
+    def __contains__(self, name: object) -> bool:
+        return any(interval.name == name or interval is name for interval in self.intervals)
+
     def __getitem__(self, name: str) -> ParameterInterval:
         for interval in self.intervals:
             if interval.name == name:

@@ -40,6 +40,15 @@ class Comparison(Tabular):
     data: Dataset
     validations: Mapping[str, Validation]
 
+    def __len__(self) -> int:
+        return len(self.validations)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.validations)
+
+    def __getitem__(self, name: str) -> Validation:
+        return self.validations[name]
+
     @property
     def best(self) -> str:
         """Return the name of the model with the best mean fit."""

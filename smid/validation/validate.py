@@ -74,6 +74,12 @@ class Validation(Tabular):
     scores: tuple[Score, ...]
     simulated: tuple[Mapping[str, Array], ...]
 
+    def __len__(self) -> int:
+        return len(self.scores)
+
+    def __iter__(self) -> Iterator[Score]:
+        return iter(self.scores)
+
     @property
     def table(self) -> Table:
         """Return a table with one row for each score."""

@@ -209,3 +209,28 @@ def test_no_number_passes_as_another_type():
     for kind, value in ((float, True), (int, 1.5), (bool, 1), (str, 1), (tuple[int, ...], {}), (dict[str, int], [])):
         with pytest.raises(ValueError, match=" is not a"):
             from_plain(kind, value)
+
+
+def test_results_are_collections_of_what_they_hold():
+    estimate, diagnosis = estimated(), diagnosed()
+    assert len(estimate) == len(MODEL.parameters)
+    assert [interval.name for interval in estimate] == [p.name for p in MODEL.parameters]
+    assert "a1" in estimate
+    assert estimate["a1"] in estimate
+    assert "c9" not in estimate
+    run = smid.validate(simulated(), DATA)
+    assert (len(run), next(iter(run))) == (1, run.scores[0])
+    comparison = smid.compare({"own": simulated(), "found": estimate}, DATA)
+    assert set(comparison) == {"own", "found"}
+    assert comparison[comparison.best] is comparison.validations[comparison.best]
+    assert [cause.effect for cause in diagnosis] == ["input_dead_zone"]
+    assert "input_dead_zone" in diagnosis
+    nothing = dataclasses.replace(diagnosis, causes=())
+    assert (len(nothing), bool(nothing)) == (0, True)
+
+
+def test_equal_results_have_the_same_hash_and_other_results_differ():
+    again = smid.validate(simulated(), DATA, 0.1)
+    assert {again, smid.validate(simulated(), DATA, 0.1)} == {again}
+    assert again != smid.validate(simulated(), DATA, 0.2)
+    assert estimated() != again
