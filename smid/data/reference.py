@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, NoReturn, cast
 
 from smid.data.channel import Channel
-from smid.data.dataset import Dataset, check_dataset
+from smid.data.dataset import Dataset
 from smid.data.errors import DataError
-from smid.display.from_plain import read
+from smid.display.from_plain import Plain, read
 
 
 @dataclass(frozen=True)
@@ -68,19 +68,19 @@ def referred(stated: Mapping[str, Any], data: Dataset | None = None) -> Dataset:
 
     Raises
     ------
-    DataError, TypeError
-        If another record is given, or no data set.
+    DataError
+        If another record is given.
     """
     source, checksum = read(stated, "source", str), read(stated, "checksum", str)
     if data is not None:
-        check_dataset(data)
         if data.checksum != checksum:
             raise DataError(
                 f"the result is about another record ({source or 'arrays in memory'}; SHA-256 {checksum[:12]}..., not "
                 f"{data.checksum[:12]}...): give the record that it was computed from"
             )
         return data
-    channels = read(stated, "channels", tuple[Mapping[str, str], ...])
+    told = read(stated, "channels", tuple[Plain, ...])
+    channels = [{key: read(one, key, str) for key in ("name", "unit", "role")} for one in told]
     known = Reference(
         source,
         checksum,

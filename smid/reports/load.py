@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from smid.data import DataError, Dataset
+from smid.data.dataset import check_dataset
 from smid.data.read_csv import read_text
 from smid.display.from_plain import NotPlainError
 from smid.models import ModelError
@@ -45,6 +46,8 @@ def load(path: str | PathLike[str], data: Record = None) -> Any:
         ``data`` is another record.
     ModelError
         If a model in the file is damaged.
+    TypeError
+        If ``data`` is no data set.
 
     Examples
     --------
@@ -64,6 +67,9 @@ def load(path: str | PathLike[str], data: Record = None) -> Any:
     place = next((one for one in readers if one == WHOLE or one in content), None)
     if place is None:
         raise DataError(f"{path}: {' or '.join(readers)}: the key is missing: {_CURE}")
+    for record in data.values() if isinstance(data, Mapping) and "records" in content else [data]:
+        if record is not None:
+            check_dataset(record)
     told = content if place == WHOLE else content[place]
     try:
         found = tuple(_read(readers[place], one, data) for one in (told if isinstance(told, list) else [told]))
@@ -71,6 +77,8 @@ def load(path: str | PathLike[str], data: Record = None) -> Any:
         raise DataError(f"{path}: {error}: {_CURE}") from None
     except (DataError, ModelError) as error:
         raise type(error)(f"{path}: {error}") from None
+    except (AttributeError, KeyError, TypeError, ValueError) as error:  # a model, or numbers that contradict each other
+        raise DataError(f"{path}: {type(error).__name__} {error}: {_CURE}") from None
     return found[0] if len(found) == 1 else found
 
 

@@ -234,3 +234,34 @@ def test_equal_results_have_the_same_hash_and_other_results_differ():
     assert {again, smid.validate(simulated(), DATA, 0.1)} == {again}
     assert again != smid.validate(simulated(), DATA, 0.2)
     assert estimated() != again
+
+
+def damaged(content):
+    """Yield copies of plain data, each with one key gone or one value of another kind; of a list, the first item."""
+    places = content if isinstance(content, dict) else range(min(len(content), 1)) if isinstance(content, list) else ()
+    for place in places:
+        for other in (object, 7, "word", [], {}, None):
+            copy = content.copy()
+            if other is object:
+                del copy[place]
+            else:
+                copy[place] = other
+            yield copy
+        for inner in damaged(content[place]):
+            copy = content.copy()
+            copy[place] = inner
+            yield copy
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_damage_anywhere_never_gives_a_traceback(name, tmp_path):
+    result = RESULTS[name]()
+    own = {"schema": type(result).SCHEMA, **result.to_dict()}
+    copies, told = list(damaged(own)), []
+    for k in np.random.default_rng(0).permutation(len(copies))[:200]:
+        try:
+            smid.load(written(copies[k], tmp_path))
+        except (smid.DataError, smid.ModelError) as error:
+            told.append(str(error))
+    assert len(told) > 50
+    assert all("\n" not in message and "result.json" in message for message in told)
