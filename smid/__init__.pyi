@@ -21,7 +21,7 @@ from .models import (
     load_model,
     save_model,
 )
-from .reports import report
+from .reports import load, report, schemas
 from .responses.band import ResponseBand
 from .responses.respond import bode, step
 from .study import order_study
@@ -66,6 +66,7 @@ __all__ = [
     "error_bound",
     "hybrid",
     "identify",
+    "load",
     "load_model",
     "lowest_order",
     "models",
@@ -76,6 +77,7 @@ __all__ = [
     "reports",
     "residuals",
     "save_model",
+    "schemas",
     "sensors",
     "signals",
     "step",

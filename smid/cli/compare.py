@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from smid.cli.console import Command
-from smid.cli.loading import load_estimate
+from smid.cli.loading import load_estimate, load_for
 from smid.cli.options import FILE, EstimateColumns, argument, group, takes
 from smid.cli.outputs import Outputs, writes
 from smid.models import ModelError
@@ -39,15 +39,15 @@ def compare(given: Candidates, outputs: Outputs) -> None:
     """
     found = [load_estimate(path) for path in given.estimates]
     for path, one in zip(given.estimates, found, strict=True):
-        if not math.isclose(one.sampling_time, found[0].sampling_time):
+        if not math.isclose(one.data.sampling_time, found[0].data.sampling_time):
             raise ModelError(
-                f"{path} was identified at {one.sampling_time:g} s and {given.estimates[0]} at "
-                f"{found[0].sampling_time:g} s: compare estimates of one sampling time"
+                f"{path} was identified at {one.data.sampling_time:g} s and {given.estimates[0]} at "
+                f"{found[0].data.sampling_time:g} s: compare estimates of one sampling time"
             )
     # Two files of one name in different folders are named by their paths.
     stems = Counter(Path(path).stem for path in dict.fromkeys(given.estimates))
     names = [Path(path).stem if stems[Path(path).stem] == 1 else path for path in given.estimates]
-    data = found[0].load(given.path, given.columns)
+    data = load_for(found[0], given.path, given.columns)
     comparison = compare_models({name: one.model for name, one in zip(names, found, strict=True)}, data)
     outputs.say(comparison)
     outputs.write(compare_document(comparison))

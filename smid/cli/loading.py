@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from relaxations.solvers.interface import check_solver
-from smid.cli.documents import read_estimate
 from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
 from smid.data import Dataset
 from smid.data.columns import Table
@@ -20,8 +19,11 @@ from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
-from smid.models import Model
+from smid.identification.estimate import Estimate
+from smid.identification.identify import EmptyFeasibleSetError
+from smid.models import Model, ModelError
 from smid.models.units import check_units
+from smid.reports.load import load
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -29,25 +31,31 @@ def load_record(record: Record, model: Model | None, channels: Sequence[str] | N
     return load_data(record.path, record.columns, model, channels, record.start, record.stop)
 
 
-@dataclass(frozen=True)
-class Identified:
-    """A model that ``smid identify`` wrote, with the noise bounds and the sampling time of its record."""
+def load_estimate(path: str) -> Estimate:
+    """Return the estimate in a file that ``smid identify --json`` wrote.
 
-    model: Model
-    noise_bound: dict[str, float]
-    sampling_time: float
+    Raises
+    ------
+    ModelError, DataError
+        If the file holds no estimate, or one without values. The message names ``path``.
+    """
+    found = load(path)
+    if isinstance(found, EmptyFeasibleSetError):
+        raise ModelError(f"{path} says that no parameters explain the data: there is no model to simulate")
+    if not isinstance(found, Estimate):
+        raise ModelError(f"{path} holds a {type(found).__name__}: give a file that smid identify --json wrote")
+    if not found.model.values:
+        raise ModelError(
+            f"{path} holds a model without values, because no parameter could be bounded: there is nothing to simulate"
+        )
+    return found
 
-    def load(self, path: str, columns: EstimateColumns) -> Dataset:
-        """Return a record at the sampling time of the estimate; its columns are those of the model, unless named."""
-        interval = columns.sampling_time or self.sampling_time
-        own = Columns(columns.input, columns.output, interval, columns.time, columns.reading)
-        return load_data(path, own, self.model)
 
-
-def load_estimate(path: str) -> Identified:
-    """Return the model of a file that ``smid identify --json`` wrote; ModelError names the path."""
-    found = read_estimate(read_text(Path(path)), path)
-    return Identified(Model.from_dict(found["model"]), found["noise_bound"], found["data"]["sampling_time"])
+def load_for(estimate: Estimate, path: str, columns: EstimateColumns) -> Dataset:
+    """Return a record at the sampling time of an estimate; its columns are those of the model, unless named."""
+    interval = columns.sampling_time or estimate.data.sampling_time
+    own = Columns(columns.input, columns.output, interval, columns.time, columns.reading)
+    return load_data(path, own, estimate.model)
 
 
 def load_data(

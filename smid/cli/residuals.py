@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import click
 
 from smid.cli.console import Command
-from smid.cli.loading import load_estimate
+from smid.cli.loading import load_estimate, load_for
 from smid.cli.options import FILE, EstimateColumns, argument, group, takes
 from smid.cli.outputs import Outputs, writes
 from smid.reports import report
@@ -34,7 +34,7 @@ def residuals(given: Simulated, outputs: Outputs) -> None:
     the model, unless you name others.
     """
     found = load_estimate(given.estimate)
-    tested = test_residuals(found.model, found.load(given.path, given.columns))
+    tested = test_residuals(found.model, load_for(found, given.path, given.columns))
     outputs.say(tested)
     outputs.write(residuals_document(tested))
     outputs.write_report(lambda path: report(tested, path))

@@ -15,8 +15,7 @@ from smid.data.columns import as_words
 from smid.data.overview import Overview, overview
 from smid.display.versions import versions
 from smid.reports import overview_report
-
-SHOW = "smid.show/1"
+from smid.reports.documents import SHOW
 
 
 @dataclass(frozen=True)

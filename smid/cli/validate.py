@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import click
 
 from smid.cli.console import Command
-from smid.cli.loading import load_estimate
+from smid.cli.loading import load_estimate, load_for
 from smid.cli.options import FILE, EstimateColumns, argument, group, takes
 from smid.cli.outputs import Outputs, writes
 from smid.reports import data_report
@@ -36,7 +36,7 @@ def validate(estimate: str, records: Records, outputs: Outputs) -> None:
     """
     found = load_estimate(estimate)
     model = found.model
-    runs = [validate_model(model, found.load(path, records.columns), found.noise_bound) for path in records.paths]
+    runs = [validate_model(model, load_for(found, path, records.columns), found.noise_bound) for path in records.paths]
     for run in runs:
         outputs.say(f"{run.data.source}\n{run}\n")
     document = validate_document(runs)

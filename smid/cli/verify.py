@@ -13,11 +13,10 @@ from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.display.versions import versions
 from smid.models import load_model
+from smid.reports.documents import VERIFY
 from smid.verification import NotProvenError
 from smid.verification import verify as verify_proof
 from smid.verification.verify import read_origin
-
-VERIFY = "smid.verify/1"
 
 
 @dataclass(frozen=True)

@@ -315,6 +315,11 @@ class Dataset(Result):
         return tuple(channel.name for channel in self.channels)
 
     @property
+    def experiment_names(self) -> tuple[str, ...]:
+        """Return the names of the experiments."""
+        return tuple(run.name for run in self.experiments)
+
+    @property
     def input(self) -> str:
         """Return the name of the single input; DataError if there are several."""
         return _only("input", self.inputs)
@@ -636,6 +641,7 @@ def check_dataset(data: object) -> None:
 sampling_time=...)
     """
     if not isinstance(data, Dataset):
+        getattr(data, "experiments", None)  # of a result that was loaded: its own error names the cure
         kind = type(data).__name__
         how = {"DataFrame": "from_pandas(frame, ", "str": "from_csv(path, "}.get(kind, "from_arrays(")
         raise TypeError(

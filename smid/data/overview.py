@@ -1,11 +1,12 @@
 """What was understood of a file, before any model: channels, units, sampling time, missing samples, ranges, faults."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.data.channel import Channel
 from smid.data.columns import Table as Columns
 from smid.data.errors import DataError
@@ -13,7 +14,8 @@ from smid.data.experiment import Experiment
 from smid.data.gaps import missing_samples, stretches
 from smid.data.load import on_grid, time_column, units_of
 from smid.data.resample import Resampling
-from smid.display.result import Part, Tabular
+from smid.display.from_plain import fields_from_plain
+from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 
 if TYPE_CHECKING:
@@ -23,63 +25,105 @@ MOST_GAPS = 5  # gaps in words; the others are counted
 TALLEST = 12.0  # inches
 
 
+@dataclass(frozen=True)
+class ChannelRange:
+    """The samples of a channel in numbers.
+
+    Parameters
+    ----------
+    samples, missing
+        Number of samples that are there, and that are missing.
+    min, max, mean
+        None if there is no sample.
+    """
+
+    channel: str
+    unit: str
+    samples: int
+    missing: int
+    min: float | None
+    max: float | None
+    mean: float | None
+
+    @staticmethod
+    def of(channel: Channel, samples: Array) -> "ChannelRange":
+        """Return the range of samples, of which the missing ones are NaN."""
+        there = samples[~np.isnan(samples)]
+        figures = (float(there.min()), float(there.max()), float(there.mean())) if there.size else (None, None, None)
+        return ChannelRange(channel.name, channel.unit, int(there.size), int(samples.size - there.size), *figures)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A stretch in which some channel is missing: its first sample, counted from 0, and its length."""
+
+    first: int
+    samples: int
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Overview(Tabular):
     """A file on its time grid, with its missing samples.
 
     Parameters
     ----------
-    run
-        A missing sample is NaN.
-    sampling_time
+    name
+        Of the record.
+    samples
+        Instants of the time grid.
+    sampling_time, start_time
         In seconds.
-    resampling
-        None if the file has no time stamps.
-    left_out
-        Column -> why it holds no samples.
+    notes
+        The source, the time stamps, the gaps, the faults and the columns that were left out, a sentence each.
+    run
+        A missing sample is NaN. None in an overview that was loaded: its file holds no samples.
     """
 
-    run: Experiment
-    channels: tuple[Channel, ...]
-    sampling_time: float
-    resampling: Resampling | None
+    name: str
     source: str
-    left_out: Mapping[str, str]
+    samples: int
+    sampling_time: float
+    start_time: float
+    channels: tuple[ChannelRange, ...]
+    gaps: tuple[Gap, ...]
+    notes: tuple[str, ...]
+    run: Experiment | None
 
-    @property
-    def gaps(self) -> tuple[tuple[int, int], ...]:
-        """Return the stretches in which some channel is missing: first sample, and the first after it."""
-        return tuple(stretches(missing_samples(self.run, self.run.values)))
+    @staticmethod
+    def of(
+        run: Experiment,
+        channels: Sequence[Channel],
+        sampling_time: float,
+        resampling: Resampling | None,
+        source: str,
+        left_out: Mapping[str, str],
+    ) -> "Overview":
+        """Return the overview of a run, in which a missing sample is NaN.
+
+        Parameters
+        ----------
+        resampling
+            None if the file has no time stamps.
+        left_out
+            Column -> why it holds no samples.
+        """
+        gaps = tuple(Gap(first, stop - first) for first, stop in stretches(missing_samples(run, run.values)))
+        ranges = tuple(ChannelRange.of(channel, run.values[channel.name]) for channel in channels)
+        notes = [f"source: {source}"]
+        if resampling is not None:
+            notes.append(str(resampling))
+        for gap in gaps[:MOST_GAPS]:
+            begin = run.start_time + gap.first * sampling_time
+            count = "1 sample is" if gap.samples == 1 else f"{gap.samples} samples are"
+            notes.append(f"gap: {count} missing from t = {begin:.6g} s")
+        if len(gaps) > MOST_GAPS:
+            notes.append(f"gap: {len(gaps) - MOST_GAPS} more")
+        notes += [f"fault: {r.channel} is constant" for r in ranges if r.min is not None and r.min == r.max]
+        notes += [f"left out: {name}: {why}" for name, why in left_out.items()]
+        return Overview(run.name, source, run.n_samples, sampling_time, run.start_time, ranges, gaps, tuple(notes), run)
 
     def _rows(self) -> Iterator[dict[str, Any]]:
-        for channel in self.channels:
-            samples = self.run.values[channel.name]
-            there = samples[~np.isnan(samples)]
-            yield {
-                "channel": channel.name,
-                "unit": channel.unit,
-                "samples": int(there.size),
-                "missing": int(samples.size - there.size),
-                "min": float(there.min()) if there.size else None,
-                "max": float(there.max()) if there.size else None,
-                "mean": float(there.mean()) if there.size else None,
-            }
-
-    def _notes(self) -> Iterator[str]:
-        yield f"source: {self.source}"
-        if self.resampling is not None:
-            yield str(self.resampling)
-        for first, stop in self.gaps[:MOST_GAPS]:
-            begin = self.run.start_time + first * self.sampling_time
-            count = "1 sample is" if stop - first == 1 else f"{stop - first} samples are"
-            yield f"gap: {count} missing from t = {begin:.6g} s"
-        if len(self.gaps) > MOST_GAPS:
-            yield f"gap: {len(self.gaps) - MOST_GAPS} more"
-        for row in self._rows():
-            if row["min"] is not None and row["min"] == row["max"]:
-                yield f"fault: {row['channel']} is constant"
-        for name, why in self.left_out.items():
-            yield f"left out: {name}: {why}"
+        return map(asdict, self.channels)
 
     @property
     def table(self) -> Table:
@@ -88,44 +132,41 @@ class Overview(Tabular):
             tuple("-" if v is None else f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values())
             for row in self._rows()
         )
-        end = self.run.start_time + (self.run.n_samples - 1) * self.sampling_time
+        end = self.start_time + (self.samples - 1) * self.sampling_time
         caption = (
-            f"{self.run.n_samples} samples, sampling time {self.sampling_time:.6g} s, "
-            f"from t = {self.run.start_time:.6g} s to {end:.6g} s"
+            f"{self.samples} samples, sampling time {self.sampling_time:.6g} s, "
+            f"from t = {self.start_time:.6g} s to {end:.6g} s"
         )
         return Table(caption, ("channel", "unit", "samples", "missing", "min", "max", "mean"), rows, "llrrrrr")
 
     def _content(self) -> Iterator[Part]:
         yield self.table
-        yield from self._notes()
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Return the source, the gaps, the faults and the columns that were left out, a sentence each."""
-        return tuple(self._notes())
+        yield from self.notes
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, without the samples."""
-        return {
-            "source": self.source,
-            "samples": self.run.n_samples,
-            "sampling_time": self.sampling_time,
-            "start_time": self.run.start_time,
-            "channels": list(self._rows()),
-            "gaps": [{"first": first, "samples": stop - first} for first, stop in self.gaps],
-            "notes": list(self.notes),
-        }
+        return {field.name: plain(getattr(self, field.name)) for field in fields(self) if field.name != "run"}
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> "Overview":
+        """Return the overview that `to_dict` described, without the samples."""
+        found: Overview = fields_from_plain(Overview, content, run=None)
+        return found
 
     def plot(self) -> "Figure":
         """Draw every channel over time; a line ends where samples are missing."""
+        if self.run is None:
+            raise DataError(
+                "the samples are not in the file of this overview: read the record again, as smid show does"
+            )
         from matplotlib.figure import Figure
 
-        time = self.run.start_time + self.sampling_time * np.arange(self.run.n_samples)
+        time = self.start_time + self.sampling_time * np.arange(self.samples)
         figure = Figure(figsize=(8.0, min(1.0 + 1.5 * len(self.channels), TALLEST)), layout="constrained")
         axes = figure.subplots(len(self.channels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, channel in zip(axes, self.channels, strict=True):
-            axis.plot(time, self.run.values[channel.name], linewidth=0.9)
-            axis.set_ylabel(str(channel))
+            axis.plot(time, self.run.values[channel.channel], linewidth=0.9)
+            axis.set_ylabel(str(Channel(channel.channel, channel.unit)))
             axis.grid(True, linewidth=0.4, alpha=0.5)
             axis.margins(x=0)
         axes[-1].set_xlabel("time [s]")
@@ -180,7 +221,7 @@ def overview(
         raise DataError(f"{table.origin}: no column holds numbers; check the delimiter and the header")
     known = units_of(table, units or {})
     grid = on_grid([table], [values], [stamps], known, sampling_time)
-    return Overview(
+    return Overview.of(
         Experiment(table.name, grid.values[0], grid.starts[0]),
         tuple(Channel(name, known.get(name, "")) for name in values),
         grid.interval,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import nan
 from typing import Any
 
+from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.models import Model
@@ -100,6 +101,12 @@ class Rival:
         """Return plain, JSON-ready content, without the model."""
         return {name: plain(getattr(self, name)) for name in ("effect", "rmse", "odds", "why")}
 
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> Rival:
+        """Return the rival that `to_dict` described."""
+        found: Rival = fields_from_plain(Rival, content, model=None)
+        return found
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Cause(Result):
@@ -160,3 +167,11 @@ class Cause(Result):
         """Return plain, JSON-ready content; what is not finite becomes None."""
         parameters = {p.name: {k: v for k, v in plain(p).items() if k != "name"} for p in self.parameters}
         return {**super().to_dict(), "parameters": parameters}
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> Cause:
+        """Return the cause that `to_dict` described, without the models of its rivals."""
+        told = read(content, "parameters", Mapping[str, Plain])
+        parameters = tuple(fields_from_plain(CauseParameter, one, name=name) for name, one in told.items())
+        found: Cause = fields_from_plain(Cause, content, parameters=parameters)
+        return found

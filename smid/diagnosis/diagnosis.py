@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import nan
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
+from smid.data.reference import identity, referred
 from smid.diagnosis.cause import Cause, percent
 from smid.diagnosis.evidence.faults import Fault
 from smid.diagnosis.evidence.misfit import Misfit
@@ -20,7 +21,9 @@ from smid.diagnosis.experiment import SeparatingExperiment
 from smid.diagnosis.gain import Gain
 from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.proof.name_proof import NameProof
-from smid.display.result import Part, Tabular
+from smid.diagnosis.repeated import repeated_runs, seen_part, test_part
+from smid.display.from_plain import Plain, fields_from_plain, read
+from smid.display.result import Part, Tabular, plain
 from smid.models import Model
 from smid.validation.correlation import Correlation, autocorrelation, cross_correlation
 
@@ -105,6 +108,8 @@ class Diagnosis(Tabular):
         What `prove_name` proved of the base model, the extended model and the rivals; None where it was not called.
     """
 
+    SCHEMA: ClassVar = "smid.diagnosis/1"
+
     base: Model
     model: Model
     data: Dataset
@@ -130,6 +135,18 @@ class Diagnosis(Tabular):
     interrupted: bool
     seconds: float
     name_proof: NameProof | None = None
+
+    def __len__(self) -> int:
+        return len(self.causes)
+
+    def __iter__(self) -> Iterator[Cause]:
+        return iter(self.causes)
+
+    def __contains__(self, effect: object) -> bool:
+        return any(cause.effect == effect or cause is effect for cause in self.causes)
+
+    def __bool__(self) -> bool:
+        return True  # also one without causes is a diagnosis, and no missing one
 
     def __str__(self) -> str:
         causes = (indent(str(cause), "  ") for cause in self.causes)
@@ -170,8 +187,8 @@ class Diagnosis(Tabular):
         if self.unexplained:
             yield "The remaining error is more than noise: no effect of the library explains it."
 
-    def _picture(self) -> Figure:
-        return self.plot()
+    def _picture(self) -> Figure | None:
+        return self.plot() if self.simulated else None  # none where the file was loaded without its record
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         """Yield a row for each cause, and one for each effect that was weighed against it."""
@@ -221,9 +238,8 @@ class Diagnosis(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``diagnosis`` of the versioned JSON schema in docs/json.md."""
-        experiment = self.experiment
         return {
-            "schema": "smid.diagnosis/1",
+            "schema": self.SCHEMA,
             "verdict": self.verdict.value,
             "causes": [cause.to_dict() for cause in self.causes],
             "details": [cause.to_dict() for cause in self.details],
@@ -231,23 +247,15 @@ class Diagnosis(Tabular):
             "gain": self.gain.to_dict(),
             "held_samples": self.gain.samples,
             "test_samples": {
-                run.name: [int(k) for k in np.flatnonzero(mask)[[0, -1]]] if mask.any() else None
-                for run, mask in zip(self.data.experiments, self.test, strict=True)
+                name: [int(k) for k in np.flatnonzero(mask)[[0, -1]]] if mask.any() else None
+                for name, mask in zip(self.data.experiment_names, self.test, strict=True)
             },
             "misfit": self.misfit.to_dict(),
             "shortened": list(self.shortened),
             "faults": [fault.to_dict() for fault in self.faults],
             "proof": None if self.proof is None else self.proof.to_dict(),
             "name_proof": None if self.name_proof is None else self.name_proof.to_dict(),
-            "experiment": None
-            if experiment is None
-            else {
-                "signal": experiment.signal,
-                "sentence": experiment.sentence,
-                "difference": experiment.difference,
-                "rivals": list(experiment.rivals),
-                "values": experiment.values.tolist(),
-            },
+            "experiment": plain(self.experiment),
             "skipped": dict(self.skipped),
             "failed": list(self.failed),
             "dropped": list(self.dropped),
@@ -255,8 +263,46 @@ class Diagnosis(Tabular):
             "interrupted": self.interrupted,
             "base": self.base.to_dict(),
             "model": self.model.to_dict(),
-            "data": {"source": self.data.source, "checksum": self.data.checksum},
+            "data": identity(self.data),
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Diagnosis:
+        """Return the diagnosis that `to_dict` described, without the models of rivals and the time that it took.
+
+        The free runs are repeated if the record is given, from the initial states that fit the samples before the test
+        part best.
+        """
+        record = referred(read(content, "data", Plain), data)
+        base, model = read(content, "base", Model), read(content, "model", Model)
+        model = base if model == base else model
+        shown = Misfit.from_dict(read(content, "misfit", Plain), record)
+        ends = read(content, "test_samples", Mapping[str, tuple[int, int] | None])
+        lengths = dict.fromkeys(record.experiment_names, 0)
+        if data is not None:
+            lengths = {run.name: run.n_samples for run in data.experiments}
+        test = tuple(test_part(ends.get(name), length) for name, length in lengths.items())
+        simulated: tuple[Array, ...] = ()
+        extended: tuple[Array, ...] = ()
+        if data is not None:
+            simulated, extended = (repeated_runs(one, data, test, shown.channel) for one in (base, model))
+            shown = shown.on(*seen_part(data, test, simulated, shown.channel))
+        found: Diagnosis = fields_from_plain(
+            Diagnosis,
+            content,
+            base=base,
+            model=model,
+            data=record,
+            output=shown.channel,
+            unit=shown.unit,
+            misfit=shown,
+            gain=Gain.from_dict(read(content, "gain", Plain), read(content, "held_samples", int)),
+            simulated=simulated,
+            extended=extended,
+            test=test,
+            seconds=nan,
+        )
+        return found
 
     @property
     def is_extended(self) -> bool:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.search.compare import rms
+from smid.display.from_plain import fields_from_plain
 from smid.display.result import Part, Result
 from smid.display.table import Table
 
@@ -62,6 +64,12 @@ class Gain(Result):
     def to_dict(self) -> dict[str, float | int | None]:
         """Return the eight figures of the JSON schema; the number of samples stands beside them there."""
         return {name: value for name, value in asdict(self).items() if name != "samples"}
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], samples: int) -> Gain:
+        """Return the gain that `to_dict` described, over a number of samples."""
+        found: Gain = fields_from_plain(Gain, content, samples=samples)
+        return found
 
 
 def gain(measured: Sequence[Array], before: Sequence[Array], after: Sequence[Array], noise_bound: float | None) -> Gain:

@@ -6,6 +6,7 @@ The HTML names no colour, so that it reads on light and dark pages, and a figure
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -49,7 +50,7 @@ class Heading:
 
 
 class Result(ABC):
-    """A result that prints, shows itself in a notebook, and becomes plain data.
+    """A result that prints, shows itself in a notebook, and becomes plain data. Equal plain data make equal results.
 
     Examples
     --------
@@ -87,6 +88,13 @@ class Result(ABC):
 
     def __repr__(self) -> str:
         return str(self)  # the generated one would print every sample
+
+    def __eq__(self, other: object) -> bool:
+        # By the plain data: fields may hold arrays, and a result that was written and loaded is the same.
+        return isinstance(other, Result) and type(self) is type(other) and self.to_dict() == other.to_dict()
+
+    def __hash__(self) -> int:
+        return hash(json.dumps(self.to_dict(), sort_keys=True))
 
     def _repr_html_(self) -> str:
         return "".join(map(_html, self._content())) + self._drawn()

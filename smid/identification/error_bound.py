@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,11 +25,12 @@ from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
+from smid.display.from_plain import fields_from_plain
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FREE_BOUND, FeasibleSet
 from smid.fitting.binding import bind
-from smid.identification.estimate import round_down, round_up
+from smid.identification.estimate import open_end, round_down, round_up
 from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.missing import with_missing
@@ -62,6 +64,12 @@ class ErrorBound(Result):
     fixed: Mapping[str, float]
     reason: Reason
     seconds: float
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> ErrorBound:
+        """Return the enclosure that `to_dict` described."""
+        found: ErrorBound = fields_from_plain(ErrorBound, content, upper=open_end(content, "upper", np.inf))
+        return found
 
     @property
     def gap(self) -> float:

@@ -6,13 +6,15 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
 from smid.data.listing import missing_notes
+from smid.data.reference import identity, referred
+from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Result, Tabular, optional, plain
 from smid.display.table import Table
 from smid.models import Model, ModelError, Parameter
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from control import TransferFunction
     from matplotlib.figure import Figure
 
-SCHEMA = "smid.estimate/1"
 _HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
 
 
@@ -40,7 +41,7 @@ class CentreStatus(Enum):
     UNDECIDED = "it is not known whether the interval midpoints, taken together, fit the data"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ParameterInterval(Result):
     """The parameter uncertainty interval (PUI) of one parameter, (2.15)-(2.17).
 
@@ -107,6 +108,14 @@ class ParameterInterval(Result):
         content: dict[str, Any] = plain(self.row)
         return content
 
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> ParameterInterval:
+        """Return the interval that `to_dict` described."""
+        ends = {"lower": -np.inf, "upper": np.inf}
+        found = {name: open_end(content, name, end) for name, end in ends.items()}
+        interval: ParameterInterval = fields_from_plain(ParameterInterval, content, **found)
+        return interval
+
     @property
     def row(self) -> dict[str, Any]:
         """Return the numbers by name, with all digits."""
@@ -167,6 +176,8 @@ class Estimate(Tabular):
         How the bounds were computed; None where the computation ended before them.
     """
 
+    SCHEMA: ClassVar = "smid.estimate/1"
+
     model: Model
     data: Dataset
     noise_bound: Mapping[str, float]
@@ -187,6 +198,15 @@ class Estimate(Tabular):
     def centre(self) -> dict[str, float]:
         """Return the centres of the intervals (3.18)."""
         return {i.name: i.centre for i in self.intervals}
+
+    def __len__(self) -> int:
+        return len(self.intervals)
+
+    def __iter__(self) -> Iterator[ParameterInterval]:
+        return iter(self.intervals)
+
+    def __contains__(self, name: object) -> bool:
+        return any(interval.name == name or interval is name for interval in self.intervals)
 
     def __getitem__(self, name: str) -> ParameterInterval:
         for interval in self.intervals:
@@ -237,7 +257,7 @@ class Estimate(Tabular):
         """Return plain data: the ``estimate`` of the versioned JSON schema in docs/json.md."""
         e = self.enclosure
         return {
-            "schema": SCHEMA,
+            "schema": self.SCHEMA,
             "model": self.model.to_dict(),
             "noise_bound": dict(self.noise_bound),
             "parameters": [i.to_dict() for i in self.intervals],
@@ -258,15 +278,28 @@ class Estimate(Tabular):
                 "rounds": e.rounds,
                 "solves": e.solves,
                 "seconds": e.seconds,
+                "after_cuts": e.after_cuts,
             },
-            "data": {
-                "source": self.data.source,
-                "checksum": self.data.checksum,
-                "samples": self.data.n_samples,
-                "missing": self.data.missing,
-                "sampling_time": self.data.sampling_time,
-            },
+            "data": identity(self.data),
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Estimate:
+        """Return the estimate that `to_dict` described, without the verified points; see `smid.load`."""
+        reason = read(content, "stopped", Reason)
+        told = read(content, "relaxation", Plain | None)
+        return Estimate(
+            read(content, "model", Model),
+            referred(read(content, "data", Plain), data),
+            read(content, "noise_bound", Mapping[str, float]),
+            read(content, "parameters", tuple[ParameterInterval, ...]),
+            read(content, "centre_status", CentreStatus),
+            read(content, "nearest_feasible", Mapping[str, float] | None),
+            read(content, "derived_boxes", tuple[str, ...]),
+            read(content, "unbounded", tuple[str, ...]),
+            reason,
+            None if told is None else _enclosure(told, reason),
+        )
 
     def to_control(self) -> TransferFunction:
         """Return the central model as a transfer function in z of python-control, with the sampling time of the data.
@@ -316,6 +349,19 @@ class Estimate(Tabular):
         from smid.identification.figures import intervals_figure
 
         return intervals_figure(self)
+
+
+def _enclosure(told: Mapping[str, Any], reason: Reason) -> Enclosure:
+    """Return how the bounds were computed, without the verified points."""
+    known = {"intervals": (), "witnesses": (), "empty": None, "reason": reason, "n_moments": read(told, "moments", int)}
+    enclosure: Enclosure = fields_from_plain(Enclosure, told, **known)
+    return enclosure
+
+
+def open_end(content: Mapping[str, Any], name: str, end: float) -> float:
+    """Return a bound of plain data, where None stands for an infinite one."""
+    value = read(content, name, float | None)
+    return end if value is None else float(value)
 
 
 def shown_digits(interval: ParameterInterval) -> int:

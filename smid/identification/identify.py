@@ -18,7 +18,8 @@ from relaxations.proof.method import Cuts, Method, method_names
 from relaxations.search.enclosure import Interval
 from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
-from smid.display.result import Part, Result, plain
+from smid.display.from_plain import Plain, read
+from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.encloser import Enclosed, Encloser, Settings
@@ -73,7 +74,16 @@ class EmptyFeasibleSetError(ValueError, Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the message, the certified least bound, and the most influential samples."""
-        return {"message": str(self), "least_bound": self.least_bound, "samples": plain(self.samples)}
+        samples = [{"experiment": run, "index": k, "weight": weight} for run, k, weight in self.samples]
+        return {"message": str(self), "least_bound": self.least_bound, "samples": samples}
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> EmptyFeasibleSetError:
+        """Return the error that `to_dict` described."""
+        carried = read(content, "samples", tuple[Plain, ...])
+        samples = ((read(s, "experiment", str), read(s, "index", int), read(s, "weight", float)) for s in carried)
+        least = read(content, "least_bound", float | None)
+        return EmptyFeasibleSetError(read(content, "message", str), least, tuple(samples))
 
 
 @limited

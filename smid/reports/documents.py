@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
+from smid.data.reference import identity
 from smid.display.versions import versions
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE, COMPARE, RESIDUALS = "smid.diagnose/1", "smid.compare/1", "smid.residuals/1"
-RESPONSE = "smid.response/1"
+SHOW, DATASET, VERIFY, RESPONSE = "smid.show/1", "smid.dataset/1", "smid.verify/1", "smid.response/1"
 
 Document = dict[str, Any]
 
@@ -43,11 +44,7 @@ def empty_document(error: EmptyFeasibleSetError, error_bound: ErrorBound | None)
     """Return what ``smid identify --json`` writes if no parameters explain the data."""
     return {
         "schema": IDENTIFY,
-        "empty": {
-            "message": str(error),
-            "least_bound": error.least_bound,
-            "samples": [{"experiment": e, "index": k, "weight": w} for e, k, w in error.samples],
-        },
+        "empty": error.to_dict(),
         "error_bound": None if error_bound is None else error_bound.to_dict(),
         "versions": versions(),
     }
@@ -59,12 +56,7 @@ def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Docu
         "schema": ERROR_BOUND,
         "error_bound": bound.to_dict(),
         "model": model.to_dict(),
-        "data": {
-            "source": data.source,
-            "checksum": data.checksum,
-            "samples": data.n_samples,
-            "sampling_time": data.sampling_time,
-        },
+        "data": identity(data),
         "versions": versions(),
     }
 
@@ -91,7 +83,7 @@ def diagnose_document(diagnosis: Diagnosis) -> Document:
 
 def response_document(band: ResponseBand) -> Document:
     """Return what ``smid response --json`` writes."""
-    return {**band.to_dict(), "schema": RESPONSE, "versions": versions()}
+    return {"schema": RESPONSE, "response": band.to_dict(), "versions": versions()}
 
 
 def study_document(name: str, content: Mapping[str, Any]) -> Document:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
+from smid.data import Dataset
+from smid.display.from_plain import Plain, read
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.identification.estimate import Estimate, round_down, round_up
@@ -16,7 +18,6 @@ from smid.identification.estimate import Estimate, round_down, round_up
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SCHEMA = "smid.response-band/1"
 ROWS = 20  # of a printed table
 _DIGITS = 5
 
@@ -90,6 +91,8 @@ class ResponseBand(Tabular):
     seconds
         Wall clock.
     """
+
+    SCHEMA: ClassVar = "smid.response-band/1"
 
     kind: Literal["step", "bode"]
     estimate: Estimate
@@ -183,7 +186,7 @@ class ResponseBand(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: a ``smid.response-band/1`` of docs/json.md, with None for infinite and missing numbers."""
         return {
-            "schema": SCHEMA,
+            "schema": self.SCHEMA,
             "kind": self.kind,
             "input": self.input,
             "output": self.output,
@@ -198,8 +201,33 @@ class ResponseBand(Tabular):
             "estimate": self.estimate.to_dict(),
         }
 
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> ResponseBand:
+        """Return the response that `to_dict` described."""
+        return ResponseBand(
+            read(content, "kind", Literal["step", "bode"]),
+            Estimate.from_dict(read(content, "estimate", Plain), data),
+            read(content, "input", str),
+            read(content, "output", str),
+            np.array(read(content, "at", tuple[float, ...])),
+            tuple(_band(told) for told in read(content, "bands", tuple[Plain, ...])),
+            read(content, "stable", bool),
+            read(content, "complete", bool),
+            read(content, "solves", int),
+            read(content, "seconds", float),
+        )
+
     def plot(self) -> Figure:
         """Return a figure of the certified bands, the verified ones and the central model's response."""
         from smid.responses.figures import band_figure
 
         return band_figure(self)
+
+
+def _band(told: Plain) -> Band:
+    """Return a band from plain data, in which an infinite or missing number is None."""
+    names = ("lower", "upper", "inner_lower", "inner_upper", "centre")
+    arrays = {name: np.array(read(told, name, tuple[float, ...])) for name in names}
+    arrays["lower"] = np.nan_to_num(arrays["lower"], nan=-np.inf)
+    arrays["upper"] = np.nan_to_num(arrays["upper"], nan=np.inf)
+    return Band(read(told, "quantity", str), read(told, "unit", str), **arrays)

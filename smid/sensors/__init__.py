@@ -26,7 +26,7 @@ from smid.sensors.bounded import (
 from smid.sensors.cfpx import CFPX
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone
-from smid.sensors.files import load_sensor, save_sensor, sensor_from_dict, sensor_to_dict
+from smid.sensors.files import save_sensor, sensor_from_dict, sensor_to_dict
 from smid.sensors.median_filtered import MedianFiltered
 from smid.sensors.prediction import Prediction
 from smid.sensors.ptx import PTX
@@ -50,7 +50,6 @@ __all__ = [
     "Stream",
     "VirtualSensor",
     "bound_error",
-    "load_sensor",
     "save_sensor",
     "sensor_from_dict",
     "sensor_to_dict",

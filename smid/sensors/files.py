@@ -6,19 +6,19 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import numpy as np
 
 from smid.data import DataError
+from smid.display.from_plain import fields_from_plain
 from smid.display.plugins import find_subclass
 from smid.sensors.bounded import BoundedSensor
 from smid.sensors.sensor import VirtualSensor
 
-__all__ = ["load_sensor", "save_sensor", "sensor_from_dict", "sensor_to_dict"]
+__all__ = ["save_sensor", "sensor_from_dict", "sensor_to_dict"]
 
-FORMAT = 1
+SENSOR = "smid.sensor/1"
 GROUP = "smid.sensors"
 Sensor = VirtualSensor | BoundedSensor
 
@@ -40,7 +40,7 @@ def sensor_to_dict(sensor: Sensor) -> dict[str, Any]:
     kind = type(sensor).__name__
     if _class_named(kind) is not type(sensor):
         raise DataError(f"two classes of sensors have the name {kind}: rename yours")
-    return {"format": FORMAT, "kind": kind, **_fields(sensor)}
+    return {"schema": SENSOR, "kind": kind, **_fields(sensor)}
 
 
 def _class_named(kind: object) -> type[Sensor] | None:
@@ -67,37 +67,15 @@ def _plain(value: Any) -> Any:
     return [_plain(part) for part in value] if isinstance(value, tuple) else value
 
 
-def _read(kind: Any, value: Any) -> Any:
-    """Return a field as the type that its class declares."""
-    choices = [item for item in get_args(kind) if item is not type(None)]
-    if value is None:
-        return None
-    if isinstance(kind, UnionType):  # such as Array | None
-        kind = choices[0]
-    made = get_origin(kind) or kind
-    if not isinstance(made, type):
-        return value
-    if issubclass(made, np.ndarray | tuple):
-        return np.array(value) if issubclass(made, np.ndarray) else tuple(value)
-    if issubclass(made, Sensor):
-        return sensor_from_dict(value)
-    if hasattr(made, "from_dict"):
-        return made.from_dict(value)
-    return made(**_read_fields(made, value)) if is_dataclass(made) else value
-
-
-def _read_fields(made: type, record: Mapping[str, Any]) -> dict[str, Any]:
-    kinds = get_type_hints(made)
-    return {name: _read(kinds[name], value) for name, value in record.items()}
-
-
 def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
     """Return the sensor that `sensor_to_dict` described; its predictions are the same to the last bit.
 
     Raises
     ------
     DataError
-        If no known class has this name, or the record is damaged.
+        If no known class has this name.
+    NotPlainError
+        If a field is missing or damaged.
 
     Examples
     --------
@@ -107,20 +85,18 @@ def sensor_from_dict(record: Mapping[str, Any]) -> Sensor:
     """
     kind = record.get("kind")
     made = _class_named(kind)
-    if record.get("format") != FORMAT or made is None:
+    if record.get("schema") != SENSOR or made is None:
         raise DataError(
-            f"this is not a sensor of format {FORMAT}, but kind {kind!r}, format {record.get('format')!r}: "
-            "give a file that save_sensor wrote, and import the package that defines its class"
+            f"this is not a sensor, but kind {kind!r}, schema {record.get('schema')!r}: give a file that save_sensor "
+            "wrote, and import the package that defines its class"
         )
-    parts = {name: value for name, value in record.items() if name not in ("format", "kind")}
-    try:
-        return made(**_read_fields(made, parts))
-    except (AttributeError, TypeError, KeyError) as error:
-        raise DataError(f"the record of a {kind} is damaged ({error}): give a file that save_sensor wrote") from None
+    parts = {n: v for n, v in record.items() if isinstance(v, Mapping) and v.get("schema") == SENSOR}
+    sensor: Sensor = fields_from_plain(made, record, **{name: sensor_from_dict(part) for name, part in parts.items()})
+    return sensor
 
 
 def save_sensor(sensor: Sensor, path: str | Path) -> None:
-    """Write a sensor, trained or not, to a JSON file.
+    """Write a sensor, trained or not, to a JSON file; `smid.load` reads it.
 
     Examples
     --------
@@ -128,35 +104,7 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
     >>> from smid.sensors import CPX
     >>> file = Path(tempfile.mkdtemp()) / "sensor.json"
     >>> save_sensor(CPX(hidden=(5,)), file)
-    >>> load_sensor(file).n_parameters
+    >>> sensor_from_dict(json.loads(file.read_text())).n_parameters
     31
     """
     Path(path).write_text(json.dumps(sensor_to_dict(sensor), indent=1) + "\n", encoding="utf-8")
-
-
-def load_sensor(path: str | Path) -> Sensor:
-    """Return the sensor of a file that `save_sensor` wrote.
-
-    Raises
-    ------
-    DataError
-        If there is no such file, or it holds no sensor.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from smid.sensors import CPX
-    >>> file = Path(tempfile.mkdtemp()) / "sensor.json"
-    >>> save_sensor(CPX(hidden=(5,)), file)
-    >>> load_sensor(file).n_parameters
-    31
-    """
-    try:
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError:
-        raise DataError(f"no file {str(path)!r} to read: give one that save_sensor wrote") from None
-    except json.JSONDecodeError as error:
-        raise DataError(f"{Path(path).name} is not valid JSON ({error}): give a file that save_sensor wrote") from None
-    if not isinstance(record, dict):
-        raise DataError(f"{Path(path).name} holds no sensor: give a file that save_sensor wrote")
-    return sensor_from_dict(record)

@@ -28,6 +28,7 @@ from scipy.stats import chi2
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
+from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 
@@ -135,6 +136,14 @@ class Spectrum(Tabular):
             "segment": self.segment,
             "segments": self.segments,
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset) -> Spectrum:
+        """Return the spectra that `to_dict` described, of these data."""
+        pairs = read(content, "coherence", tuple[Plain, ...])
+        coherence = {(read(p, "input", str), read(p, "output", str)): read(p, "values", Array) for p in pairs}
+        found: Spectrum = fields_from_plain(Spectrum, content, data=data, coherence=coherence)
+        return found
 
     def plot(self) -> Figure:
         """Draw the spectrum of each output and input, and the coherences with the level that chance exceeds in 1 %."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from relaxations.proof.method import Cuts, Method
 from smid.data import Dataset
+from smid.display.from_plain import fields_from_plain, read
 from smid.display.result import plain
 from smid.models import Model, ModelError
 from smid.study.versions import computing_versions
@@ -69,6 +70,13 @@ class Cell:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {**vars(self), "noise_bound": dict(self.noise_bound)}
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> Cell:
+        """Return the cell that :meth:`to_dict` wrote."""
+        bounds = read(content, "noise_bound", Mapping[str, float])
+        found: Cell = fields_from_plain(Cell, content, noise_bound=tuple(bounds.items()))
+        return found
 
 
 def method_fields(method: Method | Cuts) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from relaxations.search.enclosure import Proof
+from smid.display.from_plain import fields_from_plain, read
 from smid.display.result import plain
 from smid.identification.estimate import ParameterInterval
 
@@ -57,6 +58,7 @@ class Outcome:
 
     Examples
     --------
+    >>> from relaxations.search.enclosure import Proof
     >>> from smid.identification.estimate import ParameterInterval
     >>> found = ParameterInterval("gain", "bar/mA", 1.0, 3.0, 1.5, 2.9, Proof.PROVEN, Proof.PROVEN)
     >>> Outcome(Status.CERTIFIED, "every end meets a verified point", (found,)).gap  # 0.5 of a width of 2
@@ -86,34 +88,10 @@ class Outcome:
         return {names.get(name, name): value for name, value in plain(vars(self)).items()}
 
     @staticmethod
-    def from_dict(content: dict[str, Any]) -> Outcome:
+    def from_dict(content: Mapping[str, Any]) -> Outcome:
         """Return the outcome that :meth:`to_dict` wrote."""
-        return Outcome(
-            Status[content["status"].upper()],
-            content["message"],
-            tuple(_interval(i) for i in content["parameters"]),
-            content["relaxation"],
-            tuple(content["complicating"]),
-            content["solves"],
-            content["moments"],
-            content["largest_block"],
-            _number(content["seconds"], float("nan")),
-            _number(content["peak_memory"], float("nan")),
+        intervals = read(content, "parameters", tuple[ParameterInterval, ...])
+        found: Outcome = fields_from_plain(
+            Outcome, content, intervals=intervals, method=read(content, "relaxation", str)
         )
-
-
-def _interval(content: dict[str, Any]) -> ParameterInterval:
-    return ParameterInterval(
-        content["name"],
-        content["unit"],
-        _number(content["lower"], -np.inf),
-        _number(content["upper"], np.inf),
-        _number(content["inner_lower"], np.nan),
-        _number(content["inner_upper"], np.nan),
-        Proof[content["proof_lower"].upper()],
-        Proof[content["proof_upper"].upper()],
-    )
-
-
-def _number(value: float | None, missing: float) -> float:
-    return missing if value is None else float(value)
+        return found

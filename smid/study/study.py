@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from smid.data import DataError, Dataset
+from smid.data.reference import identity, referred
+from smid.display.from_plain import Plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.identification.estimate import ParameterInterval, round_down, round_up, shown_digits
@@ -43,6 +45,8 @@ class Study(Tabular):
     interrupted
         Whether Ctrl-C stopped the study.
     """
+
+    SCHEMA: ClassVar = "smid.study/1"
 
     model: Model
     records: Mapping[str, Dataset]
@@ -117,14 +121,30 @@ class Study(Tabular):
         """Return plain data: the fields of ``smid.study/1`` in docs/json.md."""
         return {
             "model": self.model.to_dict(),
-            "records": {
-                name: {"source": record.source, "checksum": record.checksum} for name, record in self.records.items()
-            },
+            "records": {name: identity(record) for name, record in self.records.items()},
             "settings": dict(vars(self.settings)),
             "cells": [{**cell.to_dict(), **outcome.to_dict()} for cell, outcome in self.done],
             "missing": len(self.cells) - len(self.done),
+            "missing_cells": [
+                cell.to_dict() for cell, one in zip(self.cells, self.outcomes, strict=True) if one is None
+            ],
             "interrupted": self.interrupted,
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | Mapping[str, Dataset] | None = None) -> Study:
+        """Return the study that `to_dict` described; runs that were not done come last."""
+        told = read(content, "records", Mapping[str, Plain])
+        given = data if isinstance(data, Mapping) else dict.fromkeys(told, data)
+        done, left = read(content, "cells", tuple[Plain, ...]), read(content, "missing_cells", tuple[Cell, ...])
+        return Study(
+            read(content, "model", Model),
+            {name: referred(one, given.get(name)) for name, one in told.items()},
+            read(content, "settings", Settings),
+            (*map(Cell.from_dict, done), *left),
+            (*map(Outcome.from_dict, done), *(None for _ in left)),
+            read(content, "interrupted", bool),
+        )
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         """Return a row for each cell and parameter; a cell without intervals has one row."""

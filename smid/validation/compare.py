@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
+from smid.data.reference import identity, referred
+from smid.display.from_plain import Plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.identification.estimate import Estimate
@@ -33,8 +35,19 @@ class Comparison(Tabular):
         By name of the model, the best mean fit first.
     """
 
+    SCHEMA: ClassVar = "smid.comparison/1"
+
     data: Dataset
     validations: Mapping[str, Validation]
+
+    def __len__(self) -> int:
+        return len(self.validations)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.validations)
+
+    def __getitem__(self, name: str) -> Validation:
+        return self.validations[name]
 
     @property
     def best(self) -> str:
@@ -82,11 +95,22 @@ class Comparison(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``comparison`` of the versioned JSON schema in docs/json.md."""
         return {
-            "schema": "smid.comparison/1",
-            "data": {"source": self.data.source, "checksum": self.data.checksum},
+            "schema": self.SCHEMA,
+            "data": identity(self.data),
             "order": list(self.validations),
             "validations": {name: run.to_dict() for name, run in self.validations.items()},
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Comparison:
+        """Return the comparison that `to_dict` described; the free runs are repeated if the record is given."""
+        record = referred(read(content, "data", Plain), data)
+        runs = read(content, "validations", Plain)
+        validations = {
+            name: Validation.from_dict(read(runs, name, Plain), data)
+            for name in read(content, "order", tuple[str, ...])
+        }
+        return Comparison(record, validations)
 
     def plot(self, number: int = 0) -> Figure:
         """Return a figure of measured output, all free runs and errors, for the score of this number.

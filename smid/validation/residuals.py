@@ -9,13 +9,16 @@ only, it shows feedback from output to input.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset, Experiment
+from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.signals.spectrum import Spectrum, spectrum
@@ -124,6 +127,24 @@ class OutputResiduals(Tabular):
             ],
         }
 
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], sampling_time: float) -> OutputResiduals:
+        """Return the tests that `to_dict` described."""
+        own, *others = read(content, "tests", tuple[Plain, ...])
+        found: OutputResiduals = fields_from_plain(
+            OutputResiduals,
+            content,
+            own=_correlation(own, ""),
+            with_inputs=tuple(_correlation(test, read(test, "with", str)) for test in others),
+            sampling_time=sampling_time,
+        )
+        return found
+
+
+def _correlation(test: Mapping[str, Any], against: str) -> Correlation:
+    lags = read(test, "lag_samples", NDArray[np.int64])
+    return Correlation(against, lags, read(test, "correlation", Array), read(test, "band", float))
+
 
 def _table(rows: Iterator[dict[str, Any]]) -> Table:
     cells = tuple(
@@ -159,6 +180,8 @@ class Residuals(Tabular):
     spectrum
         Of the residuals and the inputs, with their coherence.
     """
+
+    SCHEMA: ClassVar = "smid.residual-analysis/1"
 
     validation: Validation
     errors: Dataset
@@ -199,11 +222,20 @@ class Residuals(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``residual analysis`` of the versioned JSON schema in docs/json.md."""
         return {
-            "schema": "smid.residual-analysis/1",
+            "schema": self.SCHEMA,
             "validation": self.validation.to_dict(),
             "outputs": [one.to_dict() for one in self.outputs],
             "spectrum": self.spectrum.to_dict(),
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Residuals:
+        """Return the analysis that `to_dict` described; the residuals are computed again if the record is given."""
+        run = Validation.from_dict(read(content, "validation", Plain), data)
+        errors = run.data if data is None else _errors(run)
+        told = read(content, "outputs", tuple[Plain, ...])
+        outputs = tuple(OutputResiduals.from_dict(one, run.data.sampling_time) for one in told)
+        return Residuals(run, errors, outputs, Spectrum.from_dict(read(content, "spectrum", Plain), errors))
 
     def plot(self, number: int = 0) -> Figure:
         """Return a figure of the residual, its correlations, spectrum and coherences, for the output of this number."""

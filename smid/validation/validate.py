@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from math import isclose
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,10 +13,12 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
 from smid.data.listing import missing_notes
+from smid.data.reference import identity, referred
+from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.fitting.binding import bind
-from smid.identification.estimate import Estimate
+from smid.identification.estimate import Estimate, open_end
 from smid.models import Model, ModelError
 
 if TYPE_CHECKING:
@@ -63,13 +65,21 @@ class Validation(Tabular):
     scores
         One for each experiment and output channel.
     simulated
-        Per experiment, the simulated output channels.
+        Per experiment, the simulated output channels; none in a validation that was loaded without its record.
     """
+
+    SCHEMA: ClassVar = "smid.validation/1"
 
     model: Model
     data: Dataset
     scores: tuple[Score, ...]
     simulated: tuple[Mapping[str, Array], ...]
+
+    def __len__(self) -> int:
+        return len(self.scores)
+
+    def __iter__(self) -> Iterator[Score]:
+        return iter(self.scores)
 
     @property
     def table(self) -> Table:
@@ -110,11 +120,23 @@ class Validation(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the ``validation`` of the versioned JSON schema in docs/json.md."""
         return {
-            "schema": "smid.validation/1",
+            "schema": self.SCHEMA,
             "model": self.model.to_dict(),
-            "data": {"source": self.data.source, "checksum": self.data.checksum},
+            "data": identity(self.data),
             "scores": plain(self.scores),
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Validation:
+        """Return the validation that `to_dict` described; the free runs are repeated if the record is given."""
+        model = read(content, "model", Model)
+        scores = tuple(
+            fields_from_plain(Score, score, fit_percent=open_end(score, "fit_percent", -np.inf))
+            for score in read(content, "scores", tuple[Plain, ...])
+        )
+        record = referred(read(content, "data", Plain), data)
+        simulated = () if data is None else tuple(dict(run) for run in model.simulate(record).outputs)
+        return Validation(model, record, scores, simulated)
 
     def plot(self, number: int = 0) -> Figure:
         """Return a figure of measured output, free run and error, for the score of this number."""

@@ -14,6 +14,7 @@ from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
 from relaxations.check.statement import Theorem
 from smid.data import DataError, Dataset
+from smid.display.from_plain import fields_from_plain, read
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.fitting.binding import bind
@@ -45,6 +46,14 @@ class Verification(Result):
     equations: int
     empty: bool
     intervals: Mapping[str, tuple[float, float]]
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any]) -> Verification:
+        """Return the proof that `to_dict` described. It is not checked again: `smid.verify` does."""
+        pairs = read(content, "intervals", Mapping[str, tuple[float | None, float | None]])
+        ends = {n: (-math.inf if a is None else a, math.inf if b is None else b) for n, (a, b) in pairs.items()}
+        found: Verification = fields_from_plain(Verification, content, intervals=ends)
+        return found
 
     def _content(self) -> Iterator[Part]:
         model, data = self.origin["model"], self.origin["data"]

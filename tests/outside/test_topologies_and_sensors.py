@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from smid import load
 from smid.data import DataError
 from smid.data.bundled import load_clutch
 from smid.hybrid import (
@@ -22,7 +23,7 @@ from smid.hybrid import (
 )
 from smid.hybrid.hybrid_model import HYBRID, measure_instead, output_measurement
 from smid.models import ModelError, Reactor, signal, t
-from smid.sensors import DeadZone, VirtualSensor, load_sensor, save_sensor, sensor_from_dict, sensor_to_dict
+from smid.sensors import CFPX, DeadZone, VirtualSensor, save_sensor, sensor_from_dict, sensor_to_dict
 from smid.theses.hybrid.reactor import reactor_record
 
 
@@ -116,7 +117,7 @@ def test_a_sensor_of_another_package_is_written_and_read(tmp_path):
     for sensor in (StraightSensor(), DeadZone(StraightSensor())):
         trained = sensor.fit(data, seed=1)
         save_sensor(trained, tmp_path / "sensor.json")
-        again = load_sensor(tmp_path / "sensor.json")
+        again = load(tmp_path / "sensor.json")
         assert type(again) is type(sensor)
         assert (again.predict(data).position[0] == trained.predict(data).position[0]).all()
     again = sensor_from_dict(sensor_to_dict(StraightSensor().fit(data, seed=1)))
@@ -160,6 +161,6 @@ def test_an_entry_point_is_found_without_an_import(tmp_path, monkeypatch):
         "[smid.sensors]\nFarSensor = far_away:FarSensor\n[smid.topologies]\nfar = far_away:FarTopology\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    sensor = sensor_from_dict({"format": 1, "kind": "FarSensor", "order": 3, "far": 2.5})
+    sensor = sensor_from_dict({**sensor_to_dict(CFPX(3)), "kind": "FarSensor", "far": 2.5})
     assert (type(sensor).__name__, sensor.order, sensor.far) == ("FarSensor", 3, 2.5)
     assert required(Reactor(2.0), Reactor(2.0), "far", 1.0).transfer == 2

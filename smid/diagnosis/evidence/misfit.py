@@ -8,8 +8,8 @@ further channels, and the past of error and input. Each share of the error varia
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,8 +26,10 @@ from smid.diagnosis.evidence.time_correlation import (
     own_past_structure,
     past_inputs_structure,
 )
+from smid.display.from_plain import fields_from_plain
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
+from smid.identification.estimate import open_end
 from smid.validation.correlation import FEWEST
 
 if TYPE_CHECKING:
@@ -153,6 +155,17 @@ class Misfit(Tabular):
             "violations": plain(self.violations),
             "structure": plain(self.structure),
         }
+
+    @staticmethod
+    def from_dict(content: Mapping[str, Any], data: Dataset) -> Misfit:
+        """Return the misfit that `to_dict` described, without the error of each sample."""
+        fit = open_end(content, "fit_percent", -np.inf)
+        found: Misfit = fields_from_plain(Misfit, content, fit_percent=fit, data=data, residual=(), start=0)
+        return found
+
+    def on(self, data: Dataset, residual: tuple[Array, ...]) -> Misfit:
+        """Return a misfit that was loaded with the error of each sample."""
+        return replace(self, data=data, residual=residual, start=data.n_init)
 
     def plot(self) -> Figure:
         """Return a figure of the error against time, spectrum, input, output, velocity and further channels."""

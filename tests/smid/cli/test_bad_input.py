@@ -120,9 +120,11 @@ def test_order_too_low_names_the_least(smid):
 
 
 def test_estimate_without_model_is_refused(smid):
-    Path("empty.json").write_text('{"schema": "smid.identify/1", "empty": {}}')
+    Path("empty.json").write_text(
+        '{"schema": "smid.identify/1", "empty": {"message": "", "least_bound": 0.1, "samples": []}}'
+    )
     assert "no parameters explain" in refused(smid("validate empty.json run.csv"))
     Path("other.json").write_text('{"schema": "other/1"}')
     assert "other/1" in refused(smid("validate other.json run.csv"))
     Path("list.json").write_text("[1]")
-    assert "smid.estimate/1" in refused(smid("validate list.json run.csv"))
+    assert "holds no result" in refused(smid("validate list.json run.csv"))

@@ -4,13 +4,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
 from smid.cli.console import INTERRUPTED, Progress
 from smid.diagnosis import EFFECTS
 from smid.diagnosis.diagnosis import ENDED_EARLY
-from tests.smid.cli.test_json_schema import check_object
+from smid.reports import schemas
 
 FEW = "--effects input_dead_zone,input_delay,missing_input --workers 1"
 COMMON = "dead.csv --input u --output y --model model.toml"
@@ -41,7 +42,7 @@ def test_a_cause_is_named_and_both_files_are_written(smid):
     assert "Proven: no parameters of the base model explain" in result.stdout
     assert result.stderr == "", "quiet in a pipe"
     document = written()
-    check_object(document, "smid.diagnose/1", "diagnose")
+    jsonschema.validate(document, schemas()["smid.diagnose/1"])
     assert document["verdict"] == "named"
     assert set(document["gain"]) == {
         f"{name}_{when}"
@@ -64,7 +65,7 @@ def test_nothing_named_is_no_failure(smid):
     result = smid(f"diagnose {COMMON} --effects input_delay --workers 1 --no-certify --json out.json")
     assert result.exit_code == 0, result.output
     document = written()
-    check_object(document, "smid.diagnose/1", "diagnose")
+    jsonschema.validate(document, schemas()["smid.diagnose/1"])
     assert (document["verdict"], document["causes"], document["proof"]) == ("none", [], None)
     assert document["gain"]["violations_before"] is None
     assert document["gain"]["rmse_before"] == document["gain"]["rmse_after"]
@@ -256,7 +257,7 @@ def test_a_recorded_simulation_takes_the_place_of_the_model(smid):
     assert result.exit_code == 0, result.output
     assert "Cause: sensor_bias." in result.stdout
     document = written()
-    check_object(document, "smid.diagnose/1", "diagnose")
+    jsonschema.validate(document, schemas()["smid.diagnose/1"])
     assert "simulation" in document["base"]["origins"].values()
 
 

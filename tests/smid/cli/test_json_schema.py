@@ -1,57 +1,15 @@
-"""What is written has exactly the fields and types that docs/json.md gives."""
+"""What is written has exactly the fields and types that docs/json.md gives, and the schemas that ship are those."""
 
 import json
 import re
 from pathlib import Path
 
+import jsonschema
 import pytest
 
-DOCUMENTATION = Path(__file__).parents[3] / "docs" / "json.md"
-TYPES = {"number": (int, float), "integer": int, "string": str, "pair": list, "boolean": bool}
-
-
-def documented():
-    """Return heading -> field -> type, from the tables."""
-    objects = {}
-    for section in DOCUMENTATION.read_text(encoding="utf-8").split("\n## ")[1:]:
-        heading, body = section.split("\n", 1)
-        if "| Schema | Fields |" in body:  # a list of documents, told in words
-            continue
-        objects[heading] = dict(re.findall(r"^\| `(\w+)` \| (.+?) \|", body, flags=re.MULTILINE))
-        assert objects[heading], f"no fields under {heading}"
-    return objects
-
-
-OBJECTS = documented()
-
-
-def check_object(value, name, place):
-    assert list(value) == list(OBJECTS[name]), f"{place}: fields of {name}"
-    for field, kind in OBJECTS[name].items():
-        check(value[field], kind, f"{place}.{field}")
-
-
-def check(value, kind, place):
-    if kind.endswith(" or null"):
-        kind = kind.removesuffix(" or null")
-        if value is None:
-            return
-        if kind.startswith("map of ") and None in value.values():
-            value = {k: v for k, v in value.items() if v is not None}
-    if kind.startswith("list of "):
-        assert isinstance(value, list), place
-        for k, item in enumerate(value):
-            check(item, kind.removeprefix("list of "), f"{place}[{k}]")
-    elif kind.startswith("map of "):
-        assert isinstance(value, dict), place
-        for key, item in value.items():
-            check(item, kind.removeprefix("map of "), f"{place}[{key}]")
-    elif match := re.fullmatch(r"\[(.+)\]\(#.+\)", kind):
-        check_object(value, match[1], place)
-    else:
-        assert isinstance(value, TYPES[kind]), f"{place} is {value!r}, documented as {kind}"
-        assert isinstance(value, bool) == (kind == "boolean"), place
-
+from smid.reports import schemas
+from tests.smid.cli import json_tables
+from tests.smid.cli.json_tables import OBJECTS
 
 COMMON = "run.csv --input u --output y --model model.toml"
 
@@ -77,10 +35,30 @@ def test_documents_are_as_documented(smid, line, name):
         smid(f"identify {COMMON} --noise-bound 0.1 --json estimate.json")
     smid(f"{line} --json out.json")
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
-    check_object(document, name, name)
     assert document["schema"] == name.split(",")[0]
+    jsonschema.validate(document, schemas()[document["schema"]])
+    assert ("empty" in document) == name.endswith("empty")
+
+
+def test_the_schemas_that_ship_are_those_of_the_documentation():
+    cure = "write them again: python -m tests.smid.cli.json_tables"
+    assert schemas() == json_tables.schemas(), cure
+    for schema in schemas().values():
+        jsonschema.Draft202012Validator.check_schema(schema)
+
+
+def test_a_damaged_document_is_refused(smid):
+    smid(f"identify {COMMON} --noise-bound 0.1 --json out.json")
+    document = json.loads(Path("out.json").read_text(encoding="utf-8"))
+    validator = jsonschema.Draft202012Validator(schemas()["smid.identify/1"])
+    assert validator.is_valid(document)
+    estimate = document["estimate"]
+    for damage in ({"stopped": 3}, {"colour": "red"}, {"parameters": [{"name": "a1"}]}, {"schema": "smid.estimate/2"}):
+        assert not validator.is_valid({**document, "estimate": {**estimate, **damage}})
+    del estimate["model"]
+    assert not validator.is_valid(document)
 
 
 def test_every_object_of_the_documentation_is_reached():
-    linked = {m for fields in OBJECTS.values() for kind in fields.values() for m in re.findall(r"\[(.+?)\]", kind)}
+    linked = {m for rows in OBJECTS.values() for _, kind, _ in rows for m in re.findall(r"\[(.+?)\]", kind)}
     assert linked == {name for name in OBJECTS if not name.startswith("smid.")}

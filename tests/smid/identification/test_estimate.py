@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from relaxations.search.enclosure import Proof
 from smid import Estimate, ParameterInterval, identify
-from smid.identification.estimate import SCHEMA, round_down, round_up, shown_digits
+from smid.identification.estimate import round_down, round_up, shown_digits
 from tests.smid.first_order import first_order
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
@@ -58,7 +58,7 @@ def test_parameters_by_name(estimate: Estimate) -> None:
 
 def test_the_dictionary_is_json(estimate: Estimate) -> None:
     plain = json.loads(json.dumps(estimate.to_dict(), allow_nan=False))
-    assert plain["schema"] == SCHEMA
+    assert plain["schema"] == Estimate.SCHEMA
     assert plain["noise_bound"] == {"y": 0.1}
     assert plain["derived_boxes"] == ["b0"]
     assert plain["relaxation"]["complicating"] == ["a1"]

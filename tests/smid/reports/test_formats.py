@@ -7,14 +7,14 @@ import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import jsonschema
 import pytest
 
 from smid.display.table import Table
-from smid.reports import PdfWarning, check_report, pdf, report
+from smid.reports import PdfWarning, check_report, pdf, report, schemas
 from smid.reports.content import Equations, Facts, Items, Page, Rich, Section, coloured
 from smid.reports.documents import diagnose_document, identify_document
 from smid.reports.formats import write_page
-from tests.smid.cli.test_json_schema import check_object
 
 
 class Cells(HTMLParser):
@@ -98,7 +98,7 @@ def test_a_data_set_has_the_page_of_its_record(estimate, tmp_path):
         text = report(data, tmp_path / "data.md").read_text(encoding="utf-8")
         assert [line.split()[1] for line in text.splitlines() if line.startswith("## ")][: len(headings)] == headings
         document = json.loads(report(data, tmp_path / "data.json").read_text(encoding="utf-8"))
-        check_object(document, "smid.dataset/1", "smid.dataset/1")
+        jsonschema.validate(document, schemas()["smid.dataset/1"])
         for run, told in zip(data.experiments, document["experiments"], strict=True):
             assert told["samples"] == run.n_samples
             assert {c["channel"]: c["max"] for c in told["channels"]} == {n: v.max() for n, v in run.values.items()}

@@ -188,7 +188,7 @@ def test_the_command_prints_bands_and_names_mistakes(record, tmp_path, monkeypat
     assert found.exit_code == 0
     assert "Step response of y to u" in found.output
     found = CliRunner().invoke(main, f"{line} --bode --frequencies 1,2 --json -".split())
-    assert json.loads(found.output)["at"] == [1, 2]
+    assert json.loads(found.output)["response"]["at"] == [1, 2]
     for options, message in (
         ("--frequencies 1", "belongs to --bode"),
         ("--bode --frequencies 1,x", "is no list of numbers"),

@@ -1,5 +1,6 @@
 """What a sensor says of a stream is what it says of a record, to the last bit; what it cannot do, it refuses."""
 
+import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from smid import load
 from smid.data import DataError
 from smid.data.bundled import load_clutch
 from smid.models import ModelError
@@ -19,9 +21,7 @@ from smid.sensors import (
     DeadZone,
     MedianFiltered,
     bound_error,
-    load_sensor,
     save_sensor,
-    sensor_from_dict,
     sensor_to_dict,
 )
 
@@ -75,7 +75,7 @@ def test_blocks_of_any_length_say_the_same(trained, cuts, name):
 def test_a_bounded_sensor_streams_what_it_predicts(trained, tmp_path):
     data = records("20C_step_b")
     save_sensor(bound_error(trained["PTX"], data), tmp_path / "bounded.json")
-    bounded = load_sensor(tmp_path / "bounded.json")
+    bounded = load(tmp_path / "bounded.json")
     np.testing.assert_array_equal(
         bounded.predict(data).lower[0], bound_error(trained["PTX"], data).predict(data).lower[0]
     )
@@ -93,7 +93,7 @@ def test_a_file_holds_the_sensor_to_the_last_bit(trained, name, tmp_path):
     data = records("20C_ramp_b")
     for sensor in (SENSORS[name], trained[name]):
         save_sensor(sensor, tmp_path / "sensor.json")
-        again = load_sensor(tmp_path / "sensor.json")
+        again = load(tmp_path / "sensor.json")
         assert sensor_to_dict(again) == sensor_to_dict(sensor)
         assert again.n_parameters == sensor.n_parameters
     np.testing.assert_array_equal(again.predict(data).position[0], trained[name].predict(data).position[0])
@@ -207,11 +207,15 @@ def test_too_few_samples(name):
 
 
 def test_files_that_hold_no_sensor(tmp_path):
+    unknown = '{"schema": "smid.sensor/1", "kind": "XYZ"}'
     with pytest.raises(DataError, match="no file"):
-        load_sensor(tmp_path / "none.json")
-    for text, message in (("{", "is not valid JSON"), ("[1]", "holds no sensor"), ('{"kind": "XYZ"}', "kind 'XYZ'")):
+        load(tmp_path / "none.json")
+    for text, message in (("{", "is not valid JSON"), ("[1]", "holds no result"), (unknown, "kind 'XYZ'")):
         (tmp_path / "sensor.json").write_text(text)
         with pytest.raises(DataError, match=message):
-            load_sensor(tmp_path / "sensor.json")
-    with pytest.raises(DataError, match="damaged"):
-        sensor_from_dict({**sensor_to_dict(CPX()), "colour": "red"})
+            load(tmp_path / "sensor.json")
+    record = sensor_to_dict(CPX())
+    del record["hidden"]
+    (tmp_path / "sensor.json").write_text(json.dumps(record))
+    with pytest.raises(DataError, match="hidden: the key is missing"):
+        load(tmp_path / "sensor.json")
