@@ -101,6 +101,7 @@ def identified():
     yield smid.LowestOrder(steps, estimate, "y", "bar", 0.01)
     yield smid.validate(estimate.model, data, 0.1)
     yield smid.compare([estimate.model, estimate], data)
+    yield smid.step(estimate, 3)
     with TemporaryDirectory() as folder:
         proof = Path(folder) / "proof.json"
         smid.identify(smid.OutputError(1, stable=True), data, 0.1, certificate=proof)
