@@ -20,6 +20,8 @@ from relaxations.proof.bounding import Relaxed, relax
 from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.estimate import Estimate
+from smid.identification.finite_box import Boxed
+from smid.identification.missing import with_missing
 from smid.models import ModelError
 
 STEPS = 4  # of the search for a verified point, which begins beside the optimum
@@ -124,7 +126,12 @@ class OuterSet:
         count = len(e.intervals)
         lower, upper = feasible.problem.lower.copy(), feasible.problem.upper.copy()
         lower[:count], upper[:count] = [i.lower for i in e.intervals], [i.upper for i in e.intervals]
-        return feasible.with_problem(feasible.problem.with_box(lower, upper))
+        whole = feasible.with_problem(feasible.problem.with_box(lower, upper))
+        if not len(whole.missing):
+            return whole
+        assert e.enclosure is not None
+        present = Boxed(whole.without(whole.missing), (), (), whole.problem)
+        return with_missing(whole, present, e.enclosure, "clarabel").feasible
 
     @cached_property
     def _plan(self) -> Plan:

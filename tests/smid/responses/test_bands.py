@@ -208,3 +208,19 @@ def test_errors_in_variables_with_one_parameter_left():
     band = step(identify(model, problem.data, problem.bounds), [0, 1])["response"]
     assert band.lower[0] < problem.b[0] < band.upper[0]
     assert isinstance(smid.ResponseBand, type)
+
+
+def test_missing_outputs_leave_a_band_that_holds_the_truth():
+    rng = np.random.default_rng(5)
+    u, w = np.repeat(rng.choice([-1.0, 1.0], 12), 5), np.zeros(60)
+    for k in range(1, 60):
+        w[k] = 0.8 * w[k - 1] + 0.3 * u[k - 1]
+    y = w + rng.uniform(-0.05, 0.05, 60)
+    y[[20, 21, 45]] = np.nan
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    found = smid.step(smid.identify(OutputError(stable=True), data, noise_bound=0.05), 10)
+    band = found["response"]
+    truth = np.concatenate([[0.0], np.cumsum(0.3 * 0.8 ** np.arange(9))])
+    assert (band.lower <= truth).all()
+    assert (truth <= band.upper).all()
+    assert band.looseness < 0.5
