@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy import signal
 
@@ -26,7 +25,7 @@ def detrend(dataset: "Dataset", kind: Trend, channels: str | Sequence[str] | Non
 
     def rest(x: NDArray[np.float64]) -> NDArray[np.float64]:
         times, there = np.arange(x.size), ~np.isnan(x)
-        return np.asarray(x - Polynomial.fit(times[there], x[there], degree)(times))
+        return np.asarray(x - (np.polyval(np.polyfit(times[there], x[there], 1), times) if degree else x[there].mean()))
 
     return _changed(dataset, channels, rest, f"{what} of each experiment removed from")
 

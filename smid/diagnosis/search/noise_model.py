@@ -7,7 +7,8 @@ innovations e of a Student distribution of ten degrees of freedom, so that no si
 
 A law is right to a few per cent only. What it leaves of an effect is no noise, and no sign of another effect either. So
 the noise has a second part, the *discrepancy*: it has the autocovariance of the base model's error, times
-`DISCREPANCY` squared (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63, 2001).
+`DISCREPANCY` squared, or less where the best set leaves less (Kennedy and O'Hagan, Journal of the Royal Statistical
+Society B 63, 2001).
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ def _bridged(errors: Errors, used: Sequence[Mask]) -> dict[str, _Bridged]:
 def _taps(left: _Bridged, missed: _Bridged) -> Array:
     n = sum(error.size for error, _ in left)
     noise = levinson(own := _autocovariance(left), n)
-    whole = levinson(own + DISCREPANCY**2 * _autocovariance(missed), n) if missed else noise
+    whole = levinson(own + _discrepancy(own, missed), n) if missed else noise
     past = noise.coefficients.size - 1
     innovations = np.concatenate([noise.whiten(error)[mask[past:]] for error, mask in left])
     least = _LEAST * max(float(np.abs(error).max()) for error, _ in left) or 1.0
@@ -101,6 +102,12 @@ def _taps(left: _Bridged, missed: _Bridged) -> Array:
         deviation = max(float(np.sqrt(np.mean(weights(innovations / deviation) * innovations**2))), least)
     grown = np.sqrt(whole.innovation / noise.innovation) if noise.innovation > 0 else 1.0
     return np.asarray(whole.coefficients / (deviation * grown))
+
+
+def _discrepancy(own: Array, missed: _Bridged) -> Array:
+    """Return the autocovariance of what laws may leave, which is no more than the best set leaves."""
+    base = _autocovariance(missed)
+    return np.asarray(base * min(DISCREPANCY**2, own[0] / base[0])) if base[0] > 0 else 0 * base
 
 
 def _autocovariance(parts: _Bridged) -> Array:
