@@ -1,6 +1,6 @@
 """Virtual sensors of the clutch position: those of the thesis, and one with temperature and hysteresis.
 
-To add a sensor from another package, subclass `VirtualSensor` as a frozen dataclass. `save_sensor` and `load_sensor`
+To add a sensor from another package, subclass `VirtualSensor` as a frozen dataclass. `save_sensor` and `smid.load`
 find the class by its name and read each field as its annotation says (numbers, tuples, arrays, networks, dataclasses,
 sensors). No file of this package changes::
 
