@@ -280,7 +280,7 @@ def residuals(model: Candidate, data: Dataset) -> Residuals:
                 f"the residual of {channel!r} has {whole.size} samples after the warm-up: its tests need {FEWEST}"
             )
         own = autocorrelation(parts)
-        if own is None or np.ptp(whole) <= 1e-12 * np.abs(data.stacked(channel)).max():
+        if own is None or np.ptp(whole) <= 1e-12 * np.nanmax(np.abs(data.stacked(channel))):
             raise DataError(
                 f"the residual of {channel!r} is constant, as of a record without noise or of a constant output: there "
                 "is nothing to test"

@@ -130,3 +130,13 @@ def test_missing_outputs_are_not_scored_and_leave_the_tests_as_they_are():
     assert np.nanmax(np.abs(gappy.detrend().values("y") - (y - level))) < 1e-9
     with pytest.raises(DataError, match="missing, and the filter would read them"):
         gappy.filter(below=0.1)
+
+
+def test_a_record_without_noise_has_nothing_to_test_also_where_samples_are_missing():
+    data = record(1e-16 * white(0))
+    u, y = data.values("u"), data.values("y").copy()
+    y[100] = np.nan
+    gappy = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+    for one in (data, gappy):
+        with pytest.raises(DataError, match="there is nothing to test"):
+            residuals(MODEL, one)
