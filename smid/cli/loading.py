@@ -54,8 +54,7 @@ def load_estimate(path: str) -> Estimate:
 def load_for(estimate: Estimate, path: str, columns: EstimateColumns) -> Dataset:
     """Return a record at the sampling time of an estimate; its columns are those of the model, unless named."""
     interval = columns.sampling_time or estimate.data.sampling_time
-    own = Columns(columns.input, columns.output, interval, columns.time, columns.reading)
-    return load_data(path, own, estimate.model)
+    return load_data(path, replace(columns, sampling_time=interval), estimate.model)
 
 
 def load_data(

@@ -190,18 +190,12 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class EstimateColumns:
+class EstimateColumns(Columns):
     """The columns of a record to simulate; those that the user does not name are those of the estimate."""
 
-    input: Sequence[str] = option(**INPUT)
-    output: Sequence[str] = option(**OUTPUT)
     sampling_time: float | None = option(
         type=float, metavar="S", help="Sampling time in seconds. [default: as in the estimate]"
     )
-    time: str | None = option(
-        metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"
-    )
-    reading: Reading = group(Reading)
 
 
 @dataclass(frozen=True)
