@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from math import inf
+from math import ceil, inf
 
 import numpy as np
 
@@ -70,19 +70,21 @@ def enlarged(
     """Put every effect on a set, each in its best variant that is not there yet; tell which effects fail."""
     start = replace(base, fit=one.fit, errors=one.errors)
     # On the base model every effect is fitted to the end, to be told why it is rejected.
-    least, most = (SCREEN, len(effects) // HALVING) if one.trials else (-inf, len(effects))
+    least, most = (SCREEN, ceil(len(effects) / HALVING)) if one.trials else (-inf, len(effects))
+    there = {(t.effect, t.label) for t in one.trials}
     result: list[EffectSet | Failure] = []
     begun: list[Begun] = []
     few_steps = map_in_time(executor, partial(_begun, base=start, least=least), effects)
     for effect, found in zip(effects, few_steps, strict=True):
-        if isinstance(found, Begun):
+        if isinstance(found, Begun) and (effect.name, found.label) not in there:
             begun.append(found)
+        elif isinstance(found, Failure):
+            progress(f"{found.effect}: {found.reason}")
+            result.append(found)
         else:
-            progress(f"{effect.name}: {found.reason if found else 'does not apply, or promises nothing'}")
-            result += [found] if found else []
+            progress(f"{effect.name}: does not apply, promises nothing or is there")
     # Fit those to the end that lead after a few steps.
     begun.sort(key=lambda b: b.criterion)
-    there = {(t.effect, t.label) for t in one.trials}
     for behind in begun[most:]:
         progress(f"{behind.effect}: behind {most} others after a few steps")
     leading = begun[:most]
@@ -91,7 +93,7 @@ def enlarged(
             progress(f"{trial.effect}: {trial.reason}")
             result.append(trial)
         elif trial is None or (trial.effect, trial.label) in there:
-            progress(f"{one_begun.effect}: does not apply")
+            progress(f"{one_begun.effect}: does not apply or is there")
         else:
             result.append(EffectSet((*one.trials, trial), trial.fit, trial.errors))
             progress(f"{trial.effect}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")

@@ -135,6 +135,11 @@ class Begun:
     candidates: tuple[_Candidate, ...]
     variants: int
 
+    @property
+    def label(self) -> str:
+        """Which of the variants fits best so far."""
+        return self.candidates[0].extension.label
+
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:

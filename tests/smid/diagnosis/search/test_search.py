@@ -75,6 +75,13 @@ def test_two_hidden_effects_are_named_the_larger_first():
     assert diagnosis.gain.rmse_after == pytest.approx(BOUND / np.sqrt(3), rel=0.15)
 
 
+def test_one_effect_is_named_twice_where_it_is_the_only_one_to_try():
+    u = steps(0, 400)
+    heat, flow = (np.repeat(np.random.default_rng(seed).uniform(-1, 1, 100), 4) for seed in (9, 10))
+    data = record(u, lag(u + 0.5 * heat - 0.4 * flow), heat=heat, flow=flow)
+    assert names(look(data, ["missing_input"])) == ["missing_input", "missing_input"]
+
+
 @pytest.mark.parametrize("noise_bound", [BOUND, None])
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_is_named_on_clean_data(seed, noise_bound):
