@@ -25,7 +25,7 @@ from .reports import load, report, schemas
 from .responses.band import ResponseBand
 from .responses.respond import bode, step
 from .study import order_study
-from .validation import Comparison, Residuals, Validation, compare, residuals, validate
+from .validation import Comparison, ModelFit, Residuals, Validation, compare, fit, residuals, validate
 from .verification import NotProvenError, Verification, verify
 
 __version__: str
@@ -44,6 +44,7 @@ __all__ = [
     "LowestOrder",
     "Model",
     "ModelError",
+    "ModelFit",
     "NotProvenError",
     "OutputError",
     "OwnModel",
@@ -64,6 +65,7 @@ __all__ = [
     "diagnose",
     "diagnosis",
     "error_bound",
+    "fit",
     "hybrid",
     "identify",
     "load",

@@ -27,6 +27,7 @@ COMMANDS = {
         "smid.cli.error_bound:error_bound",
         "Compute the least noise bound with which a model explains a record.",
     ),
+    "fit": ("smid.cli.fit:fit", "Fit a model to a record by least squares, or by the least largest error."),
     "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
     "residuals": (
         "smid.cli.residuals:residuals",

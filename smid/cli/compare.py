@@ -34,8 +34,8 @@ class Candidates:
 def compare(given: Candidates, outputs: Outputs) -> None:
     """Compare identified models by their free runs over one record.
 
-    Each MODEL is a file that smid identify --json wrote, and is named by the name of the file. DATA is the record. Its
-    columns and its sampling time are those of the first model, unless you name others.
+    Each MODEL is a file that smid identify --json or smid fit --json wrote, and is named by the name of the file. DATA
+    is the record. Its columns and its sampling time are those of the first model, unless you name others.
     """
     found = [load_estimate(path) for path in given.estimates]
     for path, one in zip(given.estimates, found, strict=True):

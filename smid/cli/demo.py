@@ -27,7 +27,7 @@ from smid.reports import check_report
 from smid.reports import report as write_report
 from smid.reports.documents import identify_document
 from smid.reports.page import capitalised
-from smid.validation.validate import Validation, validate
+from smid.validation import Validation, validate
 
 RECORD, OTHER = "hammerstein_20C_ramp_a", "hammerstein_20C_ramp_b"
 STEPS = "varying_pole_20C_steps"

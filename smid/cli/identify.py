@@ -36,7 +36,7 @@ from smid.models import Model, ModelError, load_model
 from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
-from smid.validation.validate import Validation, validate
+from smid.validation import Validation, validate
 
 # Just above the least noise bound the intervals are narrow for any data: the feasible set shrinks to a point there.
 DEFAULT = NoiseBound(1.2, True)

@@ -24,6 +24,7 @@ from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, ModelError
 from smid.models.units import check_units
 from smid.reports.load import load
+from smid.validation import ModelFit
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -31,19 +32,21 @@ def load_record(record: Record, model: Model | None, channels: Sequence[str] | N
     return load_data(record.path, record.columns, model, channels, record.start, record.stop)
 
 
-def load_estimate(path: str) -> Estimate:
-    """Return the estimate in a file that ``smid identify --json`` wrote.
+def load_estimate(path: str) -> Estimate | ModelFit:
+    """Return the estimate or the fit in a file that ``smid identify --json`` or ``smid fit --json`` wrote.
 
     Raises
     ------
     ModelError, DataError
-        If the file holds no estimate, or one without values. The message names ``path``.
+        If the file holds neither, or one without values. The message names ``path``.
     """
     found = load(path)
     if isinstance(found, EmptyFeasibleSetError):
         raise ModelError(f"{path} says that no parameters explain the data: there is no model to simulate")
-    if not isinstance(found, Estimate):
-        raise ModelError(f"{path} holds a {type(found).__name__}: give a file that smid identify --json wrote")
+    if not isinstance(found, Estimate | ModelFit):
+        raise ModelError(
+            f"{path} holds a {type(found).__name__}: give a file that smid identify --json or smid fit --json wrote"
+        )
     if not found.model.values:
         raise ModelError(
             f"{path} holds a model without values, because no parameter could be bounded: there is nothing to simulate"
@@ -51,7 +54,7 @@ def load_estimate(path: str) -> Estimate:
     return found
 
 
-def load_for(estimate: Estimate, path: str, columns: EstimateColumns) -> Dataset:
+def load_for(estimate: Estimate | ModelFit, path: str, columns: EstimateColumns) -> Dataset:
     """Return a record at the sampling time of an estimate; its columns are those of the model, unless named."""
     interval = columns.sampling_time or estimate.data.sampling_time
     return load_data(path, replace(columns, sampling_time=interval), estimate.model)

@@ -30,8 +30,8 @@ class Simulated:
 def residuals(given: Simulated, outputs: Outputs) -> None:
     """Test the residuals of an identified model: whiteness, independence of the input, spectrum.
 
-    MODEL is a file that smid identify --json wrote. DATA is the record. Its columns and its sampling time are those of
-    the model, unless you name others.
+    MODEL is a file that smid identify --json or smid fit --json wrote. DATA is the record. Its columns and its sampling
+    time are those of the model, unless you name others.
     """
     found = load_estimate(given.estimate)
     tested = test_residuals(found.model, load_for(found, given.path, given.columns))

@@ -10,6 +10,7 @@ from smid.cli.console import Command
 from smid.cli.loading import load_estimate, load_for
 from smid.cli.options import FILE, EstimateColumns, argument, group, takes
 from smid.cli.outputs import Outputs, writes
+from smid.identification.estimate import Estimate
 from smid.reports import data_report
 from smid.reports.documents import validate_document
 from smid.reports.page import capitalised
@@ -31,12 +32,14 @@ class Records:
 def validate(estimate: str, records: Records, outputs: Outputs) -> None:
     """Simulate an identified model on other records.
 
-    ESTIMATE is a file that smid identify --json wrote; DATA are the records (CSV files). A record with time stamps is
-    resampled to the sampling time of the estimate. A record without time stamps is taken to have that sampling time.
+    ESTIMATE is a file that smid identify --json or smid fit --json wrote; DATA are the records (CSV files). A record
+    with time stamps is resampled to the sampling time of the estimate. A record without time stamps is taken to have
+    that sampling time.
     """
     found = load_estimate(estimate)
     model = found.model
-    runs = [validate_model(model, load_for(found, path, records.columns), found.noise_bound) for path in records.paths]
+    bounds = found.noise_bound if isinstance(found, Estimate) else None
+    runs = [validate_model(model, load_for(found, path, records.columns), bounds) for path in records.paths]
     for run in runs:
         outputs.say(f"{run.data.source}\n{run}\n")
     document = validate_document(runs)

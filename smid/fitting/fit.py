@@ -180,6 +180,13 @@ class Fitting:
             start = fresh if costs[1] < costs[0] else start
         return start
 
+    def at(self, values: Mapping[str, float], initial: Sequence[Initial]) -> Array:
+        """Return the vector of parameter values and initial states: a simulation there repeats a fit."""
+        self._guessed = [dict(states) for states in initial]
+        self._last.clear()  # stored runs may have another initial state
+        parameters = np.array([values[name] for name in self.run.parameters], float)
+        return self._joined(parameters, self._guessed) if self.frees_initial else parameters
+
     def _joined(self, parameters: Array, guesses: Sequence[Initial]) -> Array:
         return np.concatenate([parameters, *([guess[self.run.states[k]] for k in self.begun] for guess in guesses)])
 
@@ -446,17 +453,22 @@ def fit(
     if used is None:
         used = [np.arange(run.n_samples) >= data.n_init for run in data.experiments]
     problem = Fitting(model, data, used)
-    best, least = None, np.inf
-    for values in _starts(model, data, used, starts, seed):
+    return problem.result(*best_of_starts(problem, starts, seed))
+
+
+def best_of_starts(problem: Fitting, starts: int = 6, seed: int = 0) -> tuple[Array, float]:
+    """Return the best vector found from several starts, shape (n_free,), and its cost; see `fit`."""
+    best, least, guessed = None, np.inf, None
+    for values in _starts(problem.model, problem.data, problem.used, starts, seed):
         vector, cost = problem.solve(problem.start(values))
         if cost < least:
-            best, least = vector, cost
-    if best is None:
+            best, least, guessed = vector, cost, problem.initial(vector)
+    if best is None or guessed is None:
         raise DataError(
-            f"the model {model.name!r} cannot be simulated on these data: it diverges from every start. Bound its "
-            "parameters to the stable range (stable=True), or give start values"
+            f"the model {problem.model.name!r} cannot be simulated on these data: it diverges from every start. Bound "
+            "its parameters to the stable range (stable=True), or give start values"
         )
-    return problem.result(best, least)
+    return problem.at(dict(zip(problem.run.parameters, best.tolist(), strict=False)), guessed), least
 
 
 def _starts(model: Model, data: Dataset, used: Sequence[Mask], count: int, seed: int) -> list[dict[str, float]]:

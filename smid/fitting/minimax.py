@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from relaxations.algebra.arrays import Array
+from smid.fitting.constraints import Constraints
 from smid.fitting.fit import Fitting
 
 __all__ = ["minimax"]
@@ -23,11 +24,11 @@ _WORTH = 1e-3  # smallest predicted reduction, as a share of the largest error
 _SHORTEST = 1e-3
 
 
-def minimax(problem: Fitting, vector: Array) -> tuple[Array, float]:
+def minimax(problem: Fitting, vector: Array, constraints: Constraints | None = None) -> tuple[Array, float]:
     """Return a local minimiser of the largest error, shape (n_free,), and this error.
 
     The error is in standard deviations of its channel. It is infinite if the free run diverges at the start.
-    A least-squares fit is a good start.
+    A least-squares fit is a good start. It must keep the constraints, if some are given.
     """
     lower, upper = problem.box
     vector = np.clip(vector, lower, upper)
@@ -40,13 +41,18 @@ def minimax(problem: Fitting, vector: Array) -> tuple[Array, float]:
         # Scale so that a unit step changes the RMS error by the largest error.
         size = np.sqrt(np.mean(slopes**2, axis=0))
         unit = np.divide(largest, size, out=np.zeros_like(size), where=size > 0)
-        step, promised = _program(error, slopes * unit, *_room(vector, unit, lower, upper, radius))
+        room, tilt = np.empty(0), np.empty((0, len(vector)))
+        if constraints is not None:
+            room, tilt = np.maximum(constraints.value(vector), 0.0), constraints.slopes(vector) * unit
+        step, promised = _program(error, slopes * unit, *_room(vector, unit, lower, upper, radius), room, tilt)
         if largest - promised < _WORTH * largest:
             break
         tried = np.clip(vector + unit * step, lower, upper)
         found = problem.residual(tried)
         # Accept the step and adapt the radius by actual over predicted reduction.
         share = (largest - float(np.abs(found).max())) / (largest - promised)
+        if constraints is not None and constraints.violated(tried):
+            share = 0.0
         if share > 0.1:
             vector, error, largest = tried, found, float(np.abs(found).max())
             slopes = _finite(problem.jacobian(vector))
@@ -67,15 +73,15 @@ def _room(vector: Array, unit: Array, lower: Array, upper: Array, radius: float)
     return np.maximum(below, -radius), np.minimum(above, radius)
 
 
-def _program(error: Array, slopes: Array, least: Array, most: Array) -> tuple[Array, float]:
-    """Return the step that minimises the largest linearised error over a box, and the predicted error."""
+def _program(error: Array, slopes: Array, least: Array, most: Array, room: Array, tilt: Array) -> tuple[Array, float]:
+    """Return the step of least predicted largest error in a box, with ``room + tilt @ step >= 0``, and this error."""
     count = slopes.shape[1]
     above = np.hstack([slopes, -np.ones((len(error), 1))])
     below = np.hstack([-slopes, -np.ones((len(error), 1))])
     found = linprog(
         np.append(np.zeros(count), 1.0),
-        A_ub=np.vstack([above, below]),
-        b_ub=np.concatenate([-error, error]),
+        A_ub=np.vstack([above, below, np.hstack([-tilt, np.zeros((len(room), 1))])]),
+        b_ub=np.concatenate([-error, error, room]),
         bounds=[*zip(least, most, strict=True), (0.0, None)],
         method="highs",
     )

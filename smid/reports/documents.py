@@ -13,7 +13,7 @@ from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model
-from smid.validation import Comparison, Residuals, Validation
+from smid.validation import Comparison, ModelFit, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE, COMPARE, RESIDUALS = "smid.diagnose/1", "smid.compare/1", "smid.residuals/1"
 SHOW, DATASET, VERIFY, RESPONSE = "smid.show/1", "smid.dataset/1", "smid.verify/1", "smid.response/1"
+FIT = "smid.fit/1"
 
 Document = dict[str, Any]
 
@@ -48,6 +49,11 @@ def empty_document(error: EmptyFeasibleSetError, error_bound: ErrorBound | None)
         "error_bound": None if error_bound is None else error_bound.to_dict(),
         "versions": versions(),
     }
+
+
+def fit_document(found: ModelFit) -> Document:
+    """Return what ``smid fit --json`` writes."""
+    return {"schema": FIT, "fit": found.to_dict(), "versions": versions()}
 
 
 def error_bound_document(bound: ErrorBound, model: Model, data: Dataset) -> Document:

@@ -18,7 +18,8 @@ from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Re
 from smid.reports.documents import Document, identify_document
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
-from smid.validation.validate import Score, Validation, validate
+from smid.validation.scores import Score, Validation
+from smid.validation.validate import validate
 
 _CERTIFICATE = (
     'For each bound, a convex program gives multipliers. They write "parameter minus bound" as a sum of squares plus '

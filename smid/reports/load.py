@@ -97,15 +97,16 @@ def _readers() -> dict[str, dict[str, Callable[..., Any]]]:
     from smid.responses.band import ResponseBand
     from smid.sensors.files import SENSOR, sensor_from_dict
     from smid.study.study import Study
-    from smid.validation import Comparison, Residuals, Validation
+    from smid.validation import Comparison, ModelFit, Residuals, Validation
     from smid.verification import Verification
 
     return {
         **{
             kind.SCHEMA: {WHOLE: kind.from_dict}
-            for kind in (Estimate, Validation, Comparison, Residuals, ResponseBand, Diagnosis, Study)
+            for kind in (Estimate, ModelFit, Validation, Comparison, Residuals, ResponseBand, Diagnosis, Study)
         },
         documents.IDENTIFY: {"estimate": Estimate.from_dict, "empty": EmptyFeasibleSetError.from_dict},
+        documents.FIT: {"fit": ModelFit.from_dict},
         documents.ERROR_BOUND: {"error_bound": ErrorBound.from_dict},
         documents.VALIDATE: {"validations": Validation.from_dict},
         documents.COMPARE: {"comparison": Comparison.from_dict},

@@ -12,7 +12,7 @@ from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.reports.estimate_page import estimate_page
 from smid.reports.formats import check_report, write_page
-from smid.validation import Comparison, Residuals, Validation
+from smid.validation import Comparison, ModelFit, Residuals, Validation
 
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
@@ -47,7 +47,7 @@ def report(
 
 @overload
 def report(
-    result: Study | Dataset | Comparison | Residuals | ResponseBand,
+    result: Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand,
     path: str | PathLike[str],
     *,
     settings: Mapping[str, str] | None = None,
@@ -55,7 +55,7 @@ def report(
 
 
 def report(
-    result: Estimate | Diagnosis | Study | Dataset | Comparison | Residuals | ResponseBand,
+    result: Estimate | Diagnosis | Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -67,7 +67,8 @@ def report(
 ) -> Path:
     """Write a report of a result, and return its path.
 
-    A result is an estimate, a response, a diagnosis, a study, a data set, a comparison of models or tests of residuals.
+    A result is an estimate, a fit, a response, a diagnosis, a study, a data set, a comparison of models or tests of
+    residuals.
 
     Parameters
     ----------
@@ -122,6 +123,7 @@ def report(
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.reports.comparison_page import comparison_page
     from smid.reports.diagnosis_page import diagnosis_page
+    from smid.reports.fit_page import fit_page
     from smid.reports.overview_page import dataset_page
     from smid.reports.residuals_page import residuals_page
     from smid.reports.response_page import response_page
@@ -131,10 +133,10 @@ def report(
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
-    if not isinstance(result, Study | Dataset | Comparison | Residuals | ResponseBand):
+    if not isinstance(result, Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand):
         raise TypeError(
-            f"a {type(result).__name__} has no report: give an Estimate, a ResponseBand, a Diagnosis, a Study, a "
-            "Dataset, a Comparison or Residuals, or print it"
+            f"a {type(result).__name__} has no report: give an Estimate, a ModelFit, a ResponseBand, a Diagnosis, a "
+            "Study, a Dataset, a Comparison or Residuals, or print it"
         )
     if notes or links:
         raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
@@ -142,6 +144,8 @@ def report(
         return write_page(response_page(result, settings=settings), path)
     if isinstance(result, Dataset):
         return write_page(dataset_page(result, settings=settings), path)
+    if isinstance(result, ModelFit):
+        return write_page(fit_page(result, settings=settings), path)
     if isinstance(result, Comparison):
         return write_page(comparison_page(result, settings=settings), path)
     if isinstance(result, Residuals):

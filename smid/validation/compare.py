@@ -16,7 +16,9 @@ from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
-from smid.validation.validate import Candidate, Score, Validation, bound_model, validate
+from smid.validation.fit import ModelFit
+from smid.validation.scores import Score, Validation
+from smid.validation.validate import Candidate, bound_model, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -135,8 +137,8 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     Parameters
     ----------
     models
-        With parameter values. An estimate stands for its central model. A mapping gives the names; a model of a
-        sequence has its own name, with a number if another one has it too.
+        With parameter values. An estimate stands for its central model, a fit for its model. A mapping gives the names;
+        a model of a sequence has its own name, with a number if another one has it too.
 
     Raises
     ------
@@ -192,12 +194,14 @@ def _told(name: str, work: Callable[[M, Dataset], T], model: M, data: Dataset) -
 
 def _named(models: Mapping[str, Candidate] | Sequence[Candidate]) -> dict[str, Candidate]:
     """Return the candidates by name; those of a sequence that share one are numbered."""
-    if isinstance(models, Model | Estimate):
+    if isinstance(models, Model | Estimate | ModelFit):
         raise TypeError(f"a single {type(models).__name__} was given: give a list or a mapping of models")
     if isinstance(models, Mapping):
         named = dict(models)
     else:
-        own = [one.model.name if isinstance(one, Estimate) else getattr(one, "name", "model") for one in models]
+        own = [
+            one.model.name if isinstance(one, Estimate | ModelFit) else getattr(one, "name", "model") for one in models
+        ]
         numbered = [f"{name} {own[: k + 1].count(name)}" if own.count(name) > 1 else name for k, name in enumerate(own)]
         named = dict(zip(numbered, models, strict=True))
     if not named:

@@ -26,6 +26,8 @@ from relaxations.algebra.arrays import Array, Mask
 FEWEST = 40
 """A record of fewer samples is not searched for structure."""
 MOST_LAGS = 25
+SIGNIFICANT = 0.01
+"""Probability by chance below which a residual fails a test."""
 _BAND = float(norm.ppf(0.995))
 
 

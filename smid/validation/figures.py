@@ -14,13 +14,14 @@ from smid.signals.figures import draw_coherence, draw_density
 if TYPE_CHECKING:
     from smid.validation.compare import Comparison
     from smid.validation.correlation import Correlation
+    from smid.validation.fit import ModelFit
     from smid.validation.residuals import Residuals
-    from smid.validation.validate import Validation
+    from smid.validation.scores import Validation
 
 _COLOURS, _STROKES = (BLUE, ORANGE, GREEN, RED, SKY), ("-", "--", "-.", ":")
 
 
-def simulation_figure(validation: Validation, number: int = 0) -> Figure:
+def simulation_figure(validation: Validation | ModelFit, number: int = 0) -> Figure:
     """Return a figure of measured output, free run and error, with the noise bound if there is one."""
     score = validation.scores[number]
     k = validation.experiment(number)

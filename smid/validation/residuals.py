@@ -22,14 +22,12 @@ from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.signals.spectrum import Spectrum, spectrum
-from smid.validation.correlation import FEWEST, Correlation, autocorrelation, cross_correlation
-from smid.validation.validate import Candidate, Validation, validate
+from smid.validation.correlation import FEWEST, SIGNIFICANT, Correlation, autocorrelation, cross_correlation
+from smid.validation.scores import Validation
+from smid.validation.validate import Candidate, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-SIGNIFICANT = 0.01
-"""Probability by chance below which a residual fails a test."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -250,7 +248,7 @@ def residuals(model: Candidate, data: Dataset) -> Residuals:
     Parameters
     ----------
     model
-        With parameter values. An estimate stands for its central model.
+        With parameter values. An estimate stands for its central model, and a fit for its model.
 
     Raises
     ------

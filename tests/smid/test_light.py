@@ -40,7 +40,19 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
 
 @pytest.mark.parametrize(
     "command",
-    ["identify", "response", "show", "study", "validate", "compare", "residuals", "verify", "error-bound", "diagnose"],
+    [
+        "identify",
+        "fit",
+        "response",
+        "show",
+        "study",
+        "validate",
+        "compare",
+        "residuals",
+        "verify",
+        "error-bound",
+        "diagnose",
+    ],
 )
 def test_the_help_of_a_command_loads_no_figures(command):
     assert loaded(command_line(f"{command} --help")) & set(HEAVY) == set()

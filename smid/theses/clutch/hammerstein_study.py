@@ -49,7 +49,7 @@ from smid.theses.clutch.hammerstein.printed import (
 )
 from smid.theses.clutch.hammerstein.structures import StructureChoice, choose_structure
 from smid.theses.clutch.plant import NOISE_BOUND
-from smid.validation.validate import Validation
+from smid.validation.scores import Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -73,3 +73,17 @@ def test_mistakes_are_told_in_one_line(smid):
         assert result.exit_code == 2, line
         assert words in result.stderr, line
         assert len(result.stderr.strip().splitlines()) == 1, line
+
+
+def test_a_fit_is_validated_compared_and_saved(smid):
+    common = "fit run.csv --input u --output y --model"
+    result = smid(f"{common} model.toml --json f.json --report f.html --save-model m.toml")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.startswith("output error fitted to 40 samples by least squares")
+    assert "<h1>Output error: fit" in Path("f.html").read_text(encoding="utf-8")
+    for line in ("validate f.json other.csv", "compare f.json other.csv", "residuals f.json long.csv"):
+        assert smid(line).exit_code == 0, line
+    assert "violations" in smid("validate f.json other.csv").stdout
+    again = smid(f"{common} m.toml --minimax")
+    assert "by least largest error" in again.stdout
+    assert smid("fit run.csv --model none.toml").stderr.count("\n") == 1

@@ -57,6 +57,7 @@ def simulated():
 RESULTS = {
     "estimate": estimated,
     "validation": lambda: smid.validate(simulated(), DATA, 0.1),
+    "fit": lambda: smid.fit(MODEL, DATA),
     "comparison": lambda: smid.compare([simulated(), estimated()], DATA),
     "residuals": lambda: smid.residuals(simulated(), noisy()),
     "diagnosis": diagnosed,

@@ -76,7 +76,7 @@ def constant(data: Dataset) -> Dataset:
         ({"true": TRUE}, constant(record(50, 0)), DataError,
          "output 'y' is constant in experiment 'experiment', so it has no fit: leave the experiment out"),
         ({"late": LATE}, record(3, 0), DataError, "has 3 samples, none after the first 4 .*: take a longer record"),
-        ([1.0], record(50, 0), TypeError, "a float cannot be simulated: give a model with values, or an estimate"),
+        ([1.0], record(50, 0), TypeError, "a float cannot be simulated: give a model with values, an estimate or"),
         (TRUE, record(50, 0), TypeError, "a single Model was given: give a list or a mapping of models"),
         ([TRUE], [1.0], TypeError, "the data are a list, not a Dataset"),
     ],

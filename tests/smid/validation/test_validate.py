@@ -83,5 +83,5 @@ def test_what_cannot_be_scored_is_refused() -> None:
         validate(MODEL, record(1, 0))
     with pytest.raises(ModelError, match="a1"):
         validate(OutputError(1, 0), record(10, 0))
-    with pytest.raises(TypeError, match="a float cannot be simulated: give a model with values, or an estimate"):
+    with pytest.raises(TypeError, match="a float cannot be simulated: give a model with values, an estimate or a fit"):
         validate(1.0, record(10, 0))  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from smid.display.style import BLUE, GREEN, GRID, INK, NARROW, ORANGE, RED, SKY,
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns
 from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.printed import PRINTED, PrintedComparison
-from smid.validation.validate import Validation
+from smid.validation.scores import Validation
 
 __all__ = ["free_runs_figure", "printed_figure", "validation_figure", "width_figure"]
 

@@ -12,7 +12,7 @@ from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models import Model, ModelError
-from smid.validation.validate import Validation, validate
+from smid.validation import Validation, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
