@@ -5,6 +5,7 @@ from smid.data.dataset import Dataset
 from smid.data.errors import DataError
 from smid.data.excitation import Excitation, excitation, require_excitation
 from smid.data.experiment import Experiment
+from smid.data.given import as_dataset
 from smid.data.normalise import Normalisation
 from smid.data.record_specs import RECORDS
 from smid.data.records import load_record
@@ -19,6 +20,7 @@ __all__ = [
     "Experiment",
     "Normalisation",
     "Resampling",
+    "as_dataset",
     "excitation",
     "load_record",
     "require_excitation",

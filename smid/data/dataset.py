@@ -19,10 +19,11 @@ from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.resample import Resampling
 from smid.data.validate import validate
-from smid.display.result import Part, Result, plain
+from smid.display.result import Part, Result, optional, plain
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 Paths = str | Path | Sequence[str | Path]
@@ -610,6 +611,28 @@ class Dataset(Result):
         ]
         names = [run.name for run in self.experiments]
         return frames[0] if len(frames) == 1 else pd.concat(frames, keys=names, names=["experiment"])
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return a variable per channel over `time` in seconds, and over `experiment` if there are several.
+
+        Shorter experiments end with NaN. Units are attributes.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+
+        Examples
+        --------
+        >>> data = Dataset.from_arrays(input={"u": [0, 1]}, output={"y": [0, 2]}, sampling_time=0.5, units={"y": "bar"})
+        >>> float(data.to_xarray().y.sel(time=0.5)), data.to_xarray().y.units
+        (2.0, 'bar')
+        """
+        optional("xarray", "to_xarray")
+        found = self.to_pandas().to_xarray()
+        for name, unit in (("time", "s"), *((channel.name, channel.unit) for channel in self.channels)):
+            found[name].attrs["units"] = unit
+        return found
 
     def _content(self) -> Iterator[Part]:
         yield channel_table(self)

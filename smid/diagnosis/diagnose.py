@@ -15,6 +15,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import Dataset
+from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
@@ -53,7 +54,7 @@ _LEAST_PROVING = 0.1  # seconds
 
 def diagnose(
     model: Model | None,
-    data: Dataset,
+    data: Given,
     noise_bound: float | Mapping[str, float] | None = None,
     effects: Sequence[str | Effect] | None = None,
     test: float | Sequence[str] = 0.2,
@@ -75,6 +76,8 @@ def diagnose(
     model
         The base model; values it carries are a first guess, all its free parameters are fitted. None with
         ``simulated``.
+    data
+        As for :func:`smid.identify`.
     noise_bound
         In the channel's unit.
     effects
@@ -122,6 +125,7 @@ def diagnose(
     chosen = chosen_effects(effects)
     if workers is not None and workers < 1:
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
+    data = as_dataset(data, model)
     with _time_to_fit(seconds, began):
         model = _given(model, data, simulated)
     # Rename signals with the name of a further channel, so that effects can read the channel.

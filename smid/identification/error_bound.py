@@ -24,7 +24,7 @@ from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
-from smid.data import Dataset
+from smid.data.given import Given, as_dataset
 from smid.display.from_plain import fields_from_plain
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -101,7 +101,7 @@ class ErrorBound(Result):
 @limited
 def error_bound(
     model: Model,
-    data: Dataset,
+    data: Given,
     fixed: Mapping[str, float] | None = None,
     *,
     method: str | Method | Cuts = "auto",
@@ -117,6 +117,8 @@ def error_bound(
 
     Parameters
     ----------
+    data
+        As for :func:`smid.identify`.
     fixed
         Bounds of the other noisy channels (errors in variables); exactly one noisy channel must remain.
     method, solver
@@ -148,6 +150,7 @@ def error_bound(
     """
     started = time.perf_counter()
     check_solver(solver)
+    data = as_dataset(data, model)
     model = bind(model, data)
     noisy = [m.channel for m in model.measurements if m.noise is not None]
     open_channels = [c for c in noisy if c not in (fixed or {})]

@@ -17,7 +17,7 @@ from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
 from relaxations.search.enclosure import Interval
 from relaxations.solvers import Solver, check_solver
-from smid.data import Dataset
+from smid.data.given import Given, as_dataset
 from smid.display.from_plain import Plain, read
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -89,7 +89,7 @@ class EmptyFeasibleSetError(ValueError, Result):
 @limited
 def identify(
     model: Model,
-    data: Dataset,
+    data: Given,
     noise_bound: float | Mapping[str, float],
     *,
     method: str | Method | Cuts = "auto",
@@ -108,7 +108,8 @@ def identify(
     Parameters
     ----------
     data
-        All its experiments are used together.
+        All its experiments are used together. A pandas frame or arrays ``(u, y, sampling_time)`` are taken too, see
+        :func:`smid.data.as_dataset`.
     noise_bound
         In the channel's unit. At the least bound of :func:`smid.error_bound` the intervals shrink to a point whatever
         the truth is: take a larger one.
@@ -157,6 +158,7 @@ def identify(
     # Refuse a wrong call before any work.
     check_solver(solver)
     settings = Settings(method, order, solver, tolerance, rounds, nodes, executor, progress)
+    data = as_dataset(data, model)
     feasible = FeasibleSet(model, data, noise_bound)
     kind: type[Piecewise] | type[Polynomial] = Piecewise if feasible.openings else Polynomial
     encloser: Encloser = kind(feasible, settings, certificate is not None)

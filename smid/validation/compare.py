@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 
 from smid.data import DataError, Dataset
-from smid.data.dataset import check_dataset
+from smid.data.given import Given
 from smid.data.reference import identity, referred
 from smid.display.from_plain import Plain, read
 from smid.display.result import Part, Tabular
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 M = TypeVar("M")
 T = TypeVar("T")
+D = TypeVar("D")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -129,7 +130,7 @@ def mean_fit(run: Validation) -> float:
     return float(np.mean([score.fit_percent for score in run.scores]))
 
 
-def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset) -> Comparison:
+def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Given) -> Comparison:
     """Compare the free runs of several models over one record.
 
     Every model is scored on the same samples: those after the longest start that one of the models needs.
@@ -139,6 +140,8 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     models
         With parameter values. An estimate stands for its central model, a fit for its model. A mapping gives the names;
         a model of a sequence has its own name, with a number if another one has it too.
+    data
+        As for :func:`smid.identify`.
 
     Raises
     ------
@@ -155,8 +158,10 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     >>> compare({"slow": slow, "fast": fast}, data).best
     'fast'
     """
-    check_dataset(data)
-    bound = {name: _told(name, bound_model, given, data) for name, given in _named(models).items()}
+    named = _named(models)
+    name, given = next(iter(named.items()))
+    _, data = _told(name, bound_model, given, data)  # the first model names the channels of arrays
+    bound = {name: _told(name, bound_model, given, data)[0] for name, given in named.items()}
     # Score all models on the same samples.
     start = max(data.n_init, *(model.max_lag for model in bound.values()))
     for run in data.experiments:
@@ -184,7 +189,7 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Dataset
     return Comparison(data, dict(ranked))
 
 
-def _told(name: str, work: Callable[[M, Dataset], T], model: M, data: Dataset) -> T:
+def _told(name: str, work: Callable[[M, D], T], model: M, data: D) -> T:
     """Return what the work returns; its errors name the model."""
     try:
         return work(model, data)

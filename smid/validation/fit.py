@@ -22,6 +22,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.data.reference import identity, referred
 from smid.display.from_plain import NotPlainError, Plain, read
@@ -202,9 +203,7 @@ class ModelFit(Tabular):
         return simulation_figure(self, number)
 
 
-def fit(
-    model: Model, data: Dataset, method: FitMethod = "least_squares", *, starts: int = 6, seed: int = 0
-) -> ModelFit:
+def fit(model: Model, data: Given, method: FitMethod = "least_squares", *, starts: int = 6, seed: int = 0) -> ModelFit:
     """Fit the free run of a model to data, by least squares or by the least largest error.
 
     Parameters and initial states are fitted together, to all experiments. The prior bounds and the constraints of the
@@ -214,6 +213,8 @@ def fit(
     ----------
     model
         Parameter values that it carries are the first start.
+    data
+        As for :func:`smid.identify`.
     method
         "least_squares" minimises the sum of squares over all outputs, each divided by its standard deviation;
         "minimax" the largest error in these units, from the least-squares fit.
@@ -243,6 +244,7 @@ def fit(
         raise ModelError(f"method = {method!r} is unknown: take {' or '.join(METHODS)}")
     if starts < 1:
         raise ModelError(f"starts = {starts}: give at least 1")
+    data = as_dataset(data, model)
     bound = bind(model, data)
     if not bound.output_channels:
         raise ModelError("a fit needs a model with a measured output: it compares free runs")

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset, Experiment
+from smid.data.given import Given
 from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
@@ -242,13 +243,15 @@ class Residuals(Tabular):
         return residuals_figure(self, number)
 
 
-def residuals(model: Candidate, data: Dataset) -> Residuals:
+def residuals(model: Candidate, data: Given) -> Residuals:
     """Test the residuals of a model's free run: whiteness, independence of the inputs, spectrum.
 
     Parameters
     ----------
     model
         With parameter values. An estimate stands for its central model, and a fit for its model.
+    data
+        As for :func:`smid.identify`.
 
     Raises
     ------
@@ -268,6 +271,7 @@ def residuals(model: Candidate, data: Dataset) -> Residuals:
     [True, False]
     """
     run = validate(model, data)
+    data = run.data
     errors = _errors(run)
     outputs = []
     for channel in run.model.output_channels:

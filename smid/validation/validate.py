@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import isclose
 
 from smid.data import Dataset
-from smid.data.dataset import check_dataset
+from smid.data.given import Given, as_dataset
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
@@ -16,8 +16,10 @@ from smid.validation.scores import Validation, scored_samples, scores_of
 Candidate = Model | Estimate | ModelFit
 
 
-def bound_model(given: Candidate, data: Dataset) -> Model:
-    """Return a model, or that of an estimate or a fit, with the channels and the sampling time of the data.
+def bound_model(given: Candidate, data: Given) -> tuple[Model, Dataset]:
+    """Return a model, or that of an estimate or a fit, bound to data, and the data.
+
+    Data without a sampling time have that of the estimate or the fit.
 
     Raises
     ------
@@ -29,18 +31,19 @@ def bound_model(given: Candidate, data: Dataset) -> Model:
     if not isinstance(given, Model | Estimate | ModelFit):
         raise TypeError(f"a {type(given).__name__} cannot be simulated: give a model with values, an estimate or a fit")
     if isinstance(given, Model):
-        return bind(given, data)
-    check_dataset(data)
+        record = as_dataset(data, given)
+        return bind(given, record), record
+    record = as_dataset(data, given.model, given.data.sampling_time)
     kind = "fit" if isinstance(given, ModelFit) else "estimate"
-    if not isclose(given.data.sampling_time, data.sampling_time):
+    if not isclose(given.data.sampling_time, record.sampling_time):
         raise ModelError(
             f"the {kind} has a sampling time of {given.data.sampling_time:g} s, and the record one of "
-            f"{data.sampling_time:g} s: resample the record"
+            f"{record.sampling_time:g} s: resample the record"
         )
-    return bind(given.model, data)
+    return bind(given.model, record), record
 
 
-def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
+def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
     """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
     The free run starts from the first measured outputs. These samples, the warm-up (``n_init``) and missing samples are
@@ -50,6 +53,8 @@ def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, 
     ----------
     model
         With parameter values. An estimate stands for its central model, and a fit for its model.
+    data
+        As for :func:`smid.identify`.
     noise_bound
         Bound for counting violations.
 
@@ -66,7 +71,7 @@ def validate(model: Candidate, data: Dataset, noise_bound: float | Mapping[str, 
     >>> score.violations, round(score.largest, 2)
     (0, 0.05)
     """
-    bound_to = bound_model(model, data)
+    bound_to, data = bound_model(model, data)
     simulated = tuple(dict(run) for run in bound_to.simulate(data).outputs)
     scored = [
         {channel: scored_samples(bound_to, data, number, channel, run[channel]) for channel in bound_to.output_channels}
