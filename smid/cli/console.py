@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import shutil
 import signal
 import sys
 import threading
@@ -17,6 +16,7 @@ from typing import Any, NoReturn, Self
 import click
 
 from relaxations.errors import UserError
+from smid.display.progress import Bar
 
 EMPTY, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes other than 0; 130 is the shell's code for a program stopped by Ctrl-C."""
@@ -117,33 +117,34 @@ def _fail(message: str, code: int = BAD_INPUT) -> int:
 
 
 class Progress:
-    """One line on the terminal that each call overwrites; elsewhere a line of its own now and then.
+    """A bar on the terminal; elsewhere a line now and then.
 
     Each line also goes to the logger ``smid``. With ``--verbose`` the log replaces the progress line.
     """
 
     def __init__(self) -> None:
         self._shown = not LOGGER.isEnabledFor(logging.INFO)
-        self._overwrites = sys.stderr.isatty()
+        self._bar = Bar() if self._shown and sys.stderr.isatty() else None
         self._began = self._last = time.monotonic()
 
     def __call__(self, line: str) -> None:
-        """Show a line in place of the previous one, or after a pause."""
+        """Show a line in the bar, or after a pause."""
         LOGGER.info(line)
         if not self._shown:
             return
-        if self._overwrites:
-            width = shutil.get_terminal_size().columns - 1
-            click.echo(f"\r\x1b[K{line[:width]}", nl=False, err=True)
+        if self._bar is not None:
+            self._bar(line)
         elif (now := time.monotonic()) - self._last >= _PAUSE:
             self._last = now
             click.echo(f"after {now - self._began:.0f} s: {line}", err=True)
 
     def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._shown and self._overwrites:
-            click.echo("\r\x1b[K", nl=False, err=True)
+        if self._bar is not None:
+            self._bar.__exit__(kind, error, trace)

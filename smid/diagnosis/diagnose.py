@@ -41,6 +41,7 @@ from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
 from smid.diagnosis.search.whole import compared
 from smid.diagnosis.simulator import simulator
+from smid.display.progress import Shows, spoken, with_bar
 from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
@@ -52,6 +53,7 @@ _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
 
+@with_bar
 def diagnose(
     model: Model | None,
     data: Given,
@@ -64,7 +66,7 @@ def diagnose(
     workers: int | None = None,
     seconds: float = np.inf,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Shows = None,
 ) -> Diagnosis:
     """Return the diagnosis of a model: its misfit, the causes, the extended model and the gain on test data.
 
@@ -97,7 +99,7 @@ def diagnose(
     executor
         Used instead of own processes: a cluster's, say.
     progress
-        Called with a line of text now and then.
+        Called with a line of text now and then; True shows a bar, in a terminal or a notebook.
 
     Raises
     ------
@@ -134,7 +136,7 @@ def diagnose(
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_samples(model, data)
     bound = bound_of_output(model, noise_bound)
-    say = progress or _silent
+    say = spoken(progress) or _silent
     data, split = _fit_for_search(data)
     shortened = shorten(model, data, test, bounded=bound is not None)
     data, parts = shortened.data, shortened.parts
@@ -161,7 +163,7 @@ def diagnose(
         if any(data.missing.values()):
             record = replace(record, data=filled(record.data, base.fit.simulated))
             base = _base(base.fit.model, record)
-        looked = _look(model, record, base, None, chosen, pool, progress)
+        looked = _look(model, record, base, None, chosen, pool, say)
     if windowed:
         looked = _look_at_all(looked, _record(model, parts.seen, bound), chosen, say)
     found = posterior(looked.found.visited, looked.same)
@@ -236,10 +238,9 @@ def _look(
     before: _Looked | None,
     chosen: Sequence[Effect],
     pool: Executor | None,
-    progress: Progress | None,
+    say: Progress,
 ) -> _Looked:
     """Fit the base model, and search for causes without the glitches that it, or the model found before, shows."""
-    say = progress or _silent
     known = before.found.visited[0].effects.fit if before else base.fit
     glitches = _glitches(record, known, chosen)
     seen = _without(record, glitches)
@@ -247,7 +248,7 @@ def _look(
     shown = _misfit(record, base.fit)
     say(shown.sentence)
     begun = before.found.visited[0].effects.trials if before else ()
-    found = search(seen, base, chosen, pool, progress, begun)
+    found = search(seen, base, chosen, pool, say, begun)
     looked = _Looked(seen, base, shown, found, glitches)
     if before or found.interrupted:
         return looked
@@ -259,7 +260,7 @@ def _look(
         return looked
     say("the extended model shows glitches: searching again without them")
     with suppress(TimeIsUp):
-        return _look(model, record, base, looked, chosen, pool, progress)
+        return _look(model, record, base, looked, chosen, pool, say)
     return replace(looked, found=replace(found, interrupted=True))
 
 

@@ -9,7 +9,7 @@ identify with a larger one.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,6 +26,7 @@ from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 from smid.data.given import Given, as_dataset
 from smid.display.from_plain import fields_from_plain
+from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FREE_BOUND, FeasibleSet
@@ -98,6 +99,7 @@ class ErrorBound(Result):
         yield Table("Parameters that explain the data with the upper end.", ("parameter", "value"), rows, "lr")
 
 
+@with_bar
 @limited
 def error_bound(
     model: Model,
@@ -111,7 +113,7 @@ def error_bound(
     rounds: int = 12,
     nodes: int = 200,
     seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
-    progress: Callable[[str], None] | None = None,
+    progress: Shows = None,
 ) -> ErrorBound:
     """Enclose the least noise bound of the output (phase 1 of the clutch thesis, 3.2.3).
 
@@ -133,6 +135,8 @@ def error_bound(
         Where they leave a gap, branch with at most so many relaxations.
     seconds
         Time allowed, wall clock. Then the enclosure proven so far is returned, and ``reason`` says so.
+    progress
+        Called with a line of text now and then; True shows a bar, in a terminal or a notebook.
 
     Raises
     ------
@@ -196,7 +200,7 @@ def error_bound(
                 "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
             )
         capped = feasible.with_problem(_capped(feasible.problem, reach))
-        boxed = with_finite_box(capped, solver, progress)
+        boxed = with_finite_box(capped, solver, spoken(progress))
         if len(capped.missing) and not boxed.unbounded:
             present = boxed.feasible.problem
             targets, rough = range(len(model.parameters)), plan_of(present)
@@ -219,7 +223,7 @@ def error_bound(
         rounds=rounds,
         known=[found[-1][kept]],
         nodes=nodes,
-        progress=progress,
+        progress=spoken(progress),
     )
     found.append(min(enclosure.witnesses, key=lambda point: float(point[-1])))
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.deadline import STOPS, Progress, limited
+from relaxations.deadline import STOPS, limited
 from relaxations.proof.bounding import Emptiness
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
@@ -19,6 +19,7 @@ from relaxations.search.enclosure import Interval
 from relaxations.solvers import Solver, check_solver
 from smid.data.given import Given, as_dataset
 from smid.display.from_plain import Plain, read
+from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet
@@ -86,6 +87,7 @@ class EmptyFeasibleSetError(ValueError, Result):
         return EmptyFeasibleSetError(read(content, "message", str), least, tuple(samples))
 
 
+@with_bar
 @limited
 def identify(
     model: Model,
@@ -100,7 +102,7 @@ def identify(
     nodes: int = 0,
     seconds: float = np.inf,  # noqa: ARG001  (read by the decorator)
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Shows = None,
     certificate: str | Path | None = None,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
@@ -134,6 +136,8 @@ def identify(
         certificate is not counted.
     executor
         Solves bounds side by side (:func:`relaxations.search.hierarchy.intervals`); cuts and piecewise models run here.
+    progress
+        Called with a line of text now and then; True shows a bar, in a terminal or a notebook.
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
@@ -157,7 +161,7 @@ def identify(
     """
     # Refuse a wrong call before any work.
     check_solver(solver)
-    settings = Settings(method, order, solver, tolerance, rounds, nodes, executor, progress)
+    settings = Settings(method, order, solver, tolerance, rounds, nodes, executor, spoken(progress))
     data = as_dataset(data, model)
     feasible = FeasibleSet(model, data, noise_bound)
     kind: type[Piecewise] | type[Polynomial] = Piecewise if feasible.openings else Polynomial

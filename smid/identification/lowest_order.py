@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from smid.data import Dataset
+from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.feasible.feasible_set import check_noise_bound
@@ -100,12 +101,13 @@ class LowestOrder(Tabular):
         return lowest_order_figure(self)
 
 
+@with_bar
 def lowest_order(
     candidates: Sequence[Model],
     data: Dataset,
     noise_bound: float | Mapping[str, float],
     *,
-    progress: Callable[[str], None] | None = None,
+    progress: Shows = None,
     **settings: object,
 ) -> LowestOrder:
     """Return the first of some models that is not proven infeasible, with the verdicts on those before it.
@@ -133,12 +135,13 @@ def lowest_order(
     """
     if not candidates:
         raise ModelError("there is no model to try: give at least one")
+    say = spoken(progress)
     steps, found = [], None
     for model in candidates:
-        if progress:
-            progress(f"trying {model.name}")
+        if say:
+            say(f"trying {model.name}")
         try:
-            found = identify(model, data, noise_bound, progress=progress, **settings)  # type: ignore[arg-type]
+            found = identify(model, data, noise_bound, progress=say, **settings)  # type: ignore[arg-type]
         except EmptyFeasibleSetError as proof:
             steps.append(OrderStep(model, True, False, str(proof), proof.least_bound))
             continue

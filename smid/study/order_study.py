@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from itertools import product
 from pathlib import Path
 
+from relaxations.deadline import Progress
 from relaxations.proof.method import Cuts, Method, method_of
 from relaxations.solvers.interface import check_solver
 from smid.data import DataError, Dataset
+from smid.display.progress import Shows, Step, spoken, with_bar
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
@@ -28,6 +30,7 @@ from smid.study.workers import local_workers
 NoiseBound = float | Mapping[str, float]
 
 
+@with_bar
 def order_study(
     model: Model,
     data: Dataset | Mapping[str, Dataset],
@@ -44,7 +47,7 @@ def order_study(
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
     resume: bool = False,
-    progress: Callable[[str], None] | None = None,
+    progress: Shows = None,
 ) -> Study:
     """Identify every combination of record, sample size, noise bound, method and relaxation order.
 
@@ -77,7 +80,7 @@ def order_study(
         Continue the study in ``folder``. Data, model, settings, method objects and versions must be the same; the
         combinations may differ. Failed cells are run again.
     progress
-        Called with a line of text now and then.
+        Called with a line of text now and then; True shows a bar, in a terminal or a notebook.
 
     Raises
     ------
@@ -122,14 +125,12 @@ def order_study(
     local = Pool(lambda: local_workers(workers), 2 * workers)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
-        found, interrupted = _run(jobs, pool, store, progress)
+        found, interrupted = _run(jobs, pool, store, spoken(progress))
     outcomes = tuple(found.get(cell) for cell in cells)
     return Study(next(iter(bound.values())), records, settings, cells, outcomes, interrupted)
 
 
-def _run(
-    jobs: Sequence[Job], pool: Pool, store: Store, progress: Callable[[str], None] | None
-) -> tuple[dict[Cell, Outcome], bool]:
+def _run(jobs: Sequence[Job], pool: Pool, store: Store, progress: Progress | None) -> tuple[dict[Cell, Outcome], bool]:
     """Run the jobs that have no saved outcome; return all outcomes, and whether Ctrl-C came."""
     done = _known(jobs, store.outcomes())
     fresh: dict[Cell, Outcome] = {}
@@ -144,7 +145,7 @@ def _run(
         if progress is not None:
             missing = [job.cell for job in left if job.cell not in fresh]
             remaining = time_left(missing, fresh, time.monotonic() - begun)
-            progress(f"{len(done) + len(fresh)} of {len(jobs)} runs{remaining}")
+            progress(Step("runs", len(done) + len(fresh), len(jobs), remaining))
 
     interrupted = False
     try:

@@ -11,14 +11,14 @@ from smid.study.cell import Cell
 from smid.study.outcome import Outcome
 
 
-def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float) -> str:
-    """Return an estimate such as ", about 3 min left"; empty while nothing is known.
+def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float) -> float:
+    """Return an estimate of the seconds left; NaN while nothing is known.
 
     ``done`` are the cells of this run, and ``elapsed`` the seconds since the first of them began.
     """
     seconds = {cell: outcome.seconds for cell, outcome in done.items() if np.isfinite(outcome.seconds)}
     if not seconds or not left:
-        return ""
+        return float("nan")
     # Times of methods and orders differ by orders of magnitude. A kind that was not run yet counts with the mean.
     kinds: dict[tuple[str, int], list[float]] = defaultdict(list)
     for cell, value in seconds.items():
@@ -26,10 +26,4 @@ def time_left(left: Sequence[Cell], done: Mapping[Cell, Outcome], elapsed: float
     usual = float(np.mean(list(seconds.values())))
     work = sum(float(np.mean(kinds.get((cell.method, cell.order), [usual]))) for cell in left)
     at_once = max(sum(seconds.values()) / max(elapsed, 1e-9), 1e-9)
-    return f", about {_duration(work / at_once)} left"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 60:
-        return f"{max(seconds, 1.0):.0f} s"
-    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"
+    return work / at_once

@@ -106,16 +106,16 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         r"channel name \['u1', 'u2'\] cannot be used",
         "give one name",
     ),
-    "a frame": (
-        lambda _: identify(MODEL, data_of().to_pandas(), 0.1),  # type: ignore[arg-type]
-        TypeError,
-        "the data are a DataFrame, not a Dataset",
-        r"Dataset.from_pandas\(frame, input=..., output=..., sampling_time=...\)",
+    "a frame without times": (
+        lambda _: identify(MODEL, data_of().to_pandas().reset_index(drop=True), 0.1),
+        DataError,
+        "the frame has no times",
+        r"give it a DatetimeIndex, an index of seconds or a column time",
     ),
-    "a pair of arrays": (
-        lambda _: validate(MODEL, (U, Y)),  # type: ignore[arg-type]
+    "a list of arrays": (
+        lambda _: validate(MODEL, [U, Y]),  # type: ignore[arg-type]
         TypeError,
-        "the data are a tuple, not a Dataset",
+        "the data are a list, not a Dataset",
         r"Dataset.from_arrays\(input=",
     ),
     "a path, phase 1": (
@@ -124,8 +124,8 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         "the data are a str",
         r"Dataset.from_csv\(path, ",
     ),
-    "a frame, diagnosis": (
-        lambda _: diagnose(MODEL, data_of().to_pandas()),  # type: ignore[arg-type]
+    "a frame without a model": (
+        lambda _: diagnose(None, data_of().to_pandas(), simulated="u"),
         TypeError,
         "the data are a DataFrame",
         "Dataset.from_pandas",

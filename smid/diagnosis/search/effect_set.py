@@ -17,6 +17,7 @@ from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.noise_model import DISCREPANCY
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Begun, Trial, begin, finish, fitting, refit
+from smid.display.progress import counted
 from smid.fitting.fit import Errors, Fit
 
 _BETTER = 1e-6  # a smaller reduction of the error is no other minimum
@@ -88,15 +89,16 @@ def enlarged(
     for behind in begun[most:]:
         progress(f"{behind.effect}: behind {most} others after a few steps")
     leading = begun[:most]
+    say = counted(progress, "fits", len(leading))
     for one_begun, trial in zip(leading, map_in_time(executor, partial(_finished, base=start), leading), strict=True):
         if isinstance(trial, Failure):
-            progress(f"{trial.effect}: {trial.reason}")
+            say(f"{trial.effect}: {trial.reason}")
             result.append(trial)
         elif trial is None or (trial.effect, trial.label) in there:
-            progress(f"{one_begun.effect}: does not apply or is there")
+            say(f"{one_begun.effect}: does not apply or is there")
         else:
             result.append(EffectSet((*one.trials, trial), trial.fit, trial.errors))
-            progress(f"{trial.effect}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")
+            say(f"{trial.effect}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")
     return result
 
 
