@@ -124,7 +124,7 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
     given = None if search.model is None else load_model(search.model)
     data = load_record(record, given, further)
     base = None if given is None else bind_all(given, data)
-    diagnosis = _diagnosis(base, data, search, seconds)
+    diagnosis = _diagnosis(base, data, search, seconds, outputs)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
     outputs.write(diagnose_document(diagnosis))
@@ -148,8 +148,8 @@ def _bounds(base: Model | None, asked: Sequence[NoiseBound]) -> float | dict[str
     return {c: bound.value for c, bound in stated_bounds("--noise-bound", noisy_outputs(base), asked).items()}
 
 
-def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float) -> Diagnosis:
-    """Return the diagnosis, with the proofs that the user asked for."""
+def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float, outputs: Outputs) -> Diagnosis:
+    """Return the diagnosis, with the proofs that the user asked for; without them it is written before they begin."""
     bound = None if search.noise_bound is None else _bounds(base, search.noise_bound)
     with Progress() as progress:
         diagnosis = diagnose_model(
@@ -166,15 +166,25 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
         )
         if bound is None or diagnosis.interrupted:
             return diagnosis
-        # A proof that fails, or that Ctrl-C ends, costs only the proof.
+        if (search.prove is not None or search.prove_name is not None) and outputs.json != "-":
+            outputs.write(diagnose_document(diagnosis))
+        # A proof that fails, for whatever reason, or that Ctrl-C ends, costs only the proof.
         if search.prove is not None and diagnosis.causes:
             try:
                 diagnosis = prove_parameters(diagnosis, bound, search.prove)
-            except (UserError, EmptyFeasibleSetError, KeyboardInterrupt) as error:
-                click.echo(f"warning: the intervals were not certified: {str(error) or 'interrupted'}", err=True)
+            except (Exception, KeyboardInterrupt) as error:
+                click.echo(f"warning: the intervals were not certified: {_reason(error)}", err=True)
         if search.prove_name is not None:
             try:
                 diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
-            except (UserError, KeyboardInterrupt) as error:
-                click.echo(f"warning: the name was not proven: {str(error) or 'interrupted'}", err=True)
+            except (Exception, KeyboardInterrupt) as error:
+                click.echo(f"warning: the name was not proven: {_reason(error)}", err=True)
         return diagnosis
+
+
+def _reason(error: BaseException) -> str:
+    """Return why a proof failed, in one line; an error that is no user's mistake is named by its kind too."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    told = " ".join(str(error).split())
+    return told if isinstance(error, UserError | EmptyFeasibleSetError) else f"{type(error).__name__}: {told}"

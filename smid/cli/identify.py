@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from relaxations.deadline import time_limit
+from relaxations.errors import UserError
 from relaxations.search.enclosure import Reason
 from smid.cli.console import EMPTY, INTERRUPTED, Command, Progress
 from smid.cli.loading import load_data, load_problem, load_record, noisy_outputs, stated_bounds
@@ -32,7 +33,7 @@ from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.identification.identify import identify as identify_model
-from smid.models import Model, ModelError, load_model
+from smid.models import Model, load_model
 from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
@@ -213,7 +214,7 @@ def _validations(estimate: Estimate, records: Sequence[Dataset]) -> list[Validat
     for record in () if estimate.unbounded else records:
         try:
             runs.append(validate(estimate.model, record, estimate.noise_bound))
-        except ModelError as error:
+        except UserError as error:
             click.echo(f"warning: no validation on {record.source}: {error}", err=True)
     return runs
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
+import numpy as np
 
 from relaxations.solvers.interface import check_solver
 from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
@@ -17,6 +18,7 @@ from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables
 from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
+from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
@@ -28,8 +30,16 @@ from smid.validation import ModelFit
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
-    """Return the samples that the user asked for."""
-    return load_data(record.path, record.columns, model, channels, record.start, record.stop)
+    """Return the samples that the user asked for, and warn of those that look wrong before any long work."""
+    data = load_data(record.path, record.columns, model, channels, record.start, record.stop)
+    read = data.names if model is None else bind(model, data).channels
+    for fault in sample_faults(data):
+        if fault.severity == "warning" and fault.channel in ("", *read):
+            click.echo(f"warning: {fault.sentence}", err=True)
+    for name in data.outputs:
+        if np.nanmin(data.stacked(name)) == np.nanmax(data.stacked(name)):
+            click.echo(f"warning: {name} is constant: check that its sensor works", err=True)
+    return data
 
 
 def load_estimate(path: str) -> Estimate | ModelFit:

@@ -89,17 +89,21 @@ def data_faults(data: Dataset) -> tuple[Fault, ...]:
     >>> print(data_faults(Dataset.from_arrays(input=u, output=y, sampling_time=0.1))[0])
     warning: output has 1 glitch of up to 9.43, at 5 s: leave the sample out, or treat it as an outlier
     """
-    found: list[Fault] = []
-    for channel in data.names:
-        found += _quantised(data, channel)
-        if data.role(channel) != "input":
-            found += _stood_still(data, channel)
-        found += _glitches(data, channel)
-    found += _jitter(data)
+    found = list(sample_faults(data))
     for name in data.inputs:
         found += [fault for output in data.outputs for fault in _reacts(data, name, output)]
         found += _poor(data, name)
     return tuple(sorted(found, key=lambda fault: fault.severity != "warning"))
+
+
+def sample_faults(data: Dataset) -> Iterator[Fault]:
+    """Yield the faults of single channels and of the time stamps: quick, for a look before long work."""
+    for channel in data.names:
+        yield from _quantised(data, channel)
+        if data.role(channel) != "input":
+            yield from _stood_still(data, channel)
+        yield from _glitches(data, channel)
+    yield from _jitter(data)
 
 
 def _quantised(data: Dataset, channel: str) -> Iterable[Fault]:
