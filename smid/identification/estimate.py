@@ -16,7 +16,7 @@ from smid.data.listing import missing_notes
 from smid.data.reference import identity, referred
 from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Result, Tabular, optional, plain
-from smid.display.table import Table
+from smid.display.table import Table, figure
 from smid.models import Model, ModelError, Parameter
 from smid.models.linear_block import linear_block
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from control import TransferFunction
     from matplotlib.figure import Figure
 
-_HEADER = ("parameter", "lower", "upper", "gap", "centre", "unit", "ends")
+_HEADER = ("parameter", "lower", "upper", "width %", "gap", "centre", "unit", "ends")
 
 
 class CentreStatus(Enum):
@@ -83,6 +83,11 @@ class ParameterInterval(Result):
         return 0.5 * self.lower + 0.5 * self.upper
 
     @property
+    def width_percent(self) -> float:
+        """Return the certified width in percent of the centre's magnitude; NaN where it is infinite or the centre 0."""
+        return 100 * self.width / abs(self.centre) if np.isfinite(self.width) and self.centre else np.nan
+
+    @property
     def gap(self) -> float:
         """Return the larger distance from an outer end to its inner one; NaN without witness."""
         return float(np.maximum(self.inner_lower - self.lower, self.upper - self.inner_upper))
@@ -137,6 +142,7 @@ class ParameterInterval(Result):
             self.name,
             round_down(self.lower, digits),
             round_up(self.upper, digits),
+            figure(self.width_percent),
             f"{self.gap:.1e}" if np.isfinite(self.gap) else "unknown",
             f"{self.centre:.{digits}g}" if np.isfinite(self.centre) else "unknown",
             self.unit,

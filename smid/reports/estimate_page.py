@@ -10,7 +10,7 @@ import numpy as np
 
 from relaxations.search.enclosure import Proof
 from smid.data import Dataset
-from smid.display.table import Table
+from smid.display.table import Table, figure
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model, ModelError
@@ -145,11 +145,15 @@ def _intervals(estimate: Estimate, truth: Mapping[str, float] | None) -> Iterato
 
     yield Picture(
         intervals_figure(estimate, truth),
-        "Each row has its own scale. Printed bounds are rounded outwards.",
+        "All rows have one scale, in percent of the centre. Printed bounds are rounded outwards.",
         "Certified and witnessed interval and centre of each parameter",
     )
-    header = ("parameter", "certified lower", "certified upper", "witnessed lower", "witnessed upper", "gap", "centre")
-    header += (*(("true value",) if truth else ()), "set by")
+    header = (
+        *("parameter", "certified lower", "certified upper", "witnessed lower", "witnessed upper"),
+        *("width %", "gap", "centre"),
+        *(("true value",) if truth else ()),
+        "set by",
+    )
     yield Table(
         "Certified: no parameter outside fits the data. Witnessed: verified parameters attain these values. Gap: the "
         "undecided part between certified and witnessed bounds.",
@@ -175,6 +179,7 @@ def _interval_row(i: ParameterInterval, truth: Mapping[str, float] | None) -> tu
         # Rounded inwards: a printed bound must not exceed the value of its witness.
         round_up(i.inner_lower, digits) if np.isfinite(i.inner_lower) else "none found",
         round_down(i.inner_upper, digits) if np.isfinite(i.inner_upper) else "none found",
+        figure(i.width_percent),
         f"{i.gap:.1e}" if np.isfinite(i.gap) else "unknown",
         f"{i.centre:.{digits}g}" if np.isfinite(i.centre) else "none",
         *((_true_value(i, truth),) if truth else ()),

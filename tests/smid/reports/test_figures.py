@@ -27,6 +27,29 @@ def test_a_row_per_parameter_with_its_ends_rounded_outwards(estimate):
         assert upper >= interval.upper
 
 
+def length(axes):
+    """Return the length of the certified bar."""
+    return axes.patches[0].get_width()
+
+
+def test_bars_are_as_long_as_the_widths_in_percent_of_the_centre(estimate):
+    first, second = (length(axes) for axes in intervals_figure(estimate).axes)
+    widths = [i.width / abs(i.centre) for i in estimate.intervals]
+    assert max(first, second) == pytest.approx(2)
+    assert first / second == pytest.approx(widths[0] / widths[1])
+    # Widths that differ much stay in order, and visible.
+    i = estimate["a1"]
+    spread = [replace(i, lower=10 - w, upper=10 + w, inner_lower=10.0, inner_upper=10.0) for w in (1e-4, 0.1, 9, 25)]
+    drawn = [length(axes) for axes in intervals_figure(replace(estimate, intervals=tuple(spread))).axes]
+    assert 0.1 < drawn[0] < drawn[1] < drawn[2] < drawn[3] == 2
+
+
+def test_a_width_in_percent_needs_a_centre(estimate):
+    assert replace(estimate["a1"], lower=-3.0, upper=-1.0).width_percent == 100
+    assert np.isnan(replace(estimate["a1"], lower=-1.0, upper=1.0).width_percent)
+    assert np.isnan(replace(estimate["a1"], lower=-np.inf).width_percent)
+
+
 def test_the_end_of_a_prior_box_is_marked(estimate):
     assert estimate["b0"].proof_lower is Proof.BOX
     legend = [t.get_text() for t in intervals_figure(estimate).legends[0].get_texts()]
