@@ -49,7 +49,7 @@ class EmptyFeasibleSetError(ValueError, Result):
 
     Examples
     --------
-    >>> from smid.models import OutputError
+    >>> from smid import Dataset, OutputError
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     >>> try:
@@ -152,7 +152,7 @@ def identify(
 
     Examples
     --------
-    >>> from smid.models import OutputError
+    >>> from smid import Dataset, OutputError
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
     >>> estimate = identify(OutputError(na=1, stable=True), data, noise_bound=0.1)
