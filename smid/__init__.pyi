@@ -23,6 +23,7 @@ from .models import (
 )
 from .reports import load, report, schemas
 from .responses.band import ResponseBand
+from .responses.projections import Projections, projections
 from .responses.respond import bode, step
 from .study import order_study
 from .validation import Comparison, ModelFit, Residuals, Validation, compare, fit, residuals, validate
@@ -50,6 +51,7 @@ __all__ = [
     "OwnModel",
     "Parameter",
     "ParameterInterval",
+    "Projections",
     "Reactor",
     "Residuals",
     "ResponseBand",
@@ -74,6 +76,7 @@ __all__ = [
     "models",
     "networks",
     "order_study",
+    "projections",
     "recursive",
     "report",
     "reports",

@@ -18,12 +18,13 @@ from smid.validation import Comparison, ModelFit, Residuals, Validation
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.responses.band import ResponseBand
+    from smid.responses.projections import Projections
 
 
 IDENTIFY, ERROR_BOUND, VALIDATE = "smid.identify/1", "smid.error-bound/1", "smid.validate/1"
 DIAGNOSE, COMPARE, RESIDUALS = "smid.diagnose/1", "smid.compare/1", "smid.residuals/1"
 SHOW, DATASET, VERIFY, RESPONSE = "smid.show/1", "smid.dataset/1", "smid.verify/1", "smid.response/1"
-FIT = "smid.fit/1"
+FIT, PROJECTION = "smid.fit/1", "smid.projection/1"
 
 Document = dict[str, Any]
 
@@ -90,6 +91,11 @@ def diagnose_document(diagnosis: Diagnosis) -> Document:
 def response_document(band: ResponseBand) -> Document:
     """Return what ``smid response --json`` writes."""
     return {"schema": RESPONSE, "response": band.to_dict(), "versions": versions()}
+
+
+def projections_document(found: Projections) -> Document:
+    """Return what :func:`smid.report` writes of projections as JSON."""
+    return {"schema": PROJECTION, "projections": found.to_dict(), "versions": versions()}
 
 
 def study_document(name: str, content: Mapping[str, Any]) -> Document:

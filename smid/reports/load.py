@@ -95,6 +95,7 @@ def _readers() -> dict[str, dict[str, Callable[..., Any]]]:
     from smid.identification.estimate import Estimate
     from smid.identification.identify import EmptyFeasibleSetError
     from smid.responses.band import ResponseBand
+    from smid.responses.projections import Projections
     from smid.sensors.files import SENSOR, sensor_from_dict
     from smid.study.study import Study
     from smid.validation import Comparison, ModelFit, Residuals, Validation
@@ -103,7 +104,10 @@ def _readers() -> dict[str, dict[str, Callable[..., Any]]]:
     return {
         **{
             kind.SCHEMA: {WHOLE: kind.from_dict}
-            for kind in (Estimate, ModelFit, Validation, Comparison, Residuals, ResponseBand, Diagnosis, Study)
+            for kind in (
+                *(Estimate, ModelFit, Validation, Comparison, Residuals, ResponseBand, Projections),
+                *(Diagnosis, Study),
+            )
         },
         documents.IDENTIFY: {"estimate": Estimate.from_dict, "empty": EmptyFeasibleSetError.from_dict},
         documents.FIT: {"fit": ModelFit.from_dict},
@@ -112,6 +116,7 @@ def _readers() -> dict[str, dict[str, Callable[..., Any]]]:
         documents.COMPARE: {"comparison": Comparison.from_dict},
         documents.RESIDUALS: {"analysis": Residuals.from_dict},
         documents.RESPONSE: {"response": ResponseBand.from_dict},
+        documents.PROJECTION: {"projections": Projections.from_dict},
         documents.DIAGNOSE: {WHOLE: Diagnosis.from_dict},
         documents.VERIFY: {"verification": Verification.from_dict},
         documents.SHOW: {"overview": Overview.from_dict},

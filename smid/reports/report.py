@@ -17,6 +17,7 @@ from smid.validation import Comparison, ModelFit, Residuals, Validation
 if TYPE_CHECKING:
     from smid.diagnosis.diagnosis import Diagnosis
     from smid.responses.band import ResponseBand
+    from smid.responses.projections import Projections
     from smid.study.study import Study
 
 
@@ -47,7 +48,7 @@ def report(
 
 @overload
 def report(
-    result: Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand,
+    result: Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand | Projections,
     path: str | PathLike[str],
     *,
     settings: Mapping[str, str] | None = None,
@@ -55,7 +56,7 @@ def report(
 
 
 def report(
-    result: Estimate | Diagnosis | Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand,
+    result: Estimate | Diagnosis | Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand | Projections,
     path: str | PathLike[str],
     error_bound: ErrorBound | None = None,
     validations: Sequence[Validation] = (),
@@ -67,8 +68,8 @@ def report(
 ) -> Path:
     """Write a report of a result, and return its path.
 
-    A result is an estimate, a fit, a response, a diagnosis, a study, a data set, a comparison of models or tests of
-    residuals.
+    A result is an estimate, a fit, a response, projections, a diagnosis, a study, a data set, a comparison of models
+    or tests of residuals.
 
     Parameters
     ----------
@@ -125,23 +126,27 @@ def report(
     from smid.reports.diagnosis_page import diagnosis_page
     from smid.reports.fit_page import fit_page
     from smid.reports.overview_page import dataset_page
+    from smid.reports.projections_page import projections_page
     from smid.reports.residuals_page import residuals_page
     from smid.reports.response_page import response_page
     from smid.reports.study_page import study_page
     from smid.responses.band import ResponseBand
+    from smid.responses.projections import Projections
     from smid.study import Study
 
     if isinstance(result, Diagnosis):
         return write_page(diagnosis_page(result, notes=notes, settings=settings, links=links), path)
-    if not isinstance(result, Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand):
+    if not isinstance(result, Study | Dataset | ModelFit | Comparison | Residuals | ResponseBand | Projections):
         raise TypeError(
-            f"a {type(result).__name__} has no report: give an Estimate, a ModelFit, a ResponseBand, a Diagnosis, a "
-            "Study, a Dataset, a Comparison or Residuals, or print it"
+            f"a {type(result).__name__} has no report: give an Estimate, a ModelFit, a ResponseBand, Projections, "
+            "a Diagnosis, a Study, a Dataset, a Comparison or Residuals, or print it"
         )
     if notes or links:
         raise TypeError("notes and links belong to an estimate or a diagnosis: leave them out")
     if isinstance(result, ResponseBand):
         return write_page(response_page(result, settings=settings), path)
+    if isinstance(result, Projections):
+        return write_page(projections_page(result, settings=settings), path)
     if isinstance(result, Dataset):
         return write_page(dataset_page(result, settings=settings), path)
     if isinstance(result, ModelFit):

@@ -103,6 +103,7 @@ def identified():
     yield smid.compare([estimate.model, estimate], data)
     yield smid.step(estimate, 3)
     yield smid.fit(model, data)
+    yield smid.projections(estimate)
     with TemporaryDirectory() as folder:
         proof = Path(folder) / "proof.json"
         smid.identify(smid.OutputError(1, stable=True), data, 0.1, certificate=proof)

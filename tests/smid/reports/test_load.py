@@ -63,6 +63,7 @@ RESULTS = {
     "diagnosis": diagnosed,
     "study": studied,
     "response": lambda: smid.step(estimated(), 5),
+    "projections": lambda: smid.projections(estimated()),
 }
 
 
@@ -87,7 +88,7 @@ def test_a_result_comes_back(name, tmp_path):
     assert again.plot().axes
 
 
-@pytest.mark.parametrize("name", [name for name in RESULTS if name not in ("validation", "response")])
+@pytest.mark.parametrize("name", [name for name in RESULTS if name not in ("validation", "response", "projections")])
 def test_a_written_report_is_loaded(name, tmp_path):
     result = RESULTS[name]()
     again = smid.load(smid.report(result, tmp_path / "result.json"))
