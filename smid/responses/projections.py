@@ -135,12 +135,7 @@ class Projections(Tabular):
     def table(self) -> Table:
         """Return a row for each pair."""
         rows = tuple(
-            (
-                *pair.names,
-                str(len(pair.ends)),
-                figure(pair.area_percent),
-                f"{pair.gap_percent:.1g}" if pair.gap_percent >= 0 else "-",
-            )
+            (*pair.names, str(len(pair.ends)), figure(pair.area_percent), figure(pair.gap_percent))
             for pair in self.pairs
         )
         header = ("parameter", "parameter", "edges", "area %", "gap %")
@@ -151,8 +146,8 @@ class Projections(Tabular):
         """Return what is proven, in sentences."""
         told = [
             "Certified: every pair of values that fits the data within the noise bound lies in its polygon.",
-            "Area: of the polygon, in percent of the box of both intervals. Gap: the largest distance from an edge to the "
-            "verified points, in percent of the width of the set that way.",
+            "Area: of the polygon, in percent of the box of both intervals. Gap: the largest distance from an edge to "
+            "the verified points, in percent of the width of the set that way.",
             f"{self.solves} certified solves in {self.seconds:.3g} s.",
         ]
         return (*told, *(() if self.complete else ("The work was stopped early: more time makes polygons smaller.",)))
