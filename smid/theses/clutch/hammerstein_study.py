@@ -174,8 +174,8 @@ class HammersteinStudy(Chapter):
             self.orders,
             Drawing(
                 self._intervals_figure,
-                f"Intervals at order {self.orders.orders[-1]} and {FACTOR:g} times the least noise bound, each row on "
-                "its own scale.",
+                f"Intervals at order {self.orders.orders[-1]} and {FACTOR:g} times the least noise bound, in percent "
+                "of the centres.",
             ),
         )
         yield Topic(

@@ -107,7 +107,7 @@ def test_a_data_set_has_the_page_of_its_record(estimate, tmp_path):
 def test_a_result_without_a_page_is_told_in_a_line(estimate, tmp_path):
     for result in (estimate["a1"], None):
         with pytest.raises(
-            TypeError, match=r"has no report: give an Estimate, a ResponseBand, a Diagnosis, a Study, a Dataset"
+            TypeError, match=r"has no report: give an Estimate, a ModelFit, a ResponseBand, Projections, a Diag"
         ):
             report(result, tmp_path / "page.html")
     with pytest.raises(TypeError, match="notes and links belong to"):
