@@ -30,7 +30,7 @@ def estimate(record):
     return identify(OutputError(stable=True), record, BOUND)
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("output error", 1), ("output error", 3), ("errors in variables", 2)])
+@pytest.mark.parametrize(("kind", "seed"), [("output error", 1), ("errors in variables", 2)])
 def test_truth_and_sampled_models_that_fit_lie_in_the_polygons(kind, seed):
     problem = random_problem(kind, seed)
     found = identify(problem.model, problem.data, problem.bounds)
@@ -52,7 +52,7 @@ def test_truth_and_sampled_models_that_fit_lie_in_the_polygons(kind, seed):
 def test_the_edges_are_the_range_over_the_feasible_set(record, estimate):
     # At fixed a1 the outputs are linear in b0 and the first output; the rest is a scan.
     y, count, seen = record.values("y"), len(U), []
-    for a1 in np.linspace(estimate["a1"].lower, estimate["a1"].upper, 400):
+    for a1 in np.linspace(estimate["a1"].lower, estimate["a1"].upper, 200):
         driven = simulate(np.array([[a1]]), np.ones((1, 1)), 1, U[None], np.zeros((1, 1)))[0]
         columns = np.column_stack([(-a1) ** np.arange(count), driven])
         rows, room = np.vstack([columns, -columns]), np.concatenate([y + BOUND, BOUND - y])
