@@ -14,7 +14,7 @@ from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
 from smid.data.listing import missing_notes
 from smid.data.reference import identity, referred
-from smid.data.window import Window
+from smid.data.window import Window, cut_all
 from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Result, Tabular, optional, plain
 from smid.display.table import Table
@@ -192,6 +192,11 @@ class Estimate(Tabular):
     reason: Reason
     enclosure: Enclosure | None
     windows: tuple[Window, ...] = ()
+
+    @property
+    def proven_on(self) -> Dataset:
+        """Return the samples that carry the proof: the windows, each an experiment of its own, or the whole record."""
+        return cut_all(self.data, self.windows) if self.windows else self.data
 
     @property
     def parameters(self) -> dict[str, float]:

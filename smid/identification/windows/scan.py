@@ -155,7 +155,8 @@ def best_run(
 ) -> list[dict[str, Array]]:
     """Return the outputs of the run with given parameters whose largest error, as a share of its bound, is least."""
     everything = [np.ones(run.n_samples, bool) for run in data.experiments]
-    problem = Fitting(model.fix(**values), data, everything, scale=bounds)
+    fixed = model.bound(**{name: (value, value) for name, value in values.items()})
+    problem = Fitting(fixed, data, everything, scale=bounds)
     vector = problem.start({})
     if problem.n_free:
         vector = Descents(problem).descend(vector, np.zeros(problem.n_free), 0.0, 1.0, _INNER).vector

@@ -19,7 +19,7 @@ import numpy as np
 import sympy
 
 from relaxations.algebra.arrays import Array
-from relaxations.algebra.ball_arithmetic import EPSILON, Balls
+from relaxations.algebra.ball_arithmetic import Balls
 from smid.data import Dataset
 from smid.feasible.template import Template, Templates, Term
 
@@ -44,17 +44,24 @@ class WholeRecord:
     ----------
     templates
         With :func:`suits`.
-    bounds
-        Of each noisy channel.
     """
 
-    def __init__(self, templates: Templates, data: Dataset, bounds: Mapping[str, float]) -> None:
-        self.templates, self.data, self.bounds = templates, data, bounds
+    def __init__(self, templates: Templates, data: Dataset) -> None:
+        self.templates, self.data = templates, data
         self._noises = {m.signal: m for m in templates.model.measurements if m.noise is not None}
         self._equations = [self._of(run.values) for run in data.experiments]
 
-    def holds(self, values: Mapping[str, float], simulated: Sequence[Mapping[str, Array]]) -> bool:
-        """Return whether parameters are proven to fit all samples.
+    def holds(
+        self, values: Mapping[str, float], simulated: Sequence[Mapping[str, Array]], bounds: Mapping[str, float]
+    ) -> bool:
+        """Return whether parameters are proven to fit all samples within noise bounds, given a run with them."""
+        reached = self.least_bounds(values, simulated)
+        return all(reached[channel] <= bound for channel, bound in bounds.items())
+
+    def least_bounds(self, values: Mapping[str, float], simulated: Sequence[Mapping[str, Array]]) -> dict[str, float]:
+        """Return noise bounds of the output channels with which parameters are proven to fit all samples.
+
+        They are infinite where nothing is proven, or where a prior does not hold.
 
         Parameters
         ----------
@@ -63,18 +70,17 @@ class WholeRecord:
         simulated
             Shape (n,). Per experiment, the output channels of the run.
         """
-        if not _fits_priors(self.templates, values):
-            return False
+        reached = {m.channel: 0.0 if _fits_priors(self.templates, values) else np.inf for m in self._noises.values()}
         for run, found, equations in zip(self.data.experiments, simulated, self._equations, strict=True):
             for e in equations:
                 channel = self._noises[e.template.signal].channel
                 missing = np.isnan(run.values[channel])
                 noise = np.where(missing, 0.0, run.values[channel]) - found[channel]
-                reach = _reach(e, values, noise)
                 largest = float(np.abs(noise[~missing]).max(initial=0.0))
-                if not largest + reach <= self.bounds[channel] * (1 - EPSILON):
-                    return False
-        return True
+                reached[channel] = max(
+                    reached[channel], float(np.nextafter(largest + _reach(e, values, noise), np.inf))
+                )
+        return reached
 
     def _of(self, samples: Mapping[str, Array]) -> list[_Equations]:
         values = {name: np.where(np.isnan(column), 0.0, column) for name, column in samples.items()}

@@ -52,7 +52,7 @@ class Windowed:
     ) -> None:
         self.model, self.data, self.bounds, self.settings, self.kept = model, data, bounds, settings, kept
         self._windows: tuple[Window, ...] = ()
-        self._whole = WholeRecord(Templates.of(model), data, bounds)
+        self._whole = WholeRecord(Templates.of(model), data)
         self._inner: Polynomial | None = None
         self._fitting: list[Array] = []  # parameters that are verified to fit all samples
         self._say: Progress = settings.progress or (lambda _: None)
@@ -114,7 +114,7 @@ class Windowed:
         for share in _BACK:
             moved = vector + share * (scan.inside - vector)
             values = scan.values(moved)
-            if self._whole.holds(values, scan.problem.simulate(moved)):
+            if self._whole.holds(values, scan.problem.simulate(moved), self.bounds):
                 self._fitting.append(np.array([values[p.name] for p in self.model.parameters]))
                 return
 
@@ -162,7 +162,7 @@ class Windowed:
             return self._inner.centre(enclosure)
         centre = np.array([i.centre for i in enclosure.intervals])
         values = dict(zip((p.name for p in self.model.parameters), centre.tolist(), strict=True))
-        if self._whole.holds(values, best_run(self.model, self.data, self.bounds, values)):
+        if self._whole.holds(values, best_run(self.model, self.data, self.bounds, values), self.bounds):
             return CentreStatus.FEASIBLE, None
         width = np.array([i.width or 1.0 for i in enclosure.intervals])
         nearest = min(self._fitting, key=lambda run: float(np.abs((run - centre) / width).max()), default=None)
