@@ -40,6 +40,7 @@ class Reason(Enum):
     TIGHT = "every end meets a verified point within the tolerance"
     STALLED = "the bounds no longer improve at this order; raise the order to tighten"
     ROUNDS = "all rounds are used"
+    WINDOWS = "longer windows of the record would tighten the bounds: the model remembers for long"
     EMPTY = "the feasible set is certified empty"
     TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"

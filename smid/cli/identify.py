@@ -60,6 +60,12 @@ class Accuracy:
         show_default=True,
         help="Branch where a gap is left, with at most this number of relaxations for each bound.",
     )
+    windows: bool = option(
+        "--windows/--all-samples",
+        default=True,
+        show_default="windows",
+        help="Prove the intervals of a long record on the windows that hold their ends, or on all samples.",
+    )
 
 
 @dataclass(frozen=True)

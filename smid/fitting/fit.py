@@ -107,6 +107,8 @@ class Fitting:
         Shape (n,). Per experiment, the samples to fit; those that are missing are left out.
     initial
         Per experiment, known states before sample 0; the other states are guessed.
+    scale
+        Of each output channel: what its errors are divided by; by default its standard deviation.
     difference
         Whether to use finite differences for the Jacobian, for comparison.
     """
@@ -118,6 +120,7 @@ class Fitting:
         used: Sequence[Mask],
         initial: Sequence[Initial] | None = None,
         *,
+        scale: Mapping[str, float] | None = None,
         difference: bool = False,
     ) -> None:
         self.model, self.data, self.difference = model, data, difference
@@ -136,9 +139,9 @@ class Fitting:
             if name in sensors and sensors[name].inverse is not None:
                 for inputs in self.inputs:
                     inputs[name] = channel_to_signal(sensors[name], inputs[name], dict(model.values))
-        # Outputs, each scaled by its standard deviation.
+        # Outputs, each with its scale.
         self.outputs = [m for m in model.measurements if m.channel in model.output_channels]
-        self.scale = {
+        self.scale = scale or {
             m.channel: float(np.nanstd(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
             for m in self.outputs
         }
@@ -147,8 +150,7 @@ class Fitting:
         # Initial states to estimate: all but the memories of stops, if they are few.
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
         self.begun = [k for k, (name, _) in enumerate(self.run.states) if name not in memories]
-        count = len(self.begun) * len(data.experiments)
-        self.frees_initial = count <= _MOST_INITIAL
+        self.frees_initial = len(self.begun) * len(data.experiments) <= _MOST_INITIAL
         self.lower = np.array([model.parameter(n).lower for n in self.run.parameters])
         self.upper = np.array([model.parameter(n).upper for n in self.run.parameters])
 

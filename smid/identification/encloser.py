@@ -23,6 +23,7 @@ from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Reason
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
+from smid.data.window import Window
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed
 
@@ -45,11 +46,16 @@ class Settings:
 
 @dataclass(frozen=True)
 class Enclosed:
-    """What an encloser found: the box, why it stopped, and the enclosure (None where it ended before any bound)."""
+    """What an encloser found: the box, why it stopped, and the enclosure (None where it ended before any bound).
 
-    boxed: Boxed
+    The box is None where it ended before one was looked for. The proof is about some ``windows`` of the record, or
+    about all of it where there are none.
+    """
+
+    boxed: Boxed | None
     reason: Reason
     enclosure: Enclosure | None = None
+    windows: tuple[Window, ...] = ()
 
 
 class Encloser(Protocol):

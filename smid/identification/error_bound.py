@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.deadline import STOPS, limited, stopped_by
+from relaxations.deadline import STOPS, Progress, limited, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import Cuts, Method
@@ -24,17 +24,23 @@ from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
+from smid.data import Dataset
 from smid.data.given import Given, as_dataset
+from smid.data.window import cut_all
 from smid.display.from_plain import fields_from_plain
 from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FREE_BOUND, FeasibleSet
+from smid.feasible.template import Templates
 from smid.fitting.binding import bind
 from smid.identification.estimate import open_end, round_down, round_up
 from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.missing import with_missing
+from smid.identification.windows.scan import Scan
+from smid.identification.windows.whole_record import WholeRecord
+from smid.identification.windows.windowed import LONG, has_windows
 from smid.models import Model, ModelError
 
 ROUGH = 2
@@ -164,6 +170,9 @@ def error_bound(
             "bound}} so that exactly one remains"
         )
     channel = open_channels[0]
+    if not fixed and method == "auto" and order is None and has_windows(model, data):
+        settings = {"solver": solver, "tolerance": tolerance / 2, "rounds": rounds, "nodes": nodes}
+        return _by_windows(model, data, channel, settings, tolerance, spoken(progress))
     feasible = FeasibleSet(model, data, fixed or {}, channel)
     # Cuts bound variables that complicate; the noise bound does not complicate.
     by_cuts = method == Cuts.name or isinstance(method, Cuts)
@@ -227,6 +236,38 @@ def error_bound(
     )
     found.append(min(enclosure.witnesses, key=lambda point: float(point[-1])))
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
+
+
+def _by_windows(
+    model: Model,
+    data: Dataset,
+    channel: str,
+    settings: Mapping[str, Any],
+    tolerance: float,
+    progress: Progress | None,
+) -> ErrorBound:
+    """Certify the lower end on the windows that hold a minimax fit, which is verified on the whole record."""
+    started, unit = time.perf_counter(), data.channel(channel).unit
+    try:
+        scale = float(np.nanstd(np.concatenate([run.values[channel] for run in data.experiments])))
+        scan = Scan(model, data, {channel: scale})
+        values = scan.values(scan.inside)
+        upper = WholeRecord(Templates.of(model), data).least_bounds(values, scan.problem.simulate(scan.inside))[channel]
+    except STOPS as stop:
+        reason = Reason[stopped_by(stop)]
+        return ErrorBound(channel, unit, 0.0, np.inf, {}, {}, reason, time.perf_counter() - started)
+    if not np.isfinite(upper):
+        raise ModelError("no feasible point could be verified for any noise bound: check the priors and bounds")
+    # Longer windows until the ends meet.
+    length = scan.memory(0.1 * tolerance * scan.least)
+    while True:
+        windows = scan.windows(scan.least_rows, length)
+        part = error_bound(model, cut_all(data, windows), progress=progress, **settings)
+        tight = upper - part.lower <= tolerance * upper
+        length *= 2
+        if tight or part.reason not in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS) or length > LONG:
+            reason = Reason.TIGHT if tight else Reason.WINDOWS if part.reason is Reason.TIGHT else part.reason
+            return ErrorBound(channel, unit, part.lower, upper, values, {}, reason, time.perf_counter() - started)
 
 
 def _minimax(feasible: FeasibleSet, plan: Plan) -> Iterator[Witness]:

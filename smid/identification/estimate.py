@@ -14,6 +14,7 @@ from relaxations.search.enclosure import Enclosure, Interval, Proof, Reason
 from smid.data import Dataset
 from smid.data.listing import missing_notes
 from smid.data.reference import identity, referred
+from smid.data.window import Window, cut_all
 from smid.display.from_plain import Plain, fields_from_plain, read
 from smid.display.result import Part, Result, Tabular, optional, plain
 from smid.display.table import Table, figure
@@ -180,6 +181,8 @@ class Estimate(Tabular):
         Why the computation stopped.
     enclosure
         How the bounds were computed; None where the computation ended before them.
+    windows
+        The parts of the record that they are proven on; empty for the whole record.
     """
 
     SCHEMA: ClassVar = "smid.estimate/1"
@@ -194,6 +197,12 @@ class Estimate(Tabular):
     unbounded: tuple[str, ...]
     reason: Reason
     enclosure: Enclosure | None
+    windows: tuple[Window, ...] = ()
+
+    @property
+    def proven_on(self) -> Dataset:
+        """Return the samples that carry the proof: the windows, each an experiment of its own, or the whole record."""
+        return cut_all(self.data, self.windows) if self.windows else self.data
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -236,7 +245,9 @@ class Estimate(Tabular):
                 )
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
-        return f"{e.how}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."
+        held = sum(map(len, self.windows))
+        part = f" on {held} of {self.data.n_samples} samples, {len(self.windows)} windows" if held else ""
+        return f"{e.how}{part}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."
 
     @property
     def table(self) -> Table:
@@ -286,6 +297,7 @@ class Estimate(Tabular):
                 "seconds": e.seconds,
                 "after_cuts": e.after_cuts,
             },
+            "windows": [window.to_dict() for window in self.windows],
             "data": identity(self.data),
         }
 
@@ -305,6 +317,7 @@ class Estimate(Tabular):
             read(content, "unbounded", tuple[str, ...]),
             reason,
             None if told is None else _enclosure(told, reason),
+            read(content, "windows", tuple[Window, ...]),
         )
 
     def to_control(self) -> TransferFunction:

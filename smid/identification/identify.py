@@ -17,17 +17,21 @@ from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
 from relaxations.search.enclosure import Interval
 from relaxations.solvers import Solver, check_solver
+from smid.data import Dataset
 from smid.data.given import Given, as_dataset
+from smid.data.window import Window
 from smid.display.from_plain import Plain, read
 from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
-from smid.feasible.feasible_set import FeasibleSet
+from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
+from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
+from smid.identification.windows.windowed import Windowed, has_windows
 from smid.models import Model, ModelError
 from smid.verification.origin import origin_of
 
@@ -104,6 +108,7 @@ def identify(
     executor: Executor | None = None,
     progress: Shows = None,
     certificate: str | Path | None = None,
+    windows: bool = True,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
 
@@ -142,6 +147,9 @@ def identify(
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute.
+    windows
+        Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
+        where method and order are not asked for. They hold for the whole record; false proves them on all samples.
 
     Raises
     ------
@@ -163,9 +171,15 @@ def identify(
     check_solver(solver)
     settings = Settings(method, order, solver, tolerance, rounds, nodes, executor, spoken(progress))
     data = as_dataset(data, model)
-    feasible = FeasibleSet(model, data, noise_bound)
-    kind: type[Piecewise] | type[Polynomial] = Piecewise if feasible.openings else Polynomial
-    encloser: Encloser = kind(feasible, settings, certificate is not None)
+    model, kept = bind(model, data), certificate is not None
+    check_data(model, data)
+    bounds = check_noise_bound(model, noise_bound, None)
+    encloser: Encloser
+    if windows and method == "auto" and order is None and has_windows(model, data):
+        encloser = Windowed(model, data, bounds, settings, kept)
+    else:
+        feasible = FeasibleSet(model, data, bounds)
+        encloser = (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
     if certificate:
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.
@@ -174,48 +188,59 @@ def identify(
     if certificate and enclosure is not None:
         problem, steps, kinks = encloser.proof()
         if steps:
-            origin = origin_of(feasible.model, data, feasible.bounds)
+            origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
     if enclosure is not None and enclosure.empty is not None:
-        raise _proven_empty(found.boxed.feasible, enclosure.empty, settings)
+        raise _proven_empty(found, enclosure.empty, data, settings)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.
     status, nearest = CentreStatus.UNDECIDED, None
-    if enclosure is not None and not found.boxed.unbounded:
+    if enclosure is not None and found.boxed is not None and not found.boxed.unbounded:
         with suppress(*STOPS):
             status, nearest = encloser.centre(enclosure)
-    return _estimate(found, status, nearest)
+    return _estimate(model, data, bounds, found, status, nearest)
 
 
-def _estimate(found: Enclosed, status: CentreStatus, nearest: Array | None) -> Estimate:
+def _estimate(
+    model: Model,
+    data: Dataset,
+    bounds: Mapping[str, float],
+    found: Enclosed,
+    status: CentreStatus,
+    nearest: Array | None,
+) -> Estimate:
     """Return the result with its central model; without proven bounds it holds the box alone."""
-    boxed = found.boxed
-    feasible, model = boxed.feasible, boxed.feasible.model
-    enclosure = None if boxed.unbounded else found.enclosure
-    bounds = (
-        [
-            Interval(p.name, float(low), float(high), np.nan, np.nan, (True, True), ("", ""))
-            for p, low, high in zip(model.parameters, feasible.problem.lower, feasible.problem.upper, strict=False)
-        ]
-        if enclosure is None
-        else enclosure.intervals
-    )
-    intervals = tuple(ParameterInterval.of(i, p) for i, p in zip(bounds, model.parameters, strict=True))
+    derived = () if found.boxed is None else found.boxed.derived
+    unbounded = () if found.boxed is None else found.boxed.unbounded
+    enclosure = None if unbounded else found.enclosure
+    if enclosure is not None:
+        proven = enclosure.intervals
+    else:
+        boxes = [(p.lower, p.upper) for p in model.parameters]
+        if found.boxed is not None:
+            problem = found.boxed.feasible.problem
+            boxes = list(zip(problem.lower.tolist(), problem.upper.tolist(), strict=True))[: len(boxes)]
+        proven = tuple(
+            Interval(p.name, low, high, np.nan, np.nan, (True, True), ("", ""))
+            for p, (low, high) in zip(model.parameters, boxes, strict=True)
+        )
+    intervals = tuple(ParameterInterval.of(i, p) for i, p in zip(proven, model.parameters, strict=True))
     names = [p.name for p in model.parameters]
     values = None if nearest is None else dict(zip(names, nearest.tolist(), strict=True))
     if enclosure is not None:
         model = model.with_values({i.name: i.centre for i in intervals} if values is None else values)
     return Estimate(
         model,
-        feasible.data,
-        feasible.bounds,
+        data,
+        bounds,
         intervals,
         status,
         values,
-        boxed.derived,
+        derived,
         # A hidden signal has a variable for each sample, called signal[sample].
-        tuple(dict.fromkeys(name.split("[")[0] for name in boxed.unbounded)),
+        tuple(dict.fromkeys(name.split("[")[0] for name in unbounded)),
         found.reason,
         enclosure,
+        found.windows,
     )
 
 
@@ -226,12 +251,15 @@ def _make_way(certificate: str | Path) -> None:
     Path(certificate).unlink(missing_ok=True)
 
 
-def _proven_empty(feasible: FeasibleSet, empty: Emptiness, settings: Settings) -> EmptyFeasibleSetError:
+def _proven_empty(found: Enclosed, empty: Emptiness, data: Dataset, settings: Settings) -> EmptyFeasibleSetError:
     """Return the error that names the samples of the proof, and the least noise bound where it can be computed."""
-    # Name the samples with the largest weight in the proof.
+    assert found.boxed is not None
+    feasible = found.boxed.feasible
+    # Name the samples with the largest weight in the proof; those of windows are counted from the start of their run.
     heaviest = np.argsort(empty.weights)[::-1][:5]
+    places = found.windows or [Window(e, 0, run.n_samples - 1) for e, run in enumerate(data.experiments)]
     samples = tuple(
-        (feasible.data.experiments[e].name, int(k), float(w))
+        (data.experiments[places[e].experiment].name, places[e].first + int(k), float(w))
         for (e, k), w in zip(feasible.samples[heaviest], empty.weights[heaviest], strict=True)
         if w > 0
     )
@@ -257,6 +285,8 @@ def _proven_empty(feasible: FeasibleSet, empty: Emptiness, settings: Settings) -
         progress=settings.progress,
     )
     where = f"The least bound lies in {least.enclosure}: raise the bound above it or extend the model."
+    if found.windows:
+        where = f"The least bound is at least {least.lower:.6g}: raise the bound above it or extend the model."
     if not np.isfinite(least.upper):
         where = "Raise the bound (smid.error_bound encloses the least one) or extend the model."
     return EmptyFeasibleSetError(f"{proven}{where} {samples_text}", least.lower, samples)

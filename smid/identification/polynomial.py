@@ -90,7 +90,9 @@ class Polynomial:
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
-        return _centre(self.boxed.feasible.problem, enclosure, self.plan, self.settings.solver)
+        problem = self.boxed.feasible.problem
+        status = centre_status(problem, enclosure, self.plan, self.settings.solver)
+        return status, None if status is CentreStatus.FEASIBLE else _nearest(problem, enclosure, self.plan)
 
 
 def _start(feasible: FeasibleSet) -> tuple[Array, float]:
@@ -108,10 +110,8 @@ def _first_witness(feasible: FeasibleSet, plan: Plan) -> list[Array]:
     return [] if found is None else [found.point]
 
 
-def _centre(
-    problem: PolynomialProblem, enclosure: Enclosure, plan: Plan, solver: Solver
-) -> tuple[CentreStatus, Array | None]:
-    """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
+def centre_status(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan, solver: Solver) -> CentreStatus:
+    """Decide whether the centres of intervals are feasible."""
     centre = np.array([i.centre for i in enclosure.intervals])
     count = len(centre)
     lower, upper = problem.lower.copy(), problem.upper.copy()
@@ -120,15 +120,16 @@ def _centre(
     start = np.clip(np.concatenate([centre, np.zeros(problem.n_variables - count)]), lower, upper)
     others = np.setdiff1d(plan.complicating, np.arange(count))
     if find_witness(fixed, fixed, NOTHING, others, start) is not None:
-        return CentreStatus.FEASIBLE, None
+        return CentreStatus.FEASIBLE
     empty = proven_infeasible(fixed, Plan.of(fixed, plan.method if plan.lifts else "auto"), solver)
-    return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, _nearest(problem, enclosure, centre, plan)
+    return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED
 
 
-def _nearest(problem: PolynomialProblem, enclosure: Enclosure, centre: Array, plan: Plan) -> Array | None:
+def _nearest(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan) -> Array | None:
     """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
     if not enclosure.witnesses:
         return None
+    centre = np.array([i.centre for i in enclosure.intervals])
     count, last = len(centre), problem.n_variables
     width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
     # distance - |theta_k - centre_k| / width_k >= 0, the distance being one more variable

@@ -103,7 +103,8 @@ class OuterSet:
         if np.isfinite(certified.bound):
             self.directions = np.vstack([self.directions, direction])
             self.ends = np.append(self.ends, -certified.bound)
-        if certified.point is not None:
+        # A point that fits the windows of a long record may not fit all of it.
+        if certified.point is not None and not self.estimate.windows:
             problem = self._relaxed.problem
             found = find_witness(problem, problem, objective, self._plan.complicating, certified.point, steps=STEPS)
             if found is not None:
@@ -117,7 +118,7 @@ class OuterSet:
     @cached_property
     def _feasible(self) -> FeasibleSet:
         e = self.estimate
-        feasible = FeasibleSet(e.model, e.data, e.noise_bound)
+        feasible = FeasibleSet(e.model, e.proven_on, e.noise_bound)
         if feasible.openings:
             raise ModelError(
                 f"the model {e.model.name!r} has Max, Min, Abs or sign that data and priors leave open: "

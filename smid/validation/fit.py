@@ -258,7 +258,7 @@ def fit(model: Model, data: Given, method: FitMethod = "least_squares", *, start
     if constraints.violated(vector):
         raise ModelError("no fit was found that keeps the constraints of the model: give start values that keep them")
     if method == "minimax":
-        vector, _ = minimax(problem, vector, constraints)
+        vector, _ = minimax(problem, vector)
     # Judge it on the fitted samples.
     found = problem.result(vector, 0.0)
     fitted = [

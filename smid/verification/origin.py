@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -11,19 +11,26 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.data.window import Window, cut_all
 from smid.models import Model
 from smid.models.expressions import to_text
 
 DIGITS = 6  # hexadecimal digits kept of each sample's own digest, to find the first sample that differs
 
 
-def origin_of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> dict[str, Any]:
-    """Return the origin of a proof about a model (bound to the data), data and noise bounds, ready for JSON."""
+def origin_of(
+    model: Model, data: Dataset, bounds: Mapping[str, float], windows: Sequence[Window] = ()
+) -> dict[str, Any]:
+    """Return the origin of a proof about a model (bound to the data), data and noise bounds, ready for JSON.
+
+    A proof on ``windows`` states their samples only.
+    """
     return {
         "software": f"smid {_version()}",
         "model": model_statement(model),
         "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
-        "data": data_statement(data, model.channels),
+        "windows": [window.to_dict() for window in windows],
+        "data": data_statement(cut_all(data, windows) if windows else data, model.channels),
     }
 
 

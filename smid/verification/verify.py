@@ -14,6 +14,7 @@ from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
 from relaxations.check.statement import Theorem
 from smid.data import DataError, Dataset
+from smid.data.window import Window, cut_all
 from smid.display.from_plain import fields_from_plain, read
 from smid.display.result import Part, Result
 from smid.display.table import Table
@@ -120,6 +121,7 @@ def verify(
     try:
         found = document(check.read(proof))
         origin = _origin(found)
+        data = _proven_part(origin, data)
         _compare_data(origin["data"], data)
         if model is not None:
             _compare_models(origin["model"], model_statement(bind(model, data)))
@@ -162,6 +164,21 @@ def _origin(found: Document) -> dict[str, Any]:
             "smid identify --certificate"
         )
     return origin
+
+
+def _proven_part(origin: Mapping[str, Any], data: Dataset) -> Dataset:
+    """Return the windows that the proof is about, or the whole record."""
+    windows = [Window.from_dict(told) for told in origin.get("windows", ())]
+    for w in windows:
+        if not (
+            0 <= w.experiment < len(data.experiments)
+            and 0 <= w.first <= w.last < data.experiments[w.experiment].n_samples
+        ):
+            raise DataError(
+                f"the proof is about samples {w.first} to {w.last} of experiment {w.experiment}, which the data lack: "
+                "give the whole record that was identified"
+            )
+    return cut_all(data, windows) if windows else data
 
 
 def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:

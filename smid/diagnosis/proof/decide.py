@@ -25,7 +25,7 @@ from relaxations.problem.problem import PolynomialProblem
 from relaxations.search.enclosure import Reason
 from relaxations.search.plan import Plan
 from smid.data import Channel, DataError, Dataset
-from smid.diagnosis.proof.window import Window
+from smid.data.window import Window
 from smid.feasible.assemble import stamp_all
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
@@ -117,7 +117,7 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
         return decision(Status.UNDECIDED, " ".join(f"failed with {type(error).__name__}: {error}".split()))
     if found.reason is Reason.INTERRUPTED:
         raise KeyboardInterrupt
-    if found.enclosure is None:
+    if found.enclosure is None or found.boxed is None:
         return decision(Status.UNDECIDED, found.reason.value)
     if found.enclosure.empty is not None:
         weights = found.enclosure.empty.weights

@@ -15,12 +15,13 @@ import numpy as np
 
 from relaxations.deadline import Progress, check_seconds
 from smid.data import Dataset
+from smid.data.window import Window
 from smid.diagnosis.cause import Cause, Rival
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.proof.decide import Decision, Status, decide
 from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.proof.name_proof import NameProof
-from smid.diagnosis.proof.window import Window, windows
+from smid.diagnosis.proof.window import windows
 from smid.feasible.feasible_set import check_noise_bound
 from smid.models import Model, ModelError
 from smid.models.simulated import check_equations

@@ -6,29 +6,14 @@ If a part of a record is infeasible, the whole is. A short window keeps the rela
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.data import Dataset
+from smid.data.window import Window
 
 SIZES = (40, 100, 250)
 """Samples of the windows, tried in turn."""
-
-
-@dataclass(frozen=True)
-class Window:
-    """Samples ``first`` to ``last`` of one experiment, counted from its start."""
-
-    experiment: int
-    first: int
-    last: int
-
-    def cut(self, data: Dataset, before: int = 0) -> Dataset:
-        """Return these samples, with up to so many samples before them."""
-        alone = data.with_experiments((data.experiments[self.experiment],)).with_n_init(0)
-        return alone.crop(max(self.first - before, 0), self.last + 1)
 
 
 def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator[Window]:

@@ -255,7 +255,7 @@ def test_an_interrupted_run_keeps_what_is_proven(problem: FirstOrder, estimate: 
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, MemoryError])
-@pytest.mark.parametrize("step", ["with_finite_box", "_first_witness", "_centre"])
+@pytest.mark.parametrize("step", ["with_finite_box", "_first_witness", "centre_status"])
 def test_stopped_in_any_step_there_is_a_result(
     monkeypatch: pytest.MonkeyPatch, problem: FirstOrder, step: str, stop: type[BaseException]
 ) -> None:

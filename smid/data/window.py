@@ -1,0 +1,49 @@
+"""Windows of a record: what is proven on a part of the samples holds for the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from smid.data.edit import crop, slice_samples
+
+if TYPE_CHECKING:
+    from smid.data.dataset import Dataset
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples ``first`` to ``last`` of one experiment, counted from its start."""
+
+    experiment: int
+    first: int
+    last: int
+
+    def __len__(self) -> int:
+        return self.last - self.first + 1
+
+    def to_dict(self) -> dict[str, int]:
+        """Return plain data."""
+        return asdict(self)
+
+    @staticmethod
+    def from_dict(content: Mapping[str, int]) -> Window:
+        """Return the window that `to_dict` described."""
+        return Window(content["experiment"], content["first"], content["last"])
+
+    def cut(self, data: Dataset, before: int = 0) -> Dataset:
+        """Return these samples, with up to so many samples before them."""
+        alone = data.with_experiments((data.experiments[self.experiment],)).with_n_init(0)
+        return crop(alone, max(self.first - before, 0), self.last + 1)
+
+
+def cut_all(data: Dataset, windows: Sequence[Window]) -> Dataset:
+    """Return a data set in which each window is an experiment of its own, named by its samples."""
+    runs = []
+    for window in windows:
+        run = slice_samples(
+            data.experiments[window.experiment], range(window.first, window.last + 1), data.sampling_time
+        )
+        runs.append(type(run)(f"{run.name}[{window.first}:{window.last + 1}]", run.values, run.start_time))
+    return data.with_experiments(runs).with_n_init(0)

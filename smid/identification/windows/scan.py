@@ -1,0 +1,167 @@
+"""The extreme parameters of the free runs that stay within the noise bounds, and the samples that hold them.
+
+The search is local and without proof. Linear programs in the parameters and the initial states
+(:mod:`smid.fitting.sequential`) cost about as much as a few simulations, whatever the length of the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array, Index
+from smid.data import Dataset
+from smid.data.window import Window
+from smid.fitting.constraints import Constraints, constrained
+from smid.fitting.fit import Fitting, fit
+from smid.fitting.sequential import Descents, largest
+from smid.models import Model
+
+_FITTED = 20_000  # samples of each experiment for the start by least squares
+_MARGIN = 1e-9  # kept from the noise bounds, so that rounding does not break them
+_PRICE, _WORTH = 1e3, 1e-6
+_INNER = 1e-9  # least predicted reduction of the largest error, for a run inside: on a long record few are
+_OBJECTING = 5
+_BACK = 40  # halvings of the way back to a point inside
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """The run at an end of an interval.
+
+    Parameters
+    ----------
+    value
+        The parameter's.
+    vector
+        Shape (n_free,). Parameters and initial states.
+    rows
+        The errors that hold it: indices into the residual.
+    """
+
+    value: float
+    vector: Array
+    rows: Index
+
+
+class Scan:
+    """The free runs of a model within the noise bounds of a record.
+
+    Parameters
+    ----------
+    bounds
+        Of each output channel, in its unit.
+
+    Attributes
+    ----------
+    inside, least, least_rows
+        The run with the smallest largest error that was found, this error as a share of the noise bound, and what holds
+        it. Beyond 1 no run within the bounds was found.
+    """
+
+    def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
+        everything = [np.ones(run.n_samples, bool) for run in data.experiments]
+        first = [np.arange(run.n_samples) < _FITTED for run in data.experiments]
+        begun = fit(model, data, first)
+        self.problem = Fitting(begun.model, data, everything, begun.initial, scale=bounds)
+        self._descents = Descents(self.problem)
+        start, constraints = self.problem.start(begun.model.values), Constraints.of(self.problem)
+        if constraints.violated(start):
+            start = constrained(Fitting(begun.model, data, first, begun.initial), start, constraints)
+        found = self._descents.descend(start, np.zeros(len(start)), 0.0, 1.0, _INNER)
+        self.inside, self.least, self.least_rows = found.vector, found.largest, found.rows
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Return the parameters that have an interval."""
+        problem = self.problem
+        ends = zip(problem.run.parameters, problem.lower, problem.upper, strict=True)
+        return tuple(name for name, low, high in ends if low < high)
+
+    def values(self, vector: Array) -> dict[str, float]:
+        """Return the value of every parameter of the model."""
+        fixed = {p.name: p.lower for p in self.problem.model.parameters}
+        return fixed | dict(zip(self.problem.run.parameters, vector.tolist(), strict=False))
+
+    def extreme(self, name: str, sign: int) -> Extreme:
+        """Return the run with the least value of a parameter (sign 1), or with the largest one (sign -1)."""
+        place = self.problem.run.parameters.index(name)
+        cost = np.zeros(len(self.inside))
+        cost[place] = sign
+        found = self._descents.descend(self.inside, cost, 1.0 - _MARGIN, _PRICE, _WORTH)
+        vector = self._pulled_back(found.vector)
+        return Extreme(float(vector[place]), vector, found.rows)
+
+    def difference(self, one: Extreme, other: Extreme) -> float:
+        """Return by how much two runs differ, in noise bounds: the median, for their initial states soon fade."""
+        errors = self.problem.residual(one.vector) - self.problem.residual(other.vector)
+        return float(np.median(np.abs(errors)))
+
+    def memory(self, least: float) -> int:
+        """Return after how many samples initial states within the noise bounds change no error by more than a share."""
+        problem = self.problem
+        count = len(problem.run.parameters)
+        channels = {m.signal: m.channel for m in problem.outputs}
+        reach = np.array([problem.scale.get(channels.get(problem.run.states[k][0], ""), 0.0) for k in problem.begun])
+        runs = len(problem.used)
+        changed = np.abs(problem.jacobian(self.inside)[:, count:]) @ np.tile(reach, runs)
+        lasting = self._places[1][changed > least]
+        return int(lasting.max(initial=0)) + 1
+
+    def windows(self, rows: Index, length: int) -> tuple[Window, ...]:
+        """Return the windows that hold some errors, each with so many samples before it; those that meet are joined."""
+        experiments, samples = self._places
+        found: list[Window] = []
+        for e, k in sorted(zip(experiments[rows].tolist(), samples[rows].tolist(), strict=True)):
+            first = max(k - length, 0)
+            if found and found[-1].experiment == e and first <= found[-1].last + 1:
+                found[-1] = Window(e, found[-1].first, k)
+            else:
+                found.append(Window(e, first, k))
+        return tuple(found)
+
+    def beyond(self, parameters: Array) -> Index:
+        """Return the errors that are most beyond the bound with some parameters, from the initial states inside."""
+        values = dict(zip((p.name for p in self.problem.model.parameters), parameters.tolist(), strict=True))
+        vector = self.inside.copy()
+        vector[: len(self.problem.run.parameters)] = [values[name] for name in self.problem.run.parameters]
+        return largest(np.abs(self.problem.residual(vector)), 1.0, _OBJECTING)
+
+    @cached_property
+    def _places(self) -> tuple[Index, Index]:
+        """Return the experiment and the sample of each error."""
+        runs = enumerate(self.problem.there)
+        there = [(e, np.flatnonzero(mine[m.channel])) for e, mine in runs for m in self.problem.outputs]
+        experiments = np.concatenate([np.full(len(samples), e) for e, samples in there])
+        return experiments, np.concatenate([samples for _, samples in there])
+
+    def _pulled_back(self, vector: Array) -> Array:
+        """Return the run nearest to a vector, on the way to the run inside, whose errors are within the bounds."""
+
+        def within(share: float) -> bool:
+            errors = self.problem.residual(self.inside + share * (vector - self.inside))
+            return float(np.abs(errors).max()) <= 1.0 - 0.5 * _MARGIN
+
+        low, high = 0.0, 1.0
+        if within(high):
+            return vector
+        for _ in range(_BACK):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if within(middle) else (low, middle)
+        return self.inside + low * (vector - self.inside)
+
+
+def best_run(
+    model: Model, data: Dataset, bounds: Mapping[str, float], values: Mapping[str, float]
+) -> list[dict[str, Array]]:
+    """Return the outputs of the run with given parameters whose largest error, as a share of its bound, is least."""
+    everything = [np.ones(run.n_samples, bool) for run in data.experiments]
+    fixed = model.bound(**{name: (value, value) for name, value in values.items()})
+    problem = Fitting(fixed, data, everything, scale=bounds)
+    vector = problem.start({})
+    if problem.n_free:
+        vector = Descents(problem).descend(vector, np.zeros(problem.n_free), 0.0, 1.0, _INNER).vector
+    return problem.simulate(vector)
