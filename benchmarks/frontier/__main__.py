@@ -6,7 +6,17 @@ from pathlib import Path
 
 from benchmarks.pages import write
 
-NAMES = ("growth", "exercise", "order_studies", "named_problems", "analytic", "named_verdicts", "terms", "rlt")
+NAMES = (
+    "growth",
+    "windows",
+    "exercise",
+    "order_studies",
+    "named_problems",
+    "analytic",
+    "named_verdicts",
+    "terms",
+    "rlt",
+)
 HEAD = """# Benchmark of the relaxations
 
 Bounds are certified unless a section says otherwise. Each section names the computer it was measured on.

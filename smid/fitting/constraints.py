@@ -40,13 +40,13 @@ class Constraints:
 
     @staticmethod
     def of(problem: Fitting) -> Constraints:
-        """Return those of the model; fixed parameters are numbers in them."""
+        """Return those of the model; fixed parameters are numbers in them, and without others there are none."""
         model, names = problem.model, problem.run.parameters
         fixed = {p.symbol: p.lower for p in model.parameters if p.lower == p.upper}
         stated = sympy.Matrix([expression.subs(fixed) for expression in model.constraints])
         symbols = [model.parameter(name).symbol for name in names]
         count = len(model.constraints)
-        if not count:
+        if not (count and names):
             return Constraints(lambda _: np.empty(0), lambda _: np.empty((0, problem.n_free)))
         # A list of symbols makes functions of one vector.
         value = sympy.lambdify([symbols], stated)
