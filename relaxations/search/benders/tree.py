@@ -17,6 +17,7 @@ from relaxations.search.best_first import best_first
 
 PASSES = 20  # at a node, each with fewer candidates or one cut more
 FEASIBLE = 1e-9  # of the inner variables' radius: a smaller excess may be the solver's error
+NARROW = 1e-12  # of the values: a narrower box is not cut, for what keeps its bound is rounding
 WORTH = 0.8  # a box that shrank to this share in some direction is worth another pass
 
 
@@ -86,12 +87,12 @@ def bound_end(
     """
     first = float(lower[target] if sign > 0 else -upper[target])
     root = Node(lower, upper, first)
-    bound, looked, margin = first, 0, np.inf
+    bound, looked, margin, stuck = first, 0, np.inf, False
     weights = np.zeros(asker.cuts.multipliers.shape[1])
 
     def expand(_: float, node: Node) -> Iterator[tuple[float, Node]]:
         """Raise a node's bound by cuts; cut its box in two where that does not reach the goal."""
-        nonlocal goal, looked, weights, margin
+        nonlocal goal, looked, weights, margin, stuck
         looked += 1
         proof, worst, met = _tighten(asker, node, target, sign, goal)
         if proof is not None:
@@ -99,7 +100,8 @@ def bound_end(
             margin = min(margin, proof[1])
         if met is not None:
             goal = feasible(met)
-        if node.bound >= goal:
+        stuck = node.bound < goal and _is_narrow(node)
+        if node.bound >= goal or stuck:
             yield node.bound, node
         else:
             node.parts = _halves(asker, node, worst)
@@ -113,7 +115,7 @@ def bound_end(
 
     stop: BaseException | None = None
     try:
-        best_first(root, first, expand, enough=lambda: goal, more=lambda: looked < most, report=better)
+        best_first(root, first, expand, enough=lambda: goal, more=lambda: looked < most and not stuck, report=better)
     except STOPS as early:  # the tree keeps what is proven so far
         stop = early
     return Bounded(bound, looked, root, weights, margin, stop)
@@ -195,6 +197,11 @@ def _take(node: Node, left: Shrunk, centre: Array, radius: Array, b: Array, a: A
     if left.failing is not None:
         most = a[left.failing] * np.where(a[left.failing] > 0, left.upper, left.lower)
         node.claims.append(Claim(None, 1, 0.5 * float(-b[left.failing] - most.sum()), alone(left.failing, 1.0)))
+
+
+def _is_narrow(node: Node) -> bool:
+    """Return whether a box is a point but for rounding."""
+    return bool((node.upper - node.lower <= NARROW * np.maximum(np.abs(node.lower), np.abs(node.upper))).all())
 
 
 def _halves(asker: Asker, node: Node, worst: int) -> list[Node]:

@@ -12,6 +12,7 @@ from relaxations.errors import ProblemError
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.points.witness import verify
+from relaxations.proof.proof_steps import Branches, Step
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.master import contradiction, lower_bound, shrink
 from relaxations.search.benders.program import ask
@@ -21,7 +22,7 @@ from relaxations.search.benders.tree import bound_end
 from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import LONG
-from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, FeasibleSet, Hammerstein, identify
+from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, FeasibleSet, Hammerstein, OutputError, identify
 
 NOISE = 0.05
 
@@ -244,3 +245,23 @@ def test_an_empty_set_without_equalities_is_proven_so_by_cuts():
     found = intervals(problem, [0], method="benders")
     assert found.reason is Reason.EMPTY
     assert found.empty.weights.shape == (0,)
+
+
+def test_an_interval_as_narrow_as_the_rounding_is_not_branched_for_ever():
+    """What keeps a bound there is the solver's rounding, and a deep tree is a file that cannot be written."""
+    rng, bound = np.random.default_rng(0), 1e-9
+    u = rng.normal(size=12)
+    y = np.r_[0, u[:-1]] + rng.uniform(-bound, bound, 12)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    model = OutputError(na=1, nb=0, stable=True).bound(b0=(0.5, 2.0))
+    steps: list[Step] = []
+    found = intervals(
+        FeasibleSet(model, data, bound).problem, [0], method="benders", tolerance=1e-3, record=steps.append
+    )
+    assert found.intervals[0].lower <= 0.0 <= found.intervals[0].upper
+
+    def depth(step: Step) -> int:
+        inside = [own for part in step.parts for own in part.steps] if isinstance(step, Branches) else []
+        return 1 + max(map(depth, inside), default=0)
+
+    assert max(map(depth, steps)) < 100
