@@ -71,7 +71,7 @@ def intervals(
     solver
         The name of a conic solver, or a :class:`relaxations.solvers.BackEnd`.
     tolerance
-        Stop once every gap is below ``tolerance`` times the interval's width (or 1e-7 of the value).
+        Stop once every gap is below ``tolerance`` times the interval's width (or 1e-8 of the value).
     rounds
         At most so many contractions.
     witnesses

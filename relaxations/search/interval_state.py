@@ -11,7 +11,7 @@ from relaxations.algebra.arrays import Array
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness, Relaxed
 
-FLOOR = 1e-7  # a gap below this share of the value itself is rounding, however narrow the interval
+FLOOR = 1e-8  # a gap below this share of the value itself is rounding, however narrow the interval
 
 
 @dataclass
