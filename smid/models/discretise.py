@@ -82,7 +82,7 @@ def discretise(
     step = number(sampling_time) / substeps
     if len(states) == 1:
         name = states[0]
-        slope = sympy.expand(sympy.diff(rates[name], signal(name)[t]))
+        slope = sympy.diff(rates[name], signal(name)[t])  # as it is: expanded it may fill the memory
         if not slope.atoms(sympy.Indexed):
             return (*plain, Line(signal(name)[t], _affine(name, rates[name], slope, scheme, substeps, step)))
     names = _free_names({*taken, *states, *(line.signal for line in lines)})
