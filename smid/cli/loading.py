@@ -22,6 +22,7 @@ from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, ModelError
+from smid.models.parts import plain_name
 from smid.models.units import check_units
 from smid.reports.load import load
 
@@ -79,7 +80,7 @@ def load_data(
         if not names and model is None:
             raise click.UsageError(f"Missing option '{flag}'")
     table = read_table(Path(path), columns.reading)
-    by_plain_name = {plain(name): name for name in table.cells}
+    by_plain_name = {plain_name(name): name for name in table.cells}
 
     def in_file(names: Sequence[str]) -> list[str]:
         known = (name if name in table.cells else by_plain_name.get(name, name) for name in names)
@@ -97,7 +98,7 @@ def load_data(
         columns.reading.missing,
         slice(start, stop),
     )
-    data = data.rename({name: plain(name) for name in data.names})
+    data = data.rename({name: plain_name(name) for name in data.names})
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
@@ -109,12 +110,6 @@ def read_table(path: Path, reading: Reading) -> Table:
     """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
     other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
     return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
-
-
-def plain(name: str) -> str:
-    """Return a name that an equation can hold; a column without header is named ``c0``, for example."""
-    plain = re.sub(r"\W", "_", name)
-    return plain if plain.isidentifier() else f"c{plain}"
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
@@ -168,7 +163,7 @@ def stated_bounds(flag: str, channels: Sequence[str], asked: Sequence[NoiseBound
     example = ",".join(f"{channel}=..." for channel in channels)
     by_channel: dict[str, NoiseBound] = {}
     for bound in asked:
-        named = channels if bound.channel is None else [plain(bound.channel)]
+        named = channels if bound.channel is None else [plain_name(bound.channel)]
         for channel in named:
             if channel not in channels:
                 raise click.UsageError(f"{flag}: {channel!r} is none of {', '.join(channels)}: write {flag} {example}")

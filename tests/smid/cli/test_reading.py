@@ -112,7 +112,16 @@ def test_show_tells_faults_and_what_it_left_out(smid):
     Path("run.csv").write_text("\n".join(text) + "\n")
     found = smid("show run.csv").stdout
     assert "fault: valve is constant" in found
-    assert "left out: status: row 1 (line 2)" in found
+    assert "left out: status: text, such as 'Good'" in found
+
+
+def test_show_tells_the_name_of_a_column_in_a_model_file(smid):
+    Path("run.csv").write_text(Path("run.csv").read_text().replace(",u [V],", ",FI-101 Flow [V],"))
+    found = smid("show run.csv").stdout
+    assert "in model files: FI-101 Flow is FI_101_Flow" in found
+    assert "in model files: y" not in found
+    Path("model.toml").write_text('class = "OutputError"\ninput = "FI-101 Flow"\n')
+    assert "write 'FI_101_Flow'" in smid("error-bound run.csv --model model.toml --output y").stderr
 
 
 @pytest.mark.parametrize("suffix", ["npz", "mat"])
