@@ -166,15 +166,18 @@ class Overview(Tabular):
             )
         from matplotlib.figure import Figure
 
+        from smid.display.style import WIDTH, style
+
         time = self.start_time + self.sampling_time * np.arange(self.samples)
-        figure = Figure(figsize=(8.0, min(1.0 + 1.5 * len(self.channels), TALLEST)), layout="constrained")
-        axes = figure.subplots(len(self.channels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, channel in zip(axes, self.channels, strict=True):
-            axis.plot(time, self.run.values[channel.channel], linewidth=0.9)
-            axis.set_ylabel(str(Channel(channel.channel, channel.unit)))
-            axis.grid(True, linewidth=0.4, alpha=0.5)
-            axis.margins(x=0)
-        axes[-1].set_xlabel("time [s]")
+        with style():
+            figure = Figure(figsize=(WIDTH, min(0.6 + 1.3 * len(self.channels), TALLEST)), layout="constrained")
+            axes = figure.subplots(len(self.channels), 1, sharex=True, squeeze=False)[:, 0]
+            for axis, channel in zip(axes, self.channels, strict=True):
+                axis.plot(time, self.run.values[channel.channel])
+                axis.set_ylabel(str(Channel(channel.channel, channel.unit)))
+                axis.grid(True, linewidth=0.4)
+                axis.margins(x=0)
+            axes[-1].set_xlabel("time [s]")
         return figure
 
 
