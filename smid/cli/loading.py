@@ -17,6 +17,7 @@ from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables
 from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
+from smid.data.read_tables import read_excel, read_parquet
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
@@ -25,6 +26,9 @@ from smid.models import Model, ModelError
 from smid.models.parts import plain_name
 from smid.models.units import check_units
 from smid.reports.load import load
+
+_WORKBOOKS = (".xlsx", ".xlsm", ".xls")
+_OF_ARRAYS = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -102,14 +106,19 @@ def load_data(
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path))) if table.lines else None
+    is_text = Path(path).suffix.lower() not in (*_OF_ARRAYS, *_WORKBOOKS)
+    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
 
 
 def read_table(path: Path, reading: Reading) -> Table:
-    """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
-    other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
-    return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
+    """Return the columns of a text file, a NumPy archive, a MATLAB file, an Excel workbook or a Parquet file."""
+    kind = path.suffix.lower()
+    if kind in _OF_ARRAYS:
+        return _OF_ARRAYS[kind](path)
+    if kind in _WORKBOOKS:
+        return read_excel(path, reading.decimal)
+    return read_csv(path, reading.delimiter, reading.decimal, reading.encoding)
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
