@@ -5,9 +5,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
 from smid.data.columns import Table
 from smid.data.errors import DataError
 from smid.data.read_arrays import require_file, table_of_frame
@@ -23,6 +20,8 @@ def read_excel(path: Path, decimal: str | None = None) -> Table:
     if path.suffix.lower() == ".xls":
         raise DataError(f"{path.name} is a workbook of Excel 2003 or before; save it as .xlsx, or as CSV")
     _require("openpyxl", "excel", path)
+    import pandas as pd
+
     try:
         book = pd.read_excel(path, sheet_name=None, header=None, engine="openpyxl")
     # The libraries below raise many kinds of exceptions for damaged files.
@@ -44,6 +43,8 @@ def read_parquet(path: Path) -> Table:
     """
     require_file(path)
     _require("pyarrow", "parquet", path)
+    import pandas as pd
+
     try:
         frame = pd.read_parquet(path, engine="pyarrow")
     except Exception as error:
@@ -58,8 +59,8 @@ def _require(module: str, extra: str, path: Path) -> None:
 
 def _text(cell: Any) -> str:
     """Return a cell as a text file would hold it; a number keeps all its digits."""
+    if cell is None or cell != cell:  # NaN and NaT
+        return ""
     if isinstance(cell, datetime | date):
         return cell.isoformat()
-    if isinstance(cell, float | np.floating):
-        return "" if np.isnan(cell) else repr(float(cell)).removesuffix(".0")
-    return "" if cell is None or cell is pd.NaT else str(cell).strip()
+    return repr(float(cell)).removesuffix(".0") if isinstance(cell, float) else str(cell).strip()
