@@ -157,9 +157,8 @@ def _break_what_is_too_long(figure: Figure) -> None:
     figure.draw_without_rendering()
     for axes in figure.axes:
         frame = axes.get_window_extent()
-        for label, room in ((axes.xaxis.label, frame.width), (axes.yaxis.label, frame.height)):
-            size = label.get_window_extent()
-            length = max(size.width, size.height)
+        for label, side in ((axes.xaxis.label, "width"), (axes.yaxis.label, "height")):
+            length, room = getattr(label.get_window_extent(), side), getattr(frame, side)
             if length > room:
                 text = label.get_text()
                 label.set_text(textwrap.fill(text, max(int(len(text) * room / length), 1), break_long_words=False))
