@@ -12,9 +12,9 @@ import click
 from relaxations.solvers.interface import check_solver
 from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
 from smid.data import Dataset
-from smid.data.columns import Table
+from smid.data.columns import Table, is_number
 from smid.data.listing import missing_notes
-from smid.data.load import dataset_of_tables
+from smid.data.load import dataset_of_tables, time_column
 from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
 from smid.data.read_tables import read_excel, read_parquet
@@ -109,6 +109,18 @@ def load_data(
     is_text = Path(path).suffix.lower() not in (*_OF_ARRAYS, *_WORKBOOKS)
     comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
+
+
+def unread_columns(record: Record, data: Dataset) -> list[str]:
+    """Return the columns of numbers that are in the file and not in the data, by their plain names."""
+    columns = record.columns
+    table = read_table(Path(record.path), columns.reading)
+    stamps = time_column(table, columns.time, columns.sampling_time)
+    return [
+        plain_name(name)
+        for name, cells in table.cells.items()
+        if plain_name(name) not in data.names and name != stamps and any(map(is_number, cells))
+    ]
 
 
 def read_table(path: Path, reading: Reading) -> Table:

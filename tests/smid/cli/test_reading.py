@@ -137,3 +137,14 @@ def test_archives_are_read_too(smid, suffix):
     found = smid(f"error-bound run.{suffix} {COMMON}")
     assert found.exit_code == 0, found.stderr
     assert found.stdout.split(" bar")[0].startswith(smid(f"error-bound run.csv {COMMON}").stdout.split(" bar")[0][:40])
+
+
+def test_a_diagnosis_without_a_cause_names_the_columns_that_it_did_not_read(smid):
+    lines = Path("long.csv").read_text().splitlines()[1:]
+    rows = [f"{lines[0]},TI-104 Ambient,status", *(f"{line},{k % 7},Good" for k, line in enumerate(lines[1:]))]
+    Path("run.csv").write_text("\n".join(rows) + "\n")
+    command = "diagnose run.csv --input u --output y --model model.toml --effects input_delay --workers 1 --no-certify"
+    found = smid(command)
+    assert found.exit_code == 0, found.stderr
+    assert "Columns that were not read: TI_104_Ambient. Give one" in found.stdout
+    assert "not read" not in smid(f"{command} --channel TI_104_Ambient").stdout
