@@ -9,7 +9,7 @@ import click
 
 from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import bind_all, load_record, noisy_outputs, plain, stated_bounds
+from smid.cli.loading import bind_all, load_record, noisy_outputs, stated_bounds, unread_columns
 from smid.cli.options import FILE, POSITIVE, NoiseBound, Record, option, read_known_bounds, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
@@ -19,6 +19,7 @@ from smid.diagnosis import diagnose as diagnose_model
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, load_model, save_model
+from smid.models.parts import plain_name
 from smid.reports import check_writable
 from smid.reports import report as write_report
 from smid.reports.documents import diagnose_document
@@ -127,6 +128,9 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
     diagnosis = _diagnosis(base, data, search, seconds, outputs)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
+    unread = [] if diagnosis.causes else unread_columns(record, data)
+    if unread:
+        outputs.say(f"Columns that were not read: {', '.join(unread)}. Give one that may act by --channel NAME.")
     outputs.write(diagnose_document(diagnosis))
     outputs.write_report(lambda path: write_report(diagnosis, path, settings=search.settings(diagnosis.unit)))
     if search.save_model is not None:
@@ -158,7 +162,7 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
             bound,
             search.chosen,
             search.test,
-            simulated=None if search.simulated is None else plain(search.simulated),
+            simulated=None if search.simulated is None else plain_name(search.simulated),
             certify=not search.no_certify,
             workers=search.workers,
             seconds=seconds,

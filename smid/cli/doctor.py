@@ -29,6 +29,8 @@ from smid.study.workers import THREADS
 
 EXTRAS = {
     "control": (("control",), "Estimate.to_control"),
+    "excel": (("openpyxl",), "Excel workbooks"),
+    "parquet": (("pyarrow",), "Parquet files"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),

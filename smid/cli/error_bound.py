@@ -9,12 +9,13 @@ import numpy as np
 
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import load_problem, load_record, noisy_outputs, plain, stated_bounds
+from smid.cli.loading import load_problem, load_record, noisy_outputs, stated_bounds
 from smid.cli.options import NoiseBound, Problem, Record, Solve, read_known_bounds, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_error_bound, verbose_option
 from smid.identification.error_bound import error_bound as least_bound
 from smid.models import load_model
+from smid.models.parts import plain_name
 from smid.reports import data_report
 from smid.reports.documents import error_bound_document
 from smid.reports.page import capitalised
@@ -71,7 +72,7 @@ def error_bound(
 
 def _others(outputs: Sequence[str], asked: Sequence[NoiseBound]) -> dict[str, float]:
     """Return the noise bounds of the other outputs; a usage error unless exactly one is left."""
-    named = [output for output in outputs if output in {plain(bound.channel or "") for bound in asked}]
+    named = [output for output in outputs if output in {plain_name(bound.channel or "") for bound in asked}]
     if len(asked) != len(outputs) - 1 or len(named) != len(asked):
         example = ",".join(f"{output}=..." for output in outputs[1:])
         cure = f"write --noise-bound {example} for all but one" if example else "leave out --noise-bound"

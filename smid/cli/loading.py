@@ -13,20 +13,25 @@ import numpy as np
 from relaxations.solvers.interface import check_solver
 from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
 from smid.data import Dataset
-from smid.data.columns import Table
+from smid.data.columns import Table, is_number
 from smid.data.listing import missing_notes
-from smid.data.load import dataset_of_tables
+from smid.data.load import dataset_of_tables, time_column
 from smid.data.read_arrays import read_mat, read_npz
 from smid.data.read_csv import read_csv, read_text
+from smid.data.read_tables import read_excel, read_parquet
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, ModelError
+from smid.models.parts import plain_name
 from smid.models.units import check_units
 from smid.reports.load import load
 from smid.validation import ModelFit
+
+_WORKBOOKS = (".xlsx", ".xlsm", ".xls")
+_OF_ARRAYS = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -92,7 +97,7 @@ def load_data(
         if not names and model is None:
             raise click.UsageError(f"Missing option '{flag}'")
     table = read_table(Path(path), columns.reading)
-    by_plain_name = {plain(name): name for name in table.cells}
+    by_plain_name = {plain_name(name): name for name in table.cells}
 
     def in_file(names: Sequence[str]) -> list[str]:
         known = (name if name in table.cells else by_plain_name.get(name, name) for name in names)
@@ -110,24 +115,35 @@ def load_data(
         columns.reading.missing,
         slice(start, stop),
     )
-    data = data.rename({name: plain(name) for name in data.names})
+    data = data.rename({name: plain_name(name) for name in data.names})
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path))) if table.lines else None
+    is_text = Path(path).suffix.lower() not in (*_OF_ARRAYS, *_WORKBOOKS)
+    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
 
 
+def unread_columns(record: Record, data: Dataset) -> list[str]:
+    """Return the columns of numbers that are in the file and not in the data, by their plain names."""
+    columns = record.columns
+    table = read_table(Path(record.path), columns.reading)
+    stamps = time_column(table, columns.time, columns.sampling_time)
+    return [
+        plain_name(name)
+        for name, cells in table.cells.items()
+        if plain_name(name) not in data.names and name != stamps and any(map(is_number, cells))
+    ]
+
+
 def read_table(path: Path, reading: Reading) -> Table:
-    """Return the columns of a text file, a NumPy archive (.npz) or a MATLAB file (.mat)."""
-    other = {".npz": read_npz, ".mat": read_mat}.get(path.suffix.lower())
-    return read_csv(path, reading.delimiter, reading.decimal) if other is None else other(path)
-
-
-def plain(name: str) -> str:
-    """Return a name that an equation can hold; a column without header is named ``c0``, for example."""
-    plain = re.sub(r"\W", "_", name)
-    return plain if plain.isidentifier() else f"c{plain}"
+    """Return the columns of a text file, a NumPy archive, a MATLAB file, an Excel workbook or a Parquet file."""
+    kind = path.suffix.lower()
+    if kind in _OF_ARRAYS:
+        return _OF_ARRAYS[kind](path)
+    if kind in _WORKBOOKS:
+        return read_excel(path, reading.decimal)
+    return read_csv(path, reading.delimiter, reading.decimal, reading.encoding)
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
@@ -181,7 +197,7 @@ def stated_bounds(flag: str, channels: Sequence[str], asked: Sequence[NoiseBound
     example = ",".join(f"{channel}=..." for channel in channels)
     by_channel: dict[str, NoiseBound] = {}
     for bound in asked:
-        named = channels if bound.channel is None else [plain(bound.channel)]
+        named = channels if bound.channel is None else [plain_name(bound.channel)]
         for channel in named:
             if channel not in channels:
                 raise click.UsageError(f"{flag}: {channel!r} is none of {', '.join(channels)}: write {flag} {example}")

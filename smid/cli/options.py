@@ -172,6 +172,9 @@ class Reading:
     units: Mapping[str, str] = option(
         callback=read_units, metavar="U=V,...", help="Units by column. [default: from the header]"
     )
+    encoding: str | None = option(
+        metavar="NAME", help="Encoding of a text file, such as cp437. [default: detected, or asked for]"
+    )
 
 
 @dataclass(frozen=True)

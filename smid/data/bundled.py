@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -54,8 +55,7 @@ def record_path(name: str) -> Path:
     package = Path(str(files("smid")))
     # A wheel carries the records inside the package; a checkout has them beside it.
     for folder in (package / "_records", package.parent / "data"):
-        path = folder / "clutch" / f"{name}.csv"
-        if path.is_file():
+        for path in folder.glob(f"*/{glob.escape(name)}.csv"):
             return path
     raise DataError(f"no bundled record {name!r}: choose another name, or install smid again")
 

@@ -161,6 +161,7 @@ class Dataset(Result):
         others: Names | None = None,
         decimal: str | None = None,
         missing: Missing = (),
+        encoding: str | None = None,
     ) -> "Dataset":
         r"""Read text files of columns: one experiment per file, named by the stem of the file.
 
@@ -191,12 +192,14 @@ class Dataset(Result):
             Values that stand for a missing sample, such as -9999 or "Bad", beside empty cells and NaN; "none" says that
             the file has none. The experiment is split where a sample is missing, or a row, and nothing is interpolated
             there. Parts of fewer than 10 samples are left out.
+        encoding
+            Such as "cp437"; by default UTF-8, UTF-16, or Windows-1252 where the letters are Western.
 
         Raises
         ------
         DataError
-            For a missing file or column, a cell that is not a number, unsorted or repeated time stamps, or if neither
-            time stamps nor a sampling time are known.
+            For a missing file or column, letters whose encoding is not clear, a cell that is not a number, unsorted or
+            repeated time stamps, or if neither time stamps nor a sampling time are known.
 
         Examples
         --------
@@ -210,7 +213,50 @@ class Dataset(Result):
         from smid.data.load import dataset_of_tables
         from smid.data.read_csv import read_csv
 
-        tables = [read_csv(file, delimiter, decimal) for file in _paths(path)]
+        tables = [read_csv(file, delimiter, decimal, encoding) for file in _paths(path)]
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
+
+    @staticmethod
+    def from_excel(
+        path: Paths,
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        others: Names | None = None,
+        decimal: str | None = None,
+        missing: Missing = (),
+    ) -> "Dataset":
+        """Read Excel workbooks (.xlsx) with one sheet each; the parameters are those of `from_csv`.
+
+        Needs openpyxl: ``pip install "smid[excel]"``.
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_tables import read_excel
+
+        tables = [read_excel(file, decimal) for file in _paths(path)]
+        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
+
+    @staticmethod
+    def from_parquet(
+        path: Paths,
+        input: Names,
+        output: Names,
+        sampling_time: float | None = None,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        others: Names | None = None,
+        missing: Missing = (),
+    ) -> "Dataset":
+        """Read Parquet files, one experiment per file; the parameters are those of `from_csv`.
+
+        Needs pyarrow: ``pip install "smid[parquet]"``.
+        """
+        from smid.data.load import dataset_of_tables
+        from smid.data.read_tables import read_parquet
+
+        tables = [read_parquet(file) for file in _paths(path)]
         return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
 
     @staticmethod

@@ -9,6 +9,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data.channel import Channel
 from smid.data.columns import Table as Columns
+from smid.data.columns import is_number
 from smid.data.errors import DataError
 from smid.data.experiment import Experiment
 from smid.data.gaps import missing_samples, stretches
@@ -17,6 +18,7 @@ from smid.data.resample import Resampling
 from smid.display.from_plain import fields_from_plain
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
+from smid.models.parts import plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +76,8 @@ class Overview(Tabular):
     sampling_time, start_time
         In seconds.
     notes
-        The source, the time stamps, the gaps, the faults and the columns that were left out, a sentence each.
+        The source, the time stamps, the gaps, the faults, the columns that were left out, and the names in model files,
+        a sentence each.
     run
         A missing sample is NaN. None in an overview that was loaded: its file holds no samples.
     """
@@ -120,6 +123,8 @@ class Overview(Tabular):
             notes.append(f"gap: {len(gaps) - MOST_GAPS} more")
         notes += [f"fault: {r.channel} is constant" for r in ranges if r.min is not None and r.min == r.max]
         notes += [f"left out: {name}: {why}" for name, why in left_out.items()]
+        plain = {r.channel: plain_name(r.channel) for r in ranges}
+        notes += [f"in model files: {name} is {word}" for name, word in plain.items() if word != name]
         return Overview(run.name, source, run.n_samples, sampling_time, run.start_time, ranges, gaps, tuple(notes), run)
 
     def _rows(self) -> Iterator[dict[str, Any]]:
@@ -161,15 +166,18 @@ class Overview(Tabular):
             )
         from matplotlib.figure import Figure
 
+        from smid.display.style import WIDTH, style
+
         time = self.start_time + self.sampling_time * np.arange(self.samples)
-        figure = Figure(figsize=(8.0, min(1.0 + 1.5 * len(self.channels), TALLEST)), layout="constrained")
-        axes = figure.subplots(len(self.channels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, channel in zip(axes, self.channels, strict=True):
-            axis.plot(time, self.run.values[channel.channel], linewidth=0.9)
-            axis.set_ylabel(str(Channel(channel.channel, channel.unit)))
-            axis.grid(True, linewidth=0.4, alpha=0.5)
-            axis.margins(x=0)
-        axes[-1].set_xlabel("time [s]")
+        with style():
+            figure = Figure(figsize=(WIDTH, min(0.6 + 1.3 * len(self.channels), TALLEST)), layout="constrained")
+            axes = figure.subplots(len(self.channels), 1, sharex=True, squeeze=False)[:, 0]
+            for axis, channel in zip(axes, self.channels, strict=True):
+                axis.plot(time, self.run.values[channel.channel])
+                axis.set_ylabel(str(Channel(channel.channel, channel.unit)))
+                axis.grid(True, linewidth=0.4)
+                axis.margins(x=0)
+            axes[-1].set_xlabel("time [s]")
         return figure
 
 
@@ -211,7 +219,11 @@ def overview(
         except DataError as error:
             if wanted:
                 raise
-            left_out[name] = str(error).partition(": ")[2]
+            cells = table.cells[name]
+            is_text = not isinstance(cells, np.ndarray) and not any(map(is_number, cells))
+            left_out[name] = (
+                f"text, such as {next(filter(None, cells))!r}" if is_text else str(error).partition(": ")[2]
+            )
             continue
         if np.isnan(samples).all():
             left_out[name] = "every cell is empty"

@@ -29,7 +29,8 @@ def _columns(arrays: Mapping[str, Any]) -> dict[str, NDArray[np.generic]]:
     return cells
 
 
-def _require_file(path: Path) -> None:
+def require_file(path: Path) -> None:
+    """Raise a DataError if there is no such file."""
     if not path.is_file():
         raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
 
@@ -39,7 +40,7 @@ def read_npz(path: Path) -> Table:
 
     DataError if the file is missing, or is not an archive of plain numbers.
     """
-    _require_file(path)
+    require_file(path)
     try:
         # Pickled objects could run code on loading, so they are refused.
         with np.load(path, allow_pickle=False) as archive:
@@ -54,7 +55,7 @@ def read_mat(path: Path) -> Table:
 
     DataError if the file is missing, damaged, or of version 7.3 (which is HDF5).
     """
-    _require_file(path)
+    require_file(path)
     try:
         content = loadmat(path)
     except NotImplementedError:
@@ -72,7 +73,7 @@ def read_mat(path: Path) -> Table:
     return Table(path.stem, path.name, _columns(arrays))
 
 
-def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
+def table_of_frame(frame: "pandas.DataFrame", name: str, origin: str = "frame") -> Table:
     """Return the columns of a pandas frame; a named index counts as a column, dates become seconds since the first.
 
     DataError if two columns have the same name or the index has several levels.
@@ -101,4 +102,4 @@ def table_of_frame(frame: "pandas.DataFrame", name: str) -> Table:
         cells[column] = values
         if unit:
             units[column] = unit
-    return Table(name, "frame", cells, units)
+    return Table(name, origin, cells, units)

@@ -5,7 +5,6 @@ first row that has these, and the row above is the header. A row of units may st
 them.
 """
 
-import codecs
 import csv
 import re
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from typing import TypeVar
 
 from smid.data.columns import Table, is_missing, is_number, split_unit
 from smid.data.dates import is_date
+from smid.data.decode import decode
 from smid.data.errors import DataError
 
 # The sign before the decimals, and the one between groups of three digits; what a number then looks like.
@@ -37,15 +37,11 @@ _UNIT = re.compile(
 Item = TypeVar("Item")
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 with its mark, or else Latin-1 (older instruments write µ in it)."""
+def read_text(path: Path, encoding: str | None = None) -> str:
+    """Return the text of a file; DataError if there is none, or its encoding is not clear."""
     if not path.is_file():
         raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
-    raw = path.read_bytes()
-    try:
-        return raw.decode("utf-16" if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
+    return decode(path.read_bytes(), path.name, encoding)
 
 
 def sniff_delimiter(lines: Sequence[str]) -> str:
@@ -127,7 +123,9 @@ def _are_units(row: Sequence[str]) -> bool:
     return all(not cell or cell == "-" or _UNIT.fullmatch(cell.strip("[]() ")) for cell in row)
 
 
-def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
+def read_csv(
+    path: Path, delimiter: str | None = None, decimal: str | None = None, encoding: str | None = None
+) -> Table:
     r"""Read a text file of columns.
 
     Lines above the header are skipped; a row of units below it gives the units. Columns without a header are named "0",
@@ -140,12 +138,14 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
         The separator: ",", ";", "\t" or " " (any blanks); detected if not given.
     decimal
         The sign before the decimals, "." or ","; the other one may separate groups of three digits.
+    encoding
+        The name of the encoding; by default what the bytes tell.
 
     Raises
     ------
     DataError
         If the file is missing or empty, a header name occurs twice, a row has more cells than the header, or the file
-        does not tell whether 1,000 is one or a thousand.
+        does not tell its encoding, or whether 1,000 is one or a thousand.
 
     Examples
     --------
@@ -156,10 +156,14 @@ def read_csv(path: Path, delimiter: str | None = None, decimal: str | None = Non
     >>> table.cells["current"], table.units
     (('1.5',), {'current': 'A', 'pressure': 'bar'})
     """
+    return table_of_rows(_rows(read_text(path, encoding), delimiter, path.name), path, decimal)
+
+
+def table_of_rows(rows: Sequence[tuple[int, list[str]]], path: Path, decimal: str | None) -> Table:
+    """Return the columns of rows of cells, each with its number in the file; DataError as for `read_csv`."""
     origin = path.name
     if decimal not in (None, *_GROUP):
         raise DataError(f"decimal = {decimal!r}: give '.' or ','")
-    rows = _rows(read_text(path), delimiter, origin)
     titles, stated, start = _titles([row for _, row in rows])
     header = titles or [str(k) for k in range(len(rows[0][1]))]
     body = rows[start:]

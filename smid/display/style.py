@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,14 +16,16 @@ import matplotlib
 import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator, FuncFormatter
 
 # Okabe and Ito's colours differ for every common kind of colour blindness.
 BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9"
 INK, GRID, SHADE = "#222222", "#c8c8c8", "#e6e6e6"
 PAPER = "#fefefe"  # behind the ink; white itself stays white on a dark page
-WIDTH, NARROW = 5.6, 4.8
-"""Widths of figures, in inches; a narrow one is readable on a phone without scrolling."""
+WIDTH = NARROW = 4.8
+"""Width of a figure in inches: letters of 8 points are legible where a page on a phone shows it whole."""
 
 # On a page these become CSS variables, so that one picture serves light and dark backgrounds.
 _VARIABLES = {
@@ -32,9 +35,10 @@ _VARIABLES = {
 
 _MANY_POINTS, _MANY_CORNERS = 1000, 4000
 _SHARP = 200  # pixels per inch
-# Pixels of a page per point of a figure: letters of 8 points are at least 9.6 pixels on a phone, where a wide figure
-# scrolls, and 14 pixels on a large screen.
-_LEAST, _MOST = 1.2, 1.8
+# Pixels of a page per point of a figure: letters of 8 points are 8 pixels on a phone, and 16 on a large screen.
+_LEAST, _MOST = 1.0, 2.0
+# Seconds of a unit of time, and the least number of them that an axis spans.
+_UNITS, _LEAST_SPAN = {"d": 86400.0, "h": 3600.0, "min": 60.0}, 3
 
 _SETTINGS: dict[Any, Any] = {
     "axes.edgecolor": INK,
@@ -77,7 +81,7 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
 
     ``label`` describes the figure for screen readers. ``salt`` differs for each figure of a page, so that names differ.
     """
-    _draw_clouds_as_pixels(figure)
+    prepare(figure)
     buffer = io.StringIO()
     with style():
         matplotlib.rcParams["svg.hashsalt"] = salt
@@ -110,10 +114,67 @@ def notebook_svg(figure: Figure, label: str) -> str:
 
 def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
     """Write a figure on white paper to a file; the same figure gives the same file."""
-    _draw_clouds_as_pixels(figure)
+    prepare(figure)
     with style():
         matplotlib.rcParams["svg.hashsalt"] = "smid"
         figure.savefig(path, format="svg", metadata={"Date": None})
+
+
+class _TicksOfUnit(AutoLocator):
+    """Ticks at round numbers of a unit, on an axis in seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self._seconds = seconds
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        return self._seconds * np.asarray(super().tick_values(vmin / self._seconds, vmax / self._seconds))
+
+
+def prepare(figure: Figure) -> None:
+    """Make a figure fit for a page: axes of time in the unit that suits their span, no label cut off, no huge file."""
+    with style():
+        for axes in figure.axes:
+            _tell_time_in_its_unit(axes)
+        _break_what_is_too_long(figure)
+    _draw_clouds_as_pixels(figure)
+
+
+def _tell_time_in_its_unit(axes: Axes) -> None:
+    """Show minutes, hours or days where a linear axis in seconds spans several of them."""
+    label, (low, high) = axes.get_xlabel(), axes.get_xlim()
+    found = [(name, one) for name, one in _UNITS.items() if abs(high - low) >= _LEAST_SPAN * one]
+    if not found or not label.endswith("[s]") or axes.get_xscale() != "linear":
+        return
+    unit, seconds = found[0]
+    axes.set_xlabel(f"{label.removesuffix('[s]')}[{unit}]")
+    axes.xaxis.set_major_locator(_TicksOfUnit(seconds))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x / seconds:.10g}"))
+
+
+def _break_what_is_too_long(figure: Figure) -> None:
+    """Break labels that are longer than their axis, and legends that are wider than the figure."""
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        frame = axes.get_window_extent()
+        for label, side in ((axes.xaxis.label, "width"), (axes.yaxis.label, "height")):
+            length, room = getattr(label.get_window_extent(), side), getattr(frame, side)
+            if length > room:
+                text = label.get_text()
+                label.set_text(textwrap.fill(text, max(int(len(text) * room / length), 1), break_long_words=False))
+    for legend in list(figure.legends):
+        box = legend.get_window_extent()
+        if box.width > figure.bbox.width:
+            labels = [text.get_text() for text in legend.get_texts()]
+            above = box.y0 + box.y1 > figure.bbox.height
+            legend.remove()
+            figure.legend(
+                [handle for handle in legend.legend_handles if handle is not None],
+                labels,
+                loc="outside upper center" if above else "outside lower center",
+                ncols=max(int(len(labels) * figure.bbox.width / box.width), 1),
+                title=legend.get_title().get_text() or None,
+            )
 
 
 def _draw_clouds_as_pixels(figure: Figure) -> None:

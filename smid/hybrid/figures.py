@@ -27,7 +27,7 @@ def surface_figure(surface: CostSurface) -> Figure:
         space.plot_surface(along, across, height, cmap="viridis", linewidth=0.0, rcount=80, ccount=80)
         space.set(title="log10 of the RMS error", xlabel=one, ylabel=two)
         space.view_init(elev=38, azim=-60)
-        space.tick_params(labelsize=7)
+        space.tick_params(labelsize=8)
         for axis in (space.xaxis, space.yaxis, space.zaxis):
             axis.set_pane_color("none")  # light panes are visible on a dark page
         # Contours.

@@ -14,15 +14,29 @@ from smid.models.errors import ModelError
 from smid.models.expressions import shown
 from smid.models.symbols import VALUE, canonical, end, packed, references, t, unpacked
 
-__all__ = ["Edit", "Line", "Measurement", "Parameter", "check_name"]
+__all__ = ["Edit", "Line", "Measurement", "Parameter", "check_name", "plain_name"]
+
+
+def plain_name(name: str) -> str:
+    """Return a name that an equation can hold; a column without header is named ``c0``, for example.
+
+    Examples
+    --------
+    >>> plain_name("TI-103 Temp")
+    'TI_103_Temp'
+    """
+    plain = re.sub(r"\W", "_", name)
+    return plain if plain.isidentifier() else f"c{plain}"
 
 
 def check_name(name: object, kind: str) -> None:
     """Refuse what is no name of a parameter, signal, channel or noise."""
     if not isinstance(name, str):
         raise ModelError(f"{kind} name {name!r} cannot be used: give one name, as text")
-    if not name.isidentifier() or name in {"t", VALUE.name}:
-        raise ModelError(f"{kind} name {name!r} cannot be used: take letters, digits and _, but not 't' or 'value'")
+    if not name.isidentifier():
+        raise ModelError(f"{kind} name {name!r} cannot be used: write {plain_name(name)!r} (letters, digits and _)")
+    if name in {"t", VALUE.name}:
+        raise ModelError(f"{kind} name {name!r} cannot be used: 't' and 'value' have a meaning in equations")
 
 
 @dataclass(frozen=True)

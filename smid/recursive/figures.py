@@ -113,7 +113,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
         places_of = [dict.fromkeys(name for name in names if name) for names in zip_longest(*methods)]
         order = "\n".join(f"{k}. {' or '.join(names)}" for k, names in enumerate(places_of, start=1))
-        figure.supxlabel(f"within each record, from left to right:\n{order}", fontsize=7)
+        figure.supxlabel(f"within each record, from left to right:\n{order}", fontsize=8)
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection
 from html import escape
 from typing import Any
@@ -10,6 +11,7 @@ from xml.dom.minidom import Element
 
 import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
+from sympy.printing.pretty.pretty_symbology import greek_letters
 
 from smid.models import Model, Parameter
 from smid.models.expressions import decimals, shown
@@ -29,12 +31,20 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_Symbol(self, symbol: sympy.Symbol, style: str = "plain") -> Element:
         element: Element = super()._print_Symbol(symbol, style)
+        # Only letters take an index: a name of words stays as charts and text write it.
+        if re.match(r"[A-Za-z]{2,}_", symbol.name) and element.tagName != "mi" and not _is_greek(symbol.name):
+            element = self.dom.createElement("mi")
+            element.appendChild(self.dom.createTextNode(symbol.name))
         if symbol.name in self._new:
             element.setAttribute("class", "new")
         return element
 
     def _print_Float(self, value: sympy.Float) -> Any:
         return super()._print_Float(sympy.Float(value, _DIGITS))
+
+
+def _is_greek(name: str) -> bool:
+    return name.partition("_")[0].rstrip("0123456789").lower() in greek_letters
 
 
 def equations(model: Model, new: Collection[str] = ()) -> list[str]:

@@ -36,7 +36,7 @@ def study_page(study: Study, *, settings: Mapping[str, str] | None = None) -> Pa
     )
     return chapter_page(
         f"{capitalised(study.model.name)}: a study",
-        study.conclusion,
+        f"{study.answer} {study.conclusion}".lstrip(),
         sections,
         together(study.records),
         document=study_document("study", study.to_dict()),

@@ -16,6 +16,7 @@ from smid.display.result import Part, Tabular
 from smid.display.table import Table, figure
 from smid.identification.estimate import ParameterInterval, round_down, round_up, shown_digits
 from smid.models import Model
+from smid.study.answer import answer
 from smid.study.cell import Cell, Settings
 from smid.study.outcome import Outcome, Status
 
@@ -60,6 +61,11 @@ class Study(Tabular):
         """Return the cells that have an outcome, with it."""
         pairs = zip(self.cells, self.outcomes, strict=True)
         return tuple((cell, outcome) for cell, outcome in pairs if outcome is not None)
+
+    @property
+    def answer(self) -> str:
+        """Return in one sentence how the widths of the intervals depend on what varies; empty if nothing does."""
+        return answer(self.done)
 
     @property
     def conclusion(self) -> str:
@@ -115,7 +121,7 @@ class Study(Tabular):
     def _content(self) -> Iterator[Part]:
         yield self.table
         yield from self.messages
-        yield self.conclusion
+        yield f"{self.answer} {self.conclusion}".lstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: the fields of ``smid.study/1`` in docs/json.md."""

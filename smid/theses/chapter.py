@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Chapter", "Drawing", "Topic", "write_chapter"]
 
+_LONG = 6  # rows of a table beside its figure
+
 
 @dataclass(frozen=True)
 class Drawing:
@@ -87,13 +89,26 @@ def write_chapter(chapter: Chapter, path: str | PathLike[str], settings: Mapping
     page = chapter_page(
         chapter.title,
         chapter.conclusion,
-        [Section(t.title, tuple(block for part in t.parts for block in _blocks(part))) for t in chapter.topics()],
+        [Section(topic.title, tuple(_section(topic))) for topic in chapter.topics()],
         chapter.records(),
         document=study_document(chapter.command.replace(" ", "-"), chapter.to_dict()),
         not_compared=chapter.not_compared,
         settings=settings,
     )
     return write_page(page, path)
+
+
+def _section(topic: Topic) -> Iterator[Block]:
+    """Return what a topic is on a page; where it has a figure, long tables are folded: the figure shows them."""
+    from smid.reports.content import Folded
+
+    is_drawn = any(isinstance(part, Drawing) for part in topic.parts)
+    for part in topic.parts:
+        for block in _blocks(part):
+            if is_drawn and isinstance(block, Table) and len(block.rows) > _LONG:
+                yield Folded(f"All {len(block.rows)} rows of the table", (block,))
+            else:
+                yield block
 
 
 def _blocks(part: object) -> Iterator[Block]:

@@ -152,7 +152,7 @@ def test_the_readme_states_hash_seed_and_parameters(path: Path) -> None:
 def test_the_wheel_ships_every_record() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     shipped = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    assert shipped == {"data/clutch": "smid/_records/clutch"}
+    assert shipped == {f"data/{name}": f"smid/_records/{name}" for name in ("clutch", "tank")}
 
 
 def test_the_readme_states_the_hash_of_the_steps() -> None:

@@ -1,21 +1,28 @@
-"""Pages of docs/ and the README: Python blocks run and print what the text block below shows, TOML blocks load."""
+"""Pages of docs/ and the README: Python blocks and commands run and print what the text block below shows, TOML loads.
+
+A TOML block that begins with the name of a file is that file for the commands below it.
+"""
 
 import contextlib
 import doctest
 import io
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
+from smid.cli import main
 from smid.models import ModelError, load_model, model_from_mapping
 from smid.models.file import MODEL_CLASSES, fields_of_class
 
 ROOT = Path(__file__).parents[2]
-PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
+FILES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "tasks").glob("*.md")])
+PAGES = {page.stem: page.read_text(encoding="utf-8") for page in FILES}
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 
@@ -35,6 +42,15 @@ def printed_by(text, names):
     return output.getvalue()
 
 
+def printed_by_commands(lines):
+    """Return what commands of smid print on standard output."""
+    words = [shlex.split(line) for line in lines.splitlines()]
+    assert all(line[0] == "smid" for line in words)
+    runs = [CliRunner().invoke(main, line[1:], prog_name="smid") for line in words]
+    assert all(run.exit_code in (0, 1) for run in runs), [run.stderr for run in runs]
+    return "".join(run.stdout for run in runs)
+
+
 def same(shown, printed):
     """Return whether a page shows what was printed; ``...`` stands for anything."""
     return doctest.OutputChecker().check_output(shown, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
@@ -51,7 +67,7 @@ def test_links_lead_to_files():
     tops = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
     pages = [
         *tops,
-        *(ROOT / "docs").glob("*.md"),
+        *FILES,
         *(ROOT / "notebooks").glob("*.md"),
         *(ROOT / "notebooks").glob("*.py"),
     ]
@@ -61,13 +77,16 @@ def test_links_lead_to_files():
 
 
 @pytest.mark.usefixtures("_folder")
-@pytest.mark.parametrize("page", [name for name, text in PAGES.items() if blocks(text, "python")])
-def test_python_prints_what_the_page_says(page):
+@pytest.mark.parametrize("page", [name for name, text in PAGES.items() if blocks(text, "python", "sh")])
+def test_page_shows_what_is_printed(page):
     names, printed = {"__name__": page}, ""
-    for language, text in blocks(PAGES[page], "python", "text"):
-        if language == "python":
+    for language, text in blocks(PAGES[page], "python", "sh", "toml", "text"):
+        if language in ("python", "sh"):
             assert not printed, f"nothing on the page shows what was printed:\n{printed}"
-            printed = printed_by(text, names)
+            printed = printed_by(text, names) if language == "python" else printed_by_commands(text)
+        elif language == "toml":
+            if name := re.match(r"# (\S+\.toml)$", text, flags=re.MULTILINE):
+                Path(name[1]).write_text(text, encoding="utf-8")
         else:
             assert same(text, printed), f"the page says\n{text}\nbut this is printed\n{printed}"
             printed = ""

@@ -112,7 +112,16 @@ def test_show_tells_faults_and_what_it_left_out(smid):
     Path("run.csv").write_text("\n".join(text) + "\n")
     found = smid("show run.csv").stdout
     assert "fault: valve is constant" in found
-    assert "left out: status: row 1 (line 2)" in found
+    assert "left out: status: text, such as 'Good'" in found
+
+
+def test_show_tells_the_name_of_a_column_in_a_model_file(smid):
+    Path("run.csv").write_text(Path("run.csv").read_text().replace(",u [V],", ",FI-101 Flow [V],"))
+    found = smid("show run.csv").stdout
+    assert "in model files: FI-101 Flow is FI_101_Flow" in found
+    assert "in model files: y" not in found
+    Path("model.toml").write_text('class = "OutputError"\ninput = "FI-101 Flow"\n')
+    assert "write 'FI_101_Flow'" in smid("error-bound run.csv --model model.toml --output y").stderr
 
 
 @pytest.mark.parametrize("suffix", ["npz", "mat"])
@@ -128,3 +137,14 @@ def test_archives_are_read_too(smid, suffix):
     found = smid(f"error-bound run.{suffix} {COMMON}")
     assert found.exit_code == 0, found.stderr
     assert found.stdout.split(" bar")[0].startswith(smid(f"error-bound run.csv {COMMON}").stdout.split(" bar")[0][:40])
+
+
+def test_a_diagnosis_without_a_cause_names_the_columns_that_it_did_not_read(smid):
+    lines = Path("long.csv").read_text().splitlines()[1:]
+    rows = [f"{lines[0]},TI-104 Ambient,status", *(f"{line},{k % 7},Good" for k, line in enumerate(lines[1:]))]
+    Path("run.csv").write_text("\n".join(rows) + "\n")
+    command = "diagnose run.csv --input u --output y --model model.toml --effects input_delay --workers 1 --no-certify"
+    found = smid(command)
+    assert found.exit_code == 0, found.stderr
+    assert "Columns that were not read: TI_104_Ambient. Give one" in found.stdout
+    assert "not read" not in smid(f"{command} --channel TI_104_Ambient").stdout

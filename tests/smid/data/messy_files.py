@@ -75,6 +75,23 @@ CELLS = [str(v) if k not in GAP else "" for k, v in enumerate(Y)]
 WORDS = [str(v) if k not in GAP else "No Data" for k, v in enumerate(Y)]
 
 
+NAIVE = [t.tz_localize(None).to_pydatetime() for t in STAMPS]
+GAPPED = [None if k in GAP else v for k, v in enumerate(Y)]
+BOOK = list(zip(0.5 * np.arange(N), U, Y, strict=True))
+
+
+def workbook(cells, sheets=1):
+    """Return what writes cells into each of so many sheets."""
+
+    def write(path):
+        frame = pd.DataFrame([list(row) for row in cells], dtype=object)
+        with pd.ExcelWriter(path, engine="openpyxl") as book:
+            for k in range(sheets):
+                frame.to_excel(book, sheet_name=f"run{k}", header=False, index=False)
+
+    return write
+
+
 def epoch(per_second):
     return rows([EPOCH * per_second + k * per_second // 2 for k in range(N)])
 
@@ -137,6 +154,41 @@ FILES = [
         "sheet_day_and_clock.csv",
         "Date;Time;u;y\n" + rows([f"{t:%d.%m.%Y};{c}" for t, c in zip(NIGHT, CLOCK, strict=True)], ";"),
     ),
+    Messy(
+        "sheet_cp1252.csv", ("Prüfstand – 5 €\ntime;u;y [°C]\n" + rows(SECONDS, ";")).encode("cp1252"), units=("", "°C")
+    ),
+    Messy("sheet_dos.csv", ("time,u,y [°C]\n" + rows(SECONDS)).encode("cp437"), refused=("line 1", "cp437")),
+    Messy(
+        "sheet_dos_told.csv",
+        ("time,u,y [°C]\n" + rows(SECONDS)).encode("cp437"),
+        options={"encoding": "cp437"},
+        units=("", "°C"),
+    ),
+    Messy("sheet_mac.csv", ("time,u,y [°C]\n" + rows(SECONDS)).encode("mac_roman"), refused=("--encoding",)),
+    Messy("sheet_wrong_encoding.csv", HEADER + rows(SECONDS), options={"encoding": "utf-9"}, refused=("'utf-9'",)),
+    Messy("sheet_utf16_no_mark.txt", ("time\tu\ty\n" + rows(SECONDS, "\t")).encode("utf-16-le")),
+    Messy(
+        "sheet_swiss.txt",
+        "time\tu\ty\n" + rows(SECONDS, "\t", y=Y * 1e6, digits="{:,.2f}").replace(",", "'"),
+        refused=("is not a number", "line 2"),
+    ),
+    Messy(
+        "sheet_french.csv",
+        "time;u;y\n" + rows(COMMA_SECONDS, ";", ",", y=Y * 1e6, digits="{:_.2f}").replace("_", "\u202f"),
+        refused=("is not a number", "line 2"),
+    ),
+    Messy("book.xlsx", workbook([["Rig 4", None, None], [None] * 3, ["time", "u", "y [°C]"], *BOOK]), units=("", "°C")),
+    Messy("book_units.xlsx", workbook([["time", "u", "y"], ["s", "V", "bar"], *BOOK]), units=("V", "bar")),
+    Messy("book_dates.xlsx", workbook([["when", "u", "y"], *zip(NAIVE, U, Y, strict=True)])),
+    Messy("book_empty_cells.xlsx", workbook([["time", "u", "y"], *zip(SECONDS, U, GAPPED, strict=True)]), missing=True),
+    Messy(
+        "book_text_numbers.xlsx",
+        workbook([["time", "u", "y"], *zip(COMMA_SECONDS, U, Y, strict=True)]),
+        refused=("decimal",),
+    ),
+    Messy("book_two_sheets.xlsx", workbook([["time", "u", "y"], *BOOK], 2), refused=("several sheets", "run0, run1")),
+    Messy("book_old.xls", b"\xd0\xcf\x11\xe0", refused=("Excel 2003", ".xlsx")),
+    Messy("book_damaged.xlsx", b"PK\x03\x04 no more", refused=("cannot be read as an Excel workbook",)),
     # Historians
     Messy("historian_iso.csv", "Timestamp,u,y,Status\n" + rows(ISO, more=",Good")),
     Messy("historian_zulu.csv", "Timestamp,u,y\n" + rows([t + "Z" for t in ISO])),
@@ -162,6 +214,18 @@ FILES = [
         refused=("time zone",),
     ),
     Messy("historian_daily.csv", "date,u,y\n" + rows([f"{t:%Y-%m-%d}" for t in DAILY]), interval=86400.0),
+    Messy("historian_cyrillic.csv", ("Время;Ток;y\n" + rows(ISO, ";")).encode("cp1251"), refused=("cp1251",)),
+    Messy(
+        "historian_cyrillic_told.csv",
+        ("Время;Ток;y\n" + rows(ISO, ";")).encode("cp1251"),
+        options={"encoding": "cp1251", "input": "Ток"},
+    ),
+    Messy("historian_japanese.csv", ("時刻,u,y\n" + rows(ISO)).encode("shift_jis"), refused=("shift_jis",)),
+    Messy(
+        "historian_pi.csv",
+        HEADER + rows(ISO, y=[c or "[-11059] No Good Data For Calculation" for c in CELLS]),
+        refused=("line 13", "missing="),
+    ),
     # Loggers and oscilloscopes
     Messy(
         "scope_title_units.csv",
@@ -185,7 +249,31 @@ FILES = [
         HEADER + rows(SECONDS, y=["inf" if k == 3 else v for k, v in enumerate(Y)]),
         refused=("inf at sample 3",),
     ),
+    Messy(
+        "scope_keysight.csv",
+        "x-axis,1,2\nsecond,Volt,Volt\n" + rows(SECONDS),
+        refused=("two columns are named 'Volt'", "rename"),
+    ),
+    Messy(
+        "scope_tektronix.csv",
+        "".join(
+            f"{about},{line}\n"
+            for about, line in zip(
+                ["Record Length,24", "Sample Interval,0.5", *[","] * (N - 2)], rows(SECONDS).split(), strict=True
+            )
+        ),
+        options={"input": "3", "output": "4", "time": "2"},
+    ),
     # MATLAB and Python
+    Messy(
+        "matlab_timetable.csv",
+        HEADER + rows([f"{second} sec" for second in SECONDS]),
+        refused=("'0 sec'", "not a number"),
+    ),
+    Messy("matlab_v73.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM", refused=("7.3", "-v7")),
+    Messy("frame.parquet", lambda p: frame_of(time=0.5 * np.arange(N)).to_parquet(p)),
+    Messy("frame_dates.parquet", lambda p: frame_of(when=STAMPS).assign(y=GAPPED).to_parquet(p), missing=True),
+    Messy("frame_damaged.parquet", b"PAR1 no more", refused=("cannot be read as a Parquet file",)),
     Messy("matlab.mat", lambda p: savemat(p, {"time": 0.5 * np.arange(N), "u": U, "y": Y[:, None], "note": "x"})),
     Messy(
         "matlab_nan.mat",

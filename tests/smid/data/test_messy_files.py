@@ -1,5 +1,7 @@
 """Files from other tools are read right, or refused with cause and cure; none is silently wrong."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,14 +10,21 @@ from smid.data import DataError, Dataset
 from tests.smid.data.messy_files import FILES, GAP, N, U, Y
 
 READERS = {
+    ".xlsx": Dataset.from_excel,
+    ".xls": Dataset.from_excel,
+    ".parquet": Dataset.from_parquet,
     ".npz": Dataset.from_npz,
     ".mat": Dataset.from_mat,
     ".pkl": lambda path, **options: Dataset.from_pandas(pd.read_pickle(path), **options),
 }
+LIBRARIES = {".xlsx": "openpyxl", ".parquet": "pyarrow"}
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_a_messy_file_is_right_or_refused(file, tmp_path):
+    library = LIBRARIES.get(Path(file.name).suffix)
+    if library:
+        pytest.importorskip(library, reason=f"{library} is not installed: pip install smid[dev]")
     path = file.write(tmp_path)
     options = {"input": "u", "output": "y", **file.options}
     read = READERS.get(path.suffix, Dataset.from_csv)
@@ -39,5 +48,5 @@ def test_a_messy_file_is_right_or_refused(file, tmp_path):
 
 
 def test_there_are_files_of_every_kind():
-    assert len(FILES) >= 40
+    assert len(FILES) >= 80
     assert len({file.name for file in FILES}) == len(FILES)

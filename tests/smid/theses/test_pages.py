@@ -14,6 +14,7 @@ from smid.display.table import Table
 from smid.reports.chapter import chapter_page
 from smid.reports.content import Picture, Section
 from smid.reports.formats import write_page
+from smid.theses.chapter import Chapter, Drawing, Topic, write_chapter
 
 
 def drawn(points, look="-"):
@@ -89,3 +90,26 @@ def test_round_points_of_a_line_are_one_path_and_squares_are_not():
     places = re.findall(r"M([\d.]+) ([\d.]+)h0", path)
     assert len(set(places)) == 50
     assert inline_svg(drawn(50, "s"), "squares", "a").count("<use ") > 50
+
+
+def test_a_long_table_beside_its_figure_is_folded(tmp_path):
+    def table(rows):
+        return Table(f"{rows} rows", ("x",), tuple((str(k),) for k in range(rows)), "r")
+
+    class Small(Chapter):
+        title, command, conclusion = "Small", "clutch small", "Done."
+
+        def topics(self):
+            figure = Drawing(lambda: drawn(3), "A line")
+            return [Topic("Drawn", table(6), table(7), figure), Topic("Not drawn", table(8))]
+
+        def records(self):
+            return Dataset.from_arrays(input=[0.0, 1], output=[0.0, 1], sampling_time=1.0)
+
+        def to_dict(self):
+            return {}
+
+    page = write_chapter(Small(), tmp_path / "small.html").read_text(encoding="utf-8")
+    folded = re.findall(r"<details>(.*?)</details>", page, flags=re.DOTALL)
+    assert ["7 rows" in text for text in folded] == [True]
+    assert all(f"{rows} rows" in page for rows in (6, 8))

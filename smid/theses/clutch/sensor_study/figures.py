@@ -104,7 +104,7 @@ def error_figure(errors: ErrorTable) -> Figure:
             red, green, blue, _ = image.to_rgba(shades[row, column])
             # The shades are the same on a dark page, so the ink does not follow the page.
             ink = "black" if 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2 > 0.18 else "white"
-            axes.text(column, row, f"{error:.2f}", ha="center", va="center", fontsize=7, color=ink)
+            axes.text(column, row, f"{error:.2f}", ha="center", va="center", fontsize=8, color=ink)
         axes.set_xticks(range(len(across)), across, rotation=40, ha="right", rotation_mode="anchor")
         axes.set_yticks(range(len(down)), down)
         axes.tick_params(length=0)
