@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,7 +25,7 @@ from relaxations.search.enclosure import Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.data.given import Given, as_dataset
 from smid.data.window import cut_all
 from smid.display.from_plain import fields_from_plain
@@ -172,7 +173,8 @@ def error_bound(
     channel = open_channels[0]
     if not fixed and method == "auto" and order is None and has_windows(model, data):
         settings = {"solver": solver, "tolerance": tolerance / 2, "rounds": rounds, "nodes": nodes}
-        return _by_windows(model, data, channel, settings, tolerance, spoken(progress))
+        with suppress(DataError):  # no run stays finite, or an input stands still in the windows
+            return _by_windows(model, data, channel, settings, tolerance, spoken(progress))
     feasible = FeasibleSet(model, data, fixed or {}, channel)
     # Cuts bound variables that complicate; the noise bound does not complicate.
     by_cuts = method == Cuts.name or isinstance(method, Cuts)

@@ -30,7 +30,7 @@ LONG = 2000
 """Samples from which windows are the default."""
 
 MOST = 5000
-"""Samples of all windows together: beyond, a proof takes longer than an hour."""
+"""Samples of all windows together: beyond, a proof takes minutes."""
 
 _SHARE = 0.5  # of the record: larger windows gain nothing
 _GROWTHS = 3  # of the windows, each twice as long
@@ -65,6 +65,8 @@ class Windowed:
             rows, length = self._scanned(scan)
         except STOPS as stop:
             return Enclosed(None, Reason[stopped_by(stop)])
+        except DataError:  # no run stays finite
+            return self._proven_on(())
         # Prove the intervals on windows, which grow until the ends meet verified runs.
         best: Enclosed | None = None
         for growth in range(_GROWTHS + 1):
@@ -78,7 +80,8 @@ class Windowed:
             if found.enclosure is None or found.enclosure.empty is not None:
                 return found
             best = self._met(found, found.enclosure, short, time.perf_counter() - began)
-            if best.reason is not Reason.ROUNDS:
+            # Longer windows help only where the proof met points that fit these windows, and not the whole record.
+            if best.reason is not Reason.ROUNDS or found.reason is not Reason.TIGHT:
                 return best
             rows = np.union1d(rows, self._objecting(scan, found.enclosure))
         return best if best is not None and self._fitting else self._proven_on(())
@@ -107,7 +110,7 @@ class Windowed:
                 self._verify(scan, end.vector)
                 held.append(end.rows)
             effects.append(scan.difference(*ends))
-        return np.unique(np.concatenate(held)), scan.memory(tolerance * min(effects))
+        return np.unique(np.concatenate(held)), scan.memory(tolerance * min(effects, default=1.0))
 
     def _verify(self, scan: Scan, vector: Array) -> None:
         """Keep the parameters of a run, or of one nearer to the run inside, that are verified to fit all samples."""
@@ -137,7 +140,8 @@ class Windowed:
         reason = enclosure.reason
         if reason in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS):
             tight = all(map(self._is_tight, intervals))
-            reason = Reason.TIGHT if tight else Reason.WINDOWS if short else Reason.ROUNDS
+            open_ends = Reason.ROUNDS if reason is Reason.TIGHT else reason
+            reason = Reason.TIGHT if tight else Reason.WINDOWS if short else open_ends
         met = replace(enclosure, intervals=intervals, witnesses=tuple(self._fitting), reason=reason, seconds=seconds)
         return replace(found, enclosure=met, reason=reason)
 

@@ -180,6 +180,17 @@ def test_an_interrupt_at_any_moment_returns_what_is_proven(seconds):
     assert holds_truth(estimate)
 
 
+def test_where_no_run_stays_finite_all_samples_are_used(monkeypatch):
+    def diverges(*_arguments):
+        raise DataError("it diverges from every start")
+
+    monkeypatch.setattr(windowed_module, "LONG", 250)
+    monkeypatch.setattr(windowed_module, "Scan", diverges)
+    estimate = identify(MODEL, record(300), BOUND, tolerance=1e-2)
+    assert not estimate.windows
+    assert holds_truth(estimate)
+
+
 def test_windows_can_be_declined_and_are_not_for_every_model():
     data = record()
     assert has_windows(bind(MODEL, data), data)
