@@ -245,9 +245,14 @@ class Estimate(Tabular):
                 )
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure
-        held = sum(map(len, self.windows))
-        part = f" on {held} of {self.data.n_samples} samples, {len(self.windows)} windows" if held else ""
+        part = f" on {self.proven_part}" if self.windows else ""
         return f"{e.how}{part}, {e.work} in {e.seconds:.3g} s; {e.reason.value}."
+
+    @property
+    def proven_part(self) -> str:
+        """Return in words which part of the record carries the proof."""
+        held = sum(map(len, self.windows)) or self.data.n_samples
+        return f"{held} of {self.data.n_samples} samples" + (f", {len(self.windows)} windows" if self.windows else "")
 
     @property
     def table(self) -> Table:

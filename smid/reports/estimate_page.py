@@ -331,6 +331,7 @@ def _work(estimate: Estimate) -> Block:
         (
             ("method", e.how),
             ("complicating variables", ", ".join(e.complicating) or "none"),
+            *((("proven on", estimate.proven_part),) if estimate.windows else ()),
             *((("size", size),) if e.n_moments else ()),
             ("work", f"{e.work}{rounds}, {e.seconds:.3g} s"),
             ("stopped because", e.reason.value),
