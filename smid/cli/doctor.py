@@ -31,6 +31,7 @@ EXTRAS = {
     "control": (("control",), "Estimate.to_control"),
     "excel": (("openpyxl",), "Excel workbooks"),
     "parquet": (("pyarrow",), "Parquet files"),
+    "xarray": (("xarray",), "records as labelled arrays"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),

@@ -209,7 +209,7 @@ def test_nothing_is_proven_without_a_noise_bound(smid):
 
 
 def test_the_name_is_proven_on_demand(smid):
-    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove-name 20 --json out.json")
+    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove-name 5 --json out.json")
     assert result.exit_code == 0, result.output
     assert "Proof of the name on samples" in result.stdout
     document = written()

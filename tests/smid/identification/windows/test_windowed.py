@@ -52,7 +52,7 @@ def windowed(model: Model, data: Dataset, bound: float, tolerance: float = 1e-3)
     return Windowed(bind(model, data), data, {"y": bound}, Settings(tolerance=tolerance), False)
 
 
-@pytest.mark.parametrize(("kind", "sizes"), [("output error", 600), ("hammerstein", 600), ("output error", (400, 300))])
+@pytest.mark.parametrize(("kind", "sizes"), [("hammerstein", 600), ("output error", (400, 300))])
 def test_the_ends_are_those_of_linear_programs_over_the_whole_record(kind, sizes):
     problem = first_order(kind, sizes, 1)
     found = windowed(problem.model, problem.data, problem.noise_bound).enclose()
@@ -132,7 +132,7 @@ def test_one_violation_in_a_hundred_thousand_samples_is_proven():
 
 def test_a_certificate_of_windows_is_about_the_whole_record(tmp_path: Path):
     data, file = record(), tmp_path / "proof.json"
-    estimate = identify(MODEL, data, BOUND, tolerance=1e-2, certificate=file)
+    estimate = identify(MODEL, data, BOUND, tolerance=0.1, certificate=file)
     found = verify(file, data, MODEL, BOUND)
     assert found.intervals["a1"] == (estimate["a1"].lower, estimate["a1"].upper)
     inside = estimate.windows[0].last
