@@ -131,12 +131,10 @@ class Windowed:
         return replace(self._inner.enclose(), windows=windows)
 
     def _met(self, found: Enclosed, enclosure: Enclosure, short: bool, seconds: float) -> Enclosed:
-        """Return proven intervals with inner ends that fit the whole record."""
-        intervals = enclosure.intervals
-        if self._fitting:
-            runs = np.array(self._fitting)
-            ends = zip(intervals, runs.min(axis=0).tolist(), runs.max(axis=0).tolist(), strict=True)
-            intervals = tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
+        """Return proven intervals with inner ends that fit the whole record: none where no run is verified to."""
+        runs = np.array(self._fitting or [np.full(len(enclosure.intervals), np.nan)])
+        ends = zip(enclosure.intervals, runs.min(axis=0).tolist(), runs.max(axis=0).tolist(), strict=True)
+        intervals = tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
         reason = enclosure.reason
         if reason in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS):
             tight = all(map(self._is_tight, intervals))

@@ -191,6 +191,22 @@ def test_where_no_run_stays_finite_all_samples_are_used(monkeypatch):
     assert holds_truth(estimate)
 
 
+@pytest.mark.parametrize("seconds", [np.inf, 3.0])
+def test_a_point_that_fits_the_windows_alone_is_no_inner_end(monkeypatch, seconds):
+    """Where no run is verified on every sample, nothing is known of how loose the windows are."""
+    monkeypatch.setattr(windowed_module, "LONG", 250)
+    monkeypatch.setattr(windowed_module, "_SHARE", 1.0)
+    monkeypatch.setattr(windowed_module.WholeRecord, "holds", lambda *_arguments: False)
+    estimate = identify(MODEL, record(300), BOUND, tolerance=1e-2, seconds=seconds)
+    assert holds_truth(estimate)
+    if estimate.windows:
+        assert all(np.isnan([i.inner_lower, i.inner_upper]).all() for i in estimate)
+        assert estimate.reason is not Reason.TIGHT
+        assert estimate.enclosure is None or not estimate.enclosure.witnesses
+    else:
+        assert estimate.reason is Reason.TIGHT
+
+
 def test_windows_can_be_declined_and_are_not_for_every_model():
     data = record()
     assert has_windows(bind(MODEL, data), data)
