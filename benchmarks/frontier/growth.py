@@ -10,7 +10,9 @@ from __future__ import annotations
 import multiprocessing
 import resource
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -20,6 +22,8 @@ from benchmarks.records import Known, errors_in_variables, hammerstein, output_e
 from relaxations.moments.parametric_lift import complicating_variables
 from relaxations.problem.problem import PolynomialProblem
 from smid import FeasibleSet, identify
+
+Measured = TypeVar("Measured")
 
 GAP = 1e-3
 KINDS = {"output error": output_error, "Hammerstein": hammerstein, "errors in variables": errors_in_variables}
@@ -89,6 +93,12 @@ def one(kind: str, n_samples: int) -> Run:
     return Run(n_samples, seconds, programs, memory, max(i.gap / i.width for i in estimate.intervals))
 
 
+def apart(measure: Callable[[str, int], Measured], kind: str, n_samples: int) -> Measured:
+    """Return what a function measures in a process of its own, whose peak memory is its own."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(measure, (kind, n_samples))
+
+
 def run(sizes: tuple[int, ...] = SIZES, largest: int = LARGEST) -> str:
     """Return the table as Markdown."""
     lines = [
@@ -100,13 +110,11 @@ def run(sizes: tuple[int, ...] = SIZES, largest: int = LARGEST) -> str:
         "| model | N | s | gap / width | peak MB | kB a sample | s of the linear programs | ratio |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    context = multiprocessing.get_context("spawn")
     growth = []
     for kind in KINDS:
         done: dict[int, Run] = {}
         for n in (*sizes, largest):
-            with context.Pool(1) as pool:
-                r = done[n] = pool.apply(one, (kind, n))
+            r = done[n] = apart(one, kind, n)
             per_sample = (r.memory - done[sizes[0]].memory) / (n - sizes[0]) * 1e3 if n > sizes[0] else float("nan")
             lines.append(
                 f"| {kind} | {n} | {r.seconds:.1f} | {r.gap:.1e} | {r.memory:.0f} | {per_sample:.1f} | "

@@ -6,14 +6,13 @@ Every end is certified, and met by parameters that are verified on all samples. 
 
 from __future__ import annotations
 
-import multiprocessing
 import resource
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.frontier.growth import KINDS, linear_programs
+from benchmarks.frontier.growth import KINDS, apart, linear_programs
 from smid import identify, verify
 
 GAP = 1e-3
@@ -68,13 +67,11 @@ def run(sizes: tuple[int, ...] = SIZES) -> str:
         "| model | N | samples in windows | s | gap / width | peak MB | certificate kB | its check s | ratio |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    context = multiprocessing.get_context("spawn")
     growth = []
     for kind in MODELS:
         done: dict[int, Run] = {}
         for n in sizes:
-            with context.Pool(1) as pool:
-                r = done[n] = pool.apply(one, (kind, n))
+            r = done[n] = apart(one, kind, n)
             ratio = "" if r.programs is None else f"{r.seconds / r.programs:.1f}"
             lines.append(
                 f"| {kind} | {n} | {r.held} | {r.seconds:.1f} | {r.gap:.1e} | {r.memory:.0f} | {r.size:.0f} | "

@@ -56,11 +56,11 @@ class Ends:
 
     def negligible(self, k: int) -> float:
         """Return the gap that counts as tight however narrow the interval."""
-        return float(max(self.absolute, FLOOR * max(abs(self.lower[k]), abs(self.upper[k]))))
+        return max(self.absolute, allowed_gap(float(self.lower[k]), float(self.upper[k]), 0.0))
 
     def allowed_gap(self, k: int) -> float:
         """Return the gap that counts as tight."""
-        return max(self.tolerance * float(self.upper[k] - self.lower[k]), self.negligible(k))
+        return max(self.absolute, allowed_gap(float(self.lower[k]), float(self.upper[k]), self.tolerance))
 
     def end_tight(self, k: int, sign: int) -> bool:
         """Return whether an end meets its witness."""
@@ -73,6 +73,11 @@ class Ends:
     def tight(self, targets: Sequence[int]) -> bool:
         """Return whether both ends of all targets meet their witnesses."""
         return all(self.end_tight(k, sign) for k in targets for sign in (1, -1))
+
+
+def allowed_gap(lower: float, upper: float, tolerance: float) -> float:
+    """Return the gap of an interval that counts as tight: a share of its width, or rounding of its values."""
+    return max(tolerance * (upper - lower), FLOOR * max(abs(lower), abs(upper)))
 
 
 def shrinkage(before: Array, after: Array) -> float:

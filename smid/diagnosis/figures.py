@@ -13,7 +13,7 @@ from smid.data.gaps import stretches
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.experiment import SeparatingExperiment
-from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SHADE, SKY, WIDTH, style
+from smid.display.style import BLUE, GRID, INK, ORANGE, SHADE, SKY, WIDTH, style
 from smid.validation.figures import draw_correlation
 
 _LONG = 400  # samples; in longer records two close curves cannot be distinguished
@@ -112,7 +112,7 @@ def rivals_figure(cause: Cause, unit: str) -> Figure:
     bars += [(rival.effect, rival.rmse, SKY) for rival in cause.rivals]
     bars.append(("without any of them", cause.evidence["fit_rmse_before"], GRID))
     with style():
-        figure = Figure(figsize=(NARROW, 0.62 + 0.26 * len(bars)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.62 + 0.26 * len(bars)), layout="constrained")
         axes = figure.subplots()
         values = np.array([value for _, value, _ in bars])
         places = np.arange(len(bars))[::-1]

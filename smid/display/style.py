@@ -24,7 +24,7 @@ from matplotlib.ticker import AutoLocator, FuncFormatter
 BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9"
 INK, GRID, SHADE = "#222222", "#c8c8c8", "#e6e6e6"
 PAPER = "#fefefe"  # behind the ink; white itself stays white on a dark page
-WIDTH = NARROW = 4.8
+WIDTH = 4.8
 """Width of a figure in inches: letters of 8 points are legible where a page on a phone shows it whole."""
 
 # On a page these become CSS variables, so that one picture serves light and dark backgrounds.

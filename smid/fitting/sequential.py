@@ -131,8 +131,9 @@ class Descents:
     def _region(self, vector: Array, unit: Array, radius: float) -> _Region:
         """Return the steps that keep the boxes, the linearised constraints and the trust region, in units."""
         lower, upper = self.problem.box
-        ends = (np.divide(end - vector, unit, out=np.zeros_like(unit), where=unit > 0) for end in (lower, upper))
-        below, above = ends
+        below, above = (
+            np.divide(end - vector, unit, out=np.zeros_like(unit), where=unit > 0) for end in (lower, upper)
+        )
         distance = np.maximum(self._constraints.value(vector), 0.0)
         tilt = self._constraints.slopes(vector) * unit
         return _Region(np.maximum(below, -radius), np.minimum(above, radius), distance, tilt)

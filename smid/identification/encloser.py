@@ -71,6 +71,14 @@ class Encloser(Protocol):
         """Decide whether the interval centres are feasible; where not, return the nearest feasible point found."""
 
 
+def nearest_witness(enclosure: Enclosure) -> Array | None:
+    """Return the verified point whose parameters lie nearest to the centres, in widths; None without any."""
+    centre = np.array([i.centre for i in enclosure.intervals])
+    width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
+    away = [float(np.abs((point[: len(centre)] - centre) / width).max()) for point in enclosure.witnesses]
+    return enclosure.witnesses[int(np.argmin(away))] if away else None
+
+
 def proven_infeasible(problem: PolynomialProblem, plan: Plan, solver: Solver) -> bool:
     """Return whether the lift, where it applies, proves that no point is feasible."""
     return plan.lifts and relax(problem, plan.method, plan.order, solver).bound(NOTHING).bound == np.inf

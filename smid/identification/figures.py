@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from relaxations.search.enclosure import Proof
-from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, RED, SKY, style
+from smid.display.style import BLUE, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def intervals_figure(estimate: Estimate, truth: Mapping[str, float] | None = Non
     truth, scale = truth or {}, _Scale.of(estimate.intervals)
     with style():
         count = len(estimate.intervals)
-        figure = Figure(figsize=(NARROW, 0.9 + 0.42 * count), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.9 + 0.42 * count), layout="constrained")
         rows = figure.subplots(count, 1, squeeze=False)[:, 0]
         for axes, interval in zip(rows, estimate.intervals, strict=True):
             _row(axes, interval, truth.get(interval.name), scale)
@@ -142,7 +142,7 @@ def lowest_order_figure(found: LowestOrder) -> Figure:
     refused = [(k, s.least_bound) for k, s in enumerate(found.steps) if s.least_bound]
     feasible = [(k, allowed) for k, s in enumerate(found.steps) if s.feasible]
     with style():
-        figure = Figure(figsize=(NARROW, 2.8), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.8), layout="constrained")
         axes = figure.subplots()
         axes.axhline(allowed, color=RED, linewidth=0.8, linestyle="--", label="allowed")
         for points, marker, colour, label in (

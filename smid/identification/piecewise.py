@@ -23,10 +23,10 @@ from relaxations.proof.method import Lift
 from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason, uninterrupted
 from relaxations.search.hierarchy import intervals
-from relaxations.search.interval_state import FLOOR
+from relaxations.search.interval_state import allowed_gap
 from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import Enclosed, Settings, proven_infeasible
+from smid.identification.encloser import Enclosed, Settings, nearest_witness, proven_infeasible
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed, vanishing_factors
 from smid.identification.piecewise_proof import Trail, stated
@@ -95,9 +95,7 @@ class Piecewise:
         if witness_near(fixed, Region(centre, centre, {}), middle(fixed), 0, 1) is not None:
             return CentreStatus.FEASIBLE, None
         empty = proven_infeasible(fixed.problem, Plan.of(fixed.problem), self.settings.solver)
-        width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
-        nearest = min(enclosure.witnesses, key=lambda p: float(np.abs((p - centre) / width).max()), default=None)
-        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest
+        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest_witness(enclosure)
 
 
 @dataclass
@@ -251,8 +249,7 @@ class _Search:
 
     def _allowed(self, k: int) -> float:
         """Return the gap that counts as tight."""
-        low, high = self._ends(k)
-        return max(self.tolerance * (high - low), FLOOR * max(abs(low), abs(high)))
+        return allowed_gap(*self._ends(k), self.tolerance)
 
     def enclosure(self, reason: Reason) -> Enclosure:
         """Return the hull of the sub-boxes so far."""

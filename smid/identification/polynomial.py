@@ -18,7 +18,7 @@ from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import NOTHING, Enclosed, Settings, proven_infeasible
+from smid.identification.encloser import NOTHING, Enclosed, Settings, nearest_witness, proven_infeasible
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed, with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
@@ -127,7 +127,8 @@ def centre_status(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan, 
 
 def _nearest(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan) -> Array | None:
     """Return the parameters of a verified point whose largest distance to the centre, in widths, is small."""
-    if not enclosure.witnesses:
+    begin = nearest_witness(enclosure)
+    if begin is None:
         return None
     centre = np.array([i.centre for i in enclosure.intervals])
     count, last = len(centre), problem.n_variables
@@ -150,6 +151,5 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan) -> Ar
         upper=np.append(upper, 1.0),
     ).with_inequalities(closeness)
     # Minimise the distance from the nearest witness.
-    begin = min(enclosure.witnesses, key=lambda w: float(np.abs((w[:count] - centre) / width).max()))
     found = find_witness(extended, extended, extended.variable(last), plan.complicating, np.append(begin, 1.0))
     return np.asarray(begin[:count] if found is None else found.point[:count])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from smid.display.style import BLUE, GRID, INK, NARROW, ORANGE, SKY, WIDTH, style
+from smid.display.style import BLUE, GRID, INK, ORANGE, SKY, WIDTH, style
 
 if TYPE_CHECKING:
     from smid.responses.band import Band, ResponseBand
@@ -49,9 +49,7 @@ def projections_figure(found: Projections) -> Figure:
     count = len(names) - 1
     units = {i.name: f"{i.name} [{i.unit}]" if i.unit else i.name for i in estimate.intervals}
     with style():
-        width = NARROW if count < 3 else WIDTH
-        figure = Figure(figsize=(width, 0.5 + 0.8 * width))
-        figure.set_layout_engine("constrained")
+        figure = Figure(figsize=(WIDTH, 0.5 + 0.8 * WIDTH), layout="constrained")
         panels = figure.subplots(count, count, squeeze=False)
         for axes in panels.flat:
             axes.set_visible(False)

@@ -24,7 +24,7 @@ _FITTED = 20_000  # samples of each experiment for the start by least squares
 _MARGIN = 1e-9  # kept from the noise bounds, so that rounding does not break them
 _PRICE, _WORTH = 1e3, 1e-6
 _INNER = 1e-9  # least predicted reduction of the largest error, for a run inside: on a long record few are
-_OBJECTING = 5
+_OBJECTING = 5  # errors beyond the bound that a point of the windows adds to them
 _BACK = 40  # halvings of the way back to a point inside
 
 

@@ -13,13 +13,13 @@ from relaxations.deadline import STOPS, Progress, stopped_by
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
-from relaxations.search.interval_state import FLOOR
+from relaxations.search.interval_state import allowed_gap
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
-from smid.identification.encloser import Enclosed, Settings
+from smid.identification.encloser import Enclosed, Settings, nearest_witness
 from smid.identification.estimate import CentreStatus
 from smid.identification.polynomial import Polynomial, centre_status
 from smid.identification.windows.scan import Scan, best_run
@@ -144,8 +144,7 @@ class Windowed:
         return replace(found, enclosure=met, reason=reason)
 
     def _is_tight(self, interval: Interval) -> bool:
-        negligible = FLOOR * max(abs(interval.lower), abs(interval.upper))
-        return interval.gap <= max(self.settings.tolerance * interval.width, negligible)
+        return interval.gap <= allowed_gap(interval.lower, interval.upper, self.settings.tolerance)
 
     def _objecting(self, scan: Scan, enclosure: Enclosure) -> Index:
         """Return the errors that are beyond the bound at points that fit the windows."""
@@ -162,13 +161,10 @@ class Windowed:
         assert self._inner is not None
         if not self._windows:
             return self._inner.centre(enclosure)
-        centre = np.array([i.centre for i in enclosure.intervals])
-        values = dict(zip((p.name for p in self.model.parameters), centre.tolist(), strict=True))
+        values = {i.name: i.centre for i in enclosure.intervals}
         if self._whole.holds(values, best_run(self.model, self.data, self.bounds, values), self.bounds):
             return CentreStatus.FEASIBLE, None
-        width = np.array([i.width or 1.0 for i in enclosure.intervals])
-        nearest = min(self._fitting, key=lambda run: float(np.abs((run - centre) / width).max()), default=None)
         problem, plan = self._inner.boxed.feasible.problem, self._inner.plan
         status = centre_status(problem, enclosure, plan, self.settings.solver)
         # What fits the windows may not fit the whole record.
-        return CentreStatus.UNDECIDED if status is CentreStatus.FEASIBLE else status, nearest
+        return CentreStatus.UNDECIDED if status is CentreStatus.FEASIBLE else status, nearest_witness(enclosure)

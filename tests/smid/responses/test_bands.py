@@ -11,22 +11,7 @@ import smid
 from benchmarks.bands import feasible_models, outside, random_problem, simulate
 from smid import Dataset, ErrorsInVariables, ModelError, OutputError, Wiener, bode, identify, report, step
 from smid.models import Line, signal, t
-
-U = np.array([1.0, -0.6, 0.8, 1, -1, 0.7, -0.9, 0.5, 1, -0.8, 0.6, -1, 0.9, 0.8, -0.7, 1])
-BOUND = 0.05
-
-
-@pytest.fixture(scope="module")
-def record():
-    """A record of w[t] = 0.7 w[t-1] + 0.5 u[t-1]."""
-    w = simulate(np.array([[-0.7]]), np.array([[0.5]]), 1, U[None], np.zeros((1, 1)))[0]
-    noise = np.random.default_rng(1).uniform(-BOUND, BOUND, len(U))
-    return Dataset.from_arrays(input={"u": U}, output={"y": w + noise}, sampling_time=0.1, units={"u": "V", "y": "bar"})
-
-
-@pytest.fixture(scope="module")
-def estimate(record):
-    return identify(OutputError(stable=True), record, BOUND)
+from tests.smid.responses.first_order_record import BOUND, U
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from smid.display.style import BLUE, GREEN, GRID, INK, NARROW, ORANGE, RED, SKY, WIDTH, style
+from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns
 from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.printed import PRINTED, PrintedComparison
@@ -51,7 +51,7 @@ def width_figure(study: WidthStudy) -> Figure:
     """Draw the widths over the noise bound, in percent of the centre at the largest bound, and the least bound."""
     bounds = [study.noise_bound(k) for k in range(len(study.factors))]
     with style():
-        figure = Figure(figsize=(NARROW, 2.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         for name, marker in zip(study.names, "os^vDP", strict=False):
             centre = abs(study.estimates[-1][name].centre)
@@ -93,7 +93,7 @@ def printed_figure(comparison: PrintedComparison) -> Figure:
     """Draw printed intervals and models over certified intervals, each row on its own scale."""
     shown = [p for p in PRINTED if p.name in {i.name for i in comparison.known.intervals}]
     with style():
-        figure = Figure(figsize=(NARROW, 0.7 + 0.55 * len(shown)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.7 + 0.55 * len(shown)), layout="constrained")
         for axes, p in zip(figure.subplots(len(shown), 1, squeeze=False)[:, 0], shown, strict=True):
             # Certified interval, attained values, printed interval, printed model.
             interval = comparison.known[p.name]
