@@ -59,7 +59,7 @@ def run(sizes: tuple[int, ...] = SIZES) -> str:
     lines = [
         "## Long records on windows",
         "",
-        f"All ends are certified to a gap of {GAP:g} of the width, or to 1e-8 of the value, which counts as tight. "
+        f"Asked for is a gap of {GAP:g} of the width of each interval, or 1e-8 of the value, which counts as tight. "
         "The gap is measured to parameters that are verified on all samples. Times are processor times, without the "
         "certificate. "
         "Ratio: s / s of the linear programs of each end at the true poles, HiGHS over the whole record.",
