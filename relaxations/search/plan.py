@@ -13,7 +13,7 @@ from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_o
 from relaxations.reductions.scaling import Scaling
 from relaxations.search.benders.enclose import check_cuts
 
-LONG = 300  # variables from which cuts are faster than a relaxation of the whole record
+LONG = 600  # moments of the least lift from which cuts are faster than a relaxation of the whole record
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Plan:
         few = complicating_variables(problem)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
-        long = problem.n_variables >= LONG and few is not None and len(few) > 0
+        long = few is not None and len(few) > 0 and (1 + len(few)) * problem.n_variables >= LONG
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
         relaxation = (
             chosen if chosen is not None and not isinstance(chosen, Cuts) else Sparse() if few is None else Lift()

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
+from relaxations.algebra.arrays import Index
 from smid.data.edit import crop, slice_samples
 
 if TYPE_CHECKING:
@@ -47,3 +48,21 @@ def cut_all(data: Dataset, windows: Sequence[Window]) -> Dataset:
         )
         runs.append(type(run)(f"{run.name}[{window.first}:{window.last + 1}]", run.values, run.start_time))
     return data.with_experiments(runs).with_n_init(0)
+
+
+def windows_before(places: Index, length: int) -> tuple[Window, ...]:
+    """Return windows that hold some samples, each with so many before it; those that meet are joined.
+
+    Parameters
+    ----------
+    places
+        Shape (n, 2). Experiment and sample.
+    """
+    found: list[Window] = []
+    for e, k in sorted(set(map(tuple, places.tolist()))):
+        first = max(k - length, 0)
+        if found and found[-1].experiment == e and first <= found[-1].last + 1:
+            found[-1] = Window(e, found[-1].first, k)
+        else:
+            found.append(Window(e, first, k))
+    return tuple(found)

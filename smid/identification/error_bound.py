@@ -27,7 +27,7 @@ from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 from smid.data import DataError, Dataset
 from smid.data.given import Given, as_dataset
-from smid.data.window import cut_all
+from smid.data.window import cut_all, windows_before
 from smid.display.from_plain import fields_from_plain
 from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
@@ -254,7 +254,8 @@ def _by_windows(
         scale = float(np.nanstd(np.concatenate([run.values[channel] for run in data.experiments])))
         scan = Scan(model, data, {channel: scale})
         values = scan.values(scan.inside)
-        upper = WholeRecord(Templates.of(model), data).least_bounds(values, scan.problem.simulate(scan.inside))[channel]
+        whole = WholeRecord(Templates.of(model), data)
+        upper = whole.least_bounds(values, whole.noises(scan.problem.simulate(scan.inside)))[channel]
     except STOPS as stop:
         reason = Reason[stopped_by(stop)]
         return ErrorBound(channel, unit, 0.0, np.inf, {}, {}, reason, time.perf_counter() - started)
@@ -263,7 +264,7 @@ def _by_windows(
     # Longer windows until the ends meet.
     length = scan.memory(0.1 * tolerance * scan.least)
     while True:
-        windows = scan.windows(scan.least_rows, length)
+        windows = windows_before(scan.places(scan.least_rows), length)
         part = error_bound(model, cut_all(data, windows), progress=progress, **settings)
         tight = upper - part.lower <= tolerance * upper
         length *= 2

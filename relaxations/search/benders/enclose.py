@@ -52,7 +52,7 @@ class _Run:
     def asker(self, k: int, sign: int) -> Asker:
         """Return what asks for one end: its variable is an outer one beside those that complicate."""
         split = Split.of(self.ends.box(self.problem), np.union1d(self.complicating, [k]))
-        known = [_outer_rows(split), self.shared, self.own.get((k, sign), self.shared[:0])]
+        known = [outer_rows(split), self.shared, self.own.get((k, sign), self.shared[:0])]
         return Asker(Cuts.of(split, np.unique(np.concatenate(known), axis=0)), self.solver)
 
     def centre(self, asker: Asker) -> Point | None:
@@ -253,7 +253,7 @@ def _witness(run: _Run, asker: Asker, point: Point, inside: Point, end: tuple[in
     return None
 
 
-def _outer_rows(split: Split) -> Array:
+def outer_rows(split: Split) -> Array:
     """Return unit multipliers of the constraints without inner variables, of equalities with both signs."""
     parts, before = [], 0
     total = split.equalities.count + split.inequalities.count

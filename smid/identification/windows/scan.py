@@ -14,7 +14,6 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
 from smid.data import Dataset
-from smid.data.window import Window
 from smid.fitting.constraints import Constraints, constrained
 from smid.fitting.fit import Fitting, fit
 from smid.fitting.sequential import Descents, largest
@@ -108,35 +107,25 @@ class Scan:
         reach = np.array([problem.scale.get(channels.get(problem.run.states[k][0], ""), 0.0) for k in problem.begun])
         runs = len(problem.used)
         changed = np.abs(problem.jacobian(self.inside)[:, count:]) @ np.tile(reach, runs)
-        lasting = self._places[1][changed > least]
+        lasting = self._places[changed > least, 1]
         return int(lasting.max(initial=0)) + 1
 
-    def windows(self, rows: Index, length: int) -> tuple[Window, ...]:
-        """Return the windows that hold some errors, each with so many samples before it; those that meet are joined."""
-        experiments, samples = self._places
-        found: list[Window] = []
-        for e, k in sorted(zip(experiments[rows].tolist(), samples[rows].tolist(), strict=True)):
-            first = max(k - length, 0)
-            if found and found[-1].experiment == e and first <= found[-1].last + 1:
-                found[-1] = Window(e, found[-1].first, k)
-            else:
-                found.append(Window(e, first, k))
-        return tuple(found)
+    def places(self, rows: Index) -> Index:
+        """Return the experiment and the sample of some errors, shape (n, 2)."""
+        return self._places[rows]
 
-    def beyond(self, parameters: Array) -> Index:
+    def beyond(self, values: Mapping[str, float]) -> Index:
         """Return the errors that are most beyond the bound with some parameters, from the initial states inside."""
-        values = dict(zip((p.name for p in self.problem.model.parameters), parameters.tolist(), strict=True))
         vector = self.inside.copy()
         vector[: len(self.problem.run.parameters)] = [values[name] for name in self.problem.run.parameters]
         return largest(np.abs(self.problem.residual(vector)), 1.0, _OBJECTING)
 
     @cached_property
-    def _places(self) -> tuple[Index, Index]:
+    def _places(self) -> Index:
         """Return the experiment and the sample of each error."""
         runs = enumerate(self.problem.there)
         there = [(e, np.flatnonzero(mine[m.channel])) for e, mine in runs for m in self.problem.outputs]
-        experiments = np.concatenate([np.full(len(samples), e) for e, samples in there])
-        return experiments, np.concatenate([samples for _, samples in there])
+        return np.concatenate([np.stack([np.full(len(samples), e), samples], axis=1) for e, samples in there])
 
     def _pulled_back(self, vector: Array) -> Array:
         """Return the run nearest to a vector, on the way to the run inside, whose errors are within the bounds."""

@@ -1,10 +1,10 @@
 """Verify that parameters fit every sample of a record, in one pass over it.
 
-The noises of a simulated run solve the model's equations up to rounding. With the parameters as they are, the exact
-noises differ from them by ``d``, where ``C d = -r``: r is what the equations leave, enclosed in ball arithmetic, and C
-is the model's own recursion, with constant coefficients. For any finite sequence G with ``C G = I + E`` and the norm of
-E below 1, each noise differs by at most ``sum |G| max |r| / (1 - |E|)``: the inverse of ``I + E`` is a Neumann series.
-Nothing else is asked of G, so it is computed in floats.
+Given noises solve the model's equations up to rounding. With the parameters and the noises of the inputs as they are,
+the exact noises of an output differ from the given ones by ``d``, where ``C d = -r``: r is what the equations leave,
+enclosed in ball arithmetic, and C is the model's own recursion, with constant coefficients. For any finite sequence G
+with ``C G = I + E`` and the norm of E below 1, each noise differs by at most ``sum |G| max |r| / (1 - |E|)``: the
+inverse of ``I + E`` is a Neumann series. Nothing else is asked of G, so it is computed in floats.
 
 Reference: Rump, Verification methods: rigorous results using floating-point arithmetic, Acta Numerica 19 (2010).
 """
@@ -28,9 +28,13 @@ _FADED = 1e-20
 _UP = 1.0 + 1e-9  # covers the rounding of a sum of floats, and of what is done with it
 
 
+Noises = Mapping[str, Array]
+"""Of each noisy channel, shape (n,): measurement minus truth. Where an output is missing, minus the truth."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """The equations of one signal from a sample on, and the coefficients of their terms without noise."""
+    """The equations of one output from a sample on, and the coefficients of their terms without its own noise."""
 
     template: Template
     first: int
@@ -49,17 +53,24 @@ class WholeRecord:
     def __init__(self, templates: Templates, data: Dataset) -> None:
         self.templates, self.data = templates, data
         self._noises = {m.signal: m for m in templates.model.measurements if m.noise is not None}
+        self._channels = {m.noise: m.channel for m in self._noises.values()}
         self._equations = [self._of(run.values) for run in data.experiments]
 
-    def holds(
-        self, values: Mapping[str, float], simulated: Sequence[Mapping[str, Array]], bounds: Mapping[str, float]
-    ) -> bool:
-        """Return whether parameters are proven to fit all samples within noise bounds, given a run with them."""
-        reached = self.least_bounds(values, simulated)
+    def noises(self, simulated: Sequence[Mapping[str, Array]]) -> list[dict[str, Array]]:
+        """Return the noises with which the outputs are those of a simulation, per experiment."""
+        outputs = [self._noises[line.signal].channel for line in self.templates.lines]
+        return [
+            {channel: np.nan_to_num(run.values[channel]) - found[channel] for channel in outputs}
+            for run, found in zip(self.data.experiments, simulated, strict=True)
+        ]
+
+    def holds(self, values: Mapping[str, float], noises: Sequence[Noises], bounds: Mapping[str, float]) -> bool:
+        """Return whether parameters are proven to fit all samples within noise bounds, given noises with them."""
+        reached = self.least_bounds(values, noises)
         return all(reached[channel] <= bound for channel, bound in bounds.items())
 
-    def least_bounds(self, values: Mapping[str, float], simulated: Sequence[Mapping[str, Array]]) -> dict[str, float]:
-        """Return noise bounds of the output channels with which parameters are proven to fit all samples.
+    def least_bounds(self, values: Mapping[str, float], noises: Sequence[Noises]) -> dict[str, float]:
+        """Return noise bounds of the channels with which parameters are proven to fit all samples.
 
         They are infinite where nothing is proven, or where a prior does not hold.
 
@@ -67,45 +78,89 @@ class WholeRecord:
         ----------
         values
             Of every parameter.
-        simulated
-            Shape (n,). Per experiment, the output channels of the run.
+        noises
+            Per experiment. They solve the equations up to rounding.
         """
-        reached = {m.channel: 0.0 if _fits_priors(self.templates, values) else np.inf for m in self._noises.values()}
-        for run, found, equations in zip(self.data.experiments, simulated, self._equations, strict=True):
-            for e in equations:
-                channel = self._noises[e.template.signal].channel
-                missing = np.isnan(run.values[channel])
-                noise = np.where(missing, 0.0, run.values[channel]) - found[channel]
-                largest = float(np.abs(noise[~missing]).max(initial=0.0))
-                reached[channel] = max(
-                    reached[channel], float(np.nextafter(largest + _reach(e, values, noise), np.inf))
-                )
+        fits = _fits_priors(self.templates, values)
+        reached = dict.fromkeys(self._channels.values(), 0.0 if fits else np.inf)
+        for run, found, equations in zip(self.data.experiments, noises, self._equations, strict=True):
+            reaches = {self._noises[e.template.signal].channel: self._reach(e, values, found) for e in equations}
+            for channel, noise in found.items():
+                largest = float(np.abs(noise[~np.isnan(run.values[channel])]).max(initial=0.0))
+                beyond = reaches.get(channel)
+                least = largest if beyond is None else float(np.nextafter(largest + beyond, np.inf))
+                reached[channel] = max(reached[channel], least)
         return reached
 
     def _of(self, samples: Mapping[str, Array]) -> list[_Equations]:
-        values = {name: np.where(np.isnan(column), 0.0, column) for name, column in samples.items()}
+        values = {name: np.nan_to_num(column) for name, column in samples.items()}
         n, found = len(next(iter(values.values()))), []
         for template in self.templates.lines:
-            times = np.arange(template.max_lag, n)
-            known = [(term, term.coefficients(values, times)) for term in template.terms if not term.latents]
+            times, own = np.arange(template.max_lag, n), self._noises[template.signal].noise
+            known = [
+                (term, term.coefficients(values, times)) for term in template.terms if own not in dict(term.latents)
+            ]
             found.append(_Equations(template, template.max_lag, tuple(known)))
         return found
 
+    def _reach(self, e: _Equations, values: Mapping[str, float], noises: Noises) -> float:
+        """Return how far an output's exact noises lie from given ones at most; infinite where nothing is proven."""
+        own = self._noises[e.template.signal]
+        recursion: dict[int, Balls] = {}
+        for term in e.template.terms:
+            for latent, lag in term.latents:
+                if latent == own.noise:
+                    constant = sum((factor for factor, _ in term.data), start=Fraction(0))
+                    factor = _product(term, values) * Balls.enclose(constant)
+                    recursion[lag] = recursion[lag] + factor if lag in recursion else factor
+        # What the equations leave.
+        noise = noises[own.channel]
+        n = len(noise) - e.first
+
+        def at(channel: str, lag: int) -> Balls:
+            return Balls.exact(noises[channel][e.first - lag : e.first - lag + n])
+
+        left = Balls.exact(np.zeros(n))
+        for term, coefficients in e.known:
+            part = _product(term, values) * coefficients
+            for latent, lag in term.latents:
+                part = part * at(self._channels[latent], lag)
+            left = left + part
+        for lag, coefficient in recursion.items():
+            left = left + coefficient * at(own.channel, lag)
+        # An approximate inverse of the recursion, and how good it is.
+        impulse = _impulse_response({lag: float(c.mid) for lag, c in recursion.items()})
+        if impulse is None:
+            return np.inf
+        padded = np.concatenate([impulse, np.zeros(max(recursion) + 1)])
+        defect = Balls.exact(-np.eye(1, len(padded))[0])
+        for lag, coefficient in recursion.items():
+            shifted = np.concatenate([np.zeros(lag), padded[: len(padded) - lag]])
+            defect = defect + coefficient * Balls.exact(shifted)
+        size = float(np.sum(defect.magnitude())) * _UP
+        if not size < 0.5:
+            return np.inf
+        return float(np.sum(np.abs(impulse)) * np.max(left.magnitude(), initial=0.0) / (1 - size)) * _UP
+
 
 def suits(templates: Templates) -> bool:
-    """Return whether every line is a recursion of its own output's noise, with coefficients that do not vary."""
+    """Return whether every line is a recursion of its own output's noise, with coefficients that do not vary.
+
+    The noises of inputs may enter linearly.
+    """
     noises = {m.signal: m.noise for m in templates.model.measurements if m.noise is not None}
+    outputs = {line.signal for line in templates.lines}
+    inputs = {noise for name, noise in noises.items() if name not in outputs}
     return (
         not templates.hinges
-        and len(templates.lines) == len(noises)
+        and outputs <= noises.keys()
         and all(
-            line.signal in noises
+            len(term.latents) <= 1
             and all(
-                len(term.latents) <= 1
-                and all(latent == noises[line.signal] and _is_constant(term) for latent, _ in term.latents)
-                for term in line.terms
+                latent in inputs or (latent == noises[line.signal] and _is_constant(term)) for latent, _ in term.latents
             )
             for line in templates.lines
+            for term in line.terms
         )
     )
 
@@ -120,36 +175,6 @@ def _fits_priors(templates: Templates, values: Mapping[str, float]) -> bool:
     return all(p.lower <= values[p.name] <= p.upper for p in templates.model.parameters) and all(
         bool(constraint.xreplace(exact) >= 0) for constraint in templates.model.constraints
     )
-
-
-def _reach(e: _Equations, values: Mapping[str, float], noise: Array) -> float:
-    """Return how far exact noises lie from given ones at most; infinite where nothing is proven."""
-    recursion: dict[int, Balls] = {}
-    for term in e.template.terms:
-        for _, lag in term.latents:
-            constant = sum((factor for factor, _ in term.data), start=Fraction(0))
-            own = _product(term, values) * Balls.enclose(constant)
-            recursion[lag] = recursion[lag] + own if lag in recursion else own
-    # What the equations leave.
-    n = len(noise) - e.first
-    left = Balls.exact(np.zeros(n))
-    for term, coefficients in e.known:
-        left = left + _product(term, values) * coefficients
-    for lag, coefficient in recursion.items():
-        left = left + coefficient * Balls.exact(noise[e.first - lag : len(noise) - lag])
-    # An approximate inverse of the recursion, and how good it is.
-    impulse = _impulse_response({lag: float(c.mid) for lag, c in recursion.items()})
-    if impulse is None:
-        return np.inf
-    padded = np.concatenate([impulse, np.zeros(max(recursion) + 1)])
-    defect = Balls.exact(-np.eye(1, len(padded))[0])
-    for lag, coefficient in recursion.items():
-        shifted = np.concatenate([np.zeros(lag), padded[: len(padded) - lag]])
-        defect = defect + coefficient * Balls.exact(shifted)
-    size = float(np.sum(defect.magnitude())) * _UP
-    if not size < 0.5:
-        return np.inf
-    return float(np.sum(np.abs(impulse)) * np.max(left.magnitude(), initial=0.0) / (1 - size)) * _UP
 
 
 def _product(term: Term, values: Mapping[str, float]) -> Balls:

@@ -15,14 +15,16 @@ from relaxations.proof.proof_steps import Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from relaxations.search.interval_state import allowed_gap
 from smid.data import DataError, Dataset
-from smid.data.window import Window, cut_all
+from smid.data.window import Window, cut_all, windows_before
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
 from smid.identification.encloser import Enclosed, Settings, nearest_witness
 from smid.identification.estimate import CentreStatus
 from smid.identification.polynomial import Polynomial, centre_status
-from smid.identification.windows.scan import Scan, best_run
+from smid.identification.windows.free_runs import FreeRuns
+from smid.identification.windows.noise_programs import NoisePrograms
+from smid.identification.windows.search import Search
 from smid.identification.windows.whole_record import WholeRecord, suits
 from smid.models import Model
 
@@ -34,14 +36,20 @@ MOST = 5000
 
 _SHARE = 0.5  # of the record: larger windows gain nothing
 _GROWTHS = 3  # of the windows, each twice as long
-_BACK = (0.0, 1e-6, 1e-3)  # shares of the way to a run inside, tried until a run is verified
 
 
 def has_windows(model: Model, data: Dataset) -> bool:
-    """Return whether a record is long, and its model one whose runs can be scanned and verified."""
+    """Return whether a record is long, and its model one whose runs can be searched and verified."""
     if data.n_samples < LONG or not suits(Templates.of(model)):
         return False
+    if inputs_are_noisy(model):
+        return not any(data.missing[channel] for channel in model.channels)
     return Fitting(model, data, [np.zeros(run.n_samples, bool) for run in data.experiments]).frees_initial
+
+
+def inputs_are_noisy(model: Model) -> bool:
+    """Return whether an input has noise."""
+    return any(m.noise is not None and m.channel in model.input_channels for m in model.measurements)
 
 
 class Windowed:
@@ -54,23 +62,25 @@ class Windowed:
         self._windows: tuple[Window, ...] = ()
         self._whole = WholeRecord(Templates.of(model), data)
         self._inner: Polynomial | None = None
-        self._fitting: list[Array] = []  # parameters that are verified to fit all samples
+        self._search: Search | None = None
+        self._fitting: tuple[Array, ...] = ()  # parameters that are verified to fit all samples
         self._say: Progress = settings.progress or (lambda _: None)
 
     def enclose(self) -> Enclosed:
         """Return the intervals of the parameters; their inner ends fit the whole record."""
-        began = time.perf_counter()
+        began, tolerance = time.perf_counter(), self.settings.tolerance / 4
         try:
-            scan = Scan(self.model, self.data, self.bounds)
-            rows, length = self._scanned(scan)
+            self._search = self._begun()
+            held = self._search.held(tolerance)
         except STOPS as stop:
             return Enclosed(None, Reason[stopped_by(stop)])
-        except DataError:  # no run stays finite
+        except DataError:  # no run stays finite, or the windows leave a parameter without a box
             return self._proven_on(())
+        self._fitting, places = held.fitting, held.places
         # Prove the intervals on windows, which grow until the ends meet verified runs.
         best: Enclosed | None = None
         for growth in range(_GROWTHS + 1):
-            windows, short = self._windows_of(scan, rows, length << growth)
+            windows, short = self._windows_of(places, held.length << growth)
             if not windows or (short and best is not None):
                 break
             try:
@@ -80,46 +90,37 @@ class Windowed:
             if found.enclosure is None or found.enclosure.empty is not None:
                 return found
             best = self._met(found, found.enclosure, short, time.perf_counter() - began)
-            # Longer windows help only where the proof met points that fit these windows, and not the whole record.
+            # Where the proof met points that fit these windows, ask the whole record about them; lengthen the windows.
             if best.reason is not Reason.ROUNDS or found.reason is not Reason.TIGHT:
                 return best
-            rows = np.union1d(rows, self._objecting(scan, found.enclosure))
+            try:
+                for point in self._beyond(found.enclosure):
+                    near, objecting = self._search.near(self._values(point), tolerance)
+                    self._fitting, places = (*self._fitting, *near), np.concatenate([places, objecting])
+            except STOPS as stop:
+                proven = replace(found.enclosure, reason=Reason[stopped_by(stop)])
+                return self._met(found, proven, short, time.perf_counter() - began)
+            best = self._met(found, found.enclosure, short, time.perf_counter() - began)
+            if best.reason is Reason.TIGHT:
+                return best
         return best if best is not None and self._fitting else self._proven_on(())
 
-    def _windows_of(self, scan: Scan, rows: Index, length: int) -> tuple[tuple[Window, ...], bool]:
+    def _begun(self) -> Search:
+        common = (self.model, self.data, self.bounds, self._whole, self._say)
+        return NoisePrograms(*common, self.settings.solver) if inputs_are_noisy(self.model) else FreeRuns(*common)
+
+    def _windows_of(self, places: Index, length: int) -> tuple[tuple[Window, ...], bool]:
         """Return windows of at most so many samples, and whether they are shorter than asked; none for all samples."""
         asked = length
-        while sum(map(len, windows := scan.windows(rows, length))) > MOST and length > 1:
+        while sum(map(len, windows := windows_before(places, length))) > MOST and length > 1:
             length //= 2
         if self.data.n_samples <= MOST and sum(map(len, windows)) > _SHARE * self.data.n_samples:
             return (), False
         return windows, length < asked
 
-    def _scanned(self, scan: Scan) -> tuple[Index, int]:
-        """Return the errors that hold the ends, and how many samples before them count."""
-        self._say(f"least error of a free run: {scan.least:.6f} times the noise bound")
-        tolerance = self.settings.tolerance / 4
-        if scan.least >= 1.0:
-            return scan.least_rows, scan.memory(tolerance)
-        self._verify(scan, scan.inside)
-        held, effects = [scan.least_rows], []
-        for name in scan.free:
-            ends = [scan.extreme(name, sign) for sign in (1, -1)]
-            self._say(f"{name} between {ends[0].value:.6g} and {ends[1].value:.6g}, by linear programs")
-            for end in ends:
-                self._verify(scan, end.vector)
-                held.append(end.rows)
-            effects.append(scan.difference(*ends))
-        return np.unique(np.concatenate(held)), scan.memory(tolerance * min(effects, default=1.0))
-
-    def _verify(self, scan: Scan, vector: Array) -> None:
-        """Keep the parameters of a run, or of one nearer to the run inside, that are verified to fit all samples."""
-        for share in _BACK:
-            moved = vector + share * (scan.inside - vector)
-            values = scan.values(moved)
-            if self._whole.holds(values, scan.problem.simulate(moved), self.bounds):
-                self._fitting.append(np.array([values[p.name] for p in self.model.parameters]))
-                return
+    def _values(self, point: Array) -> dict[str, float]:
+        """Return the values of the parameters, the first entries of a point."""
+        return {p.name: float(value) for p, value in zip(self.model.parameters, point, strict=False)}
 
     def _proven_on(self, windows: tuple[Window, ...]) -> Enclosed:
         data = cut_all(self.data, windows) if windows else self.data
@@ -131,25 +132,29 @@ class Windowed:
         return replace(self._inner.enclose(), windows=windows)
 
     def _met(self, found: Enclosed, enclosure: Enclosure, short: bool, seconds: float) -> Enclosed:
-        """Return proven intervals with inner ends that fit the whole record: none where no run is verified to."""
-        runs = np.array(self._fitting or [np.full(len(enclosure.intervals), np.nan)])
-        ends = zip(enclosure.intervals, runs.min(axis=0).tolist(), runs.max(axis=0).tolist(), strict=True)
-        intervals = tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
-        reason = enclosure.reason
+        """Return proven intervals with inner ends that fit the whole record."""
+        intervals, reason = self._hull(enclosure), enclosure.reason
         if reason in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS):
             tight = all(map(self._is_tight, intervals))
             open_ends = Reason.ROUNDS if reason is Reason.TIGHT else reason
             reason = Reason.TIGHT if tight else Reason.WINDOWS if short else open_ends
-        met = replace(enclosure, intervals=intervals, witnesses=tuple(self._fitting), reason=reason, seconds=seconds)
+        met = replace(enclosure, intervals=intervals, witnesses=self._fitting, reason=reason, seconds=seconds)
         return replace(found, enclosure=met, reason=reason)
+
+    def _hull(self, enclosure: Enclosure) -> tuple[Interval, ...]:
+        """Return the intervals with the verified parameters as inner ends: none where nothing is verified."""
+        runs = np.array(self._fitting or [np.full(len(enclosure.intervals), np.nan)])
+        ends = zip(enclosure.intervals, runs.min(axis=0).tolist(), runs.max(axis=0).tolist(), strict=True)
+        return tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
+
+    def _beyond(self, enclosure: Enclosure) -> list[Array]:
+        """Return the outermost points that fit the windows, at the ends that no verified parameters meet."""
+        points = np.array(enclosure.witnesses)
+        loose = [k for k, i in enumerate(self._hull(enclosure)) if not self._is_tight(i)]
+        return [points[np.argmin(sign * points[:, k])] for k in loose for sign in (1, -1)]
 
     def _is_tight(self, interval: Interval) -> bool:
         return interval.gap <= allowed_gap(interval.lower, interval.upper, self.settings.tolerance)
-
-    def _objecting(self, scan: Scan, enclosure: Enclosure) -> Index:
-        """Return the errors that are beyond the bound at points that fit the windows."""
-        count = len(self.model.parameters)
-        return np.unique(np.concatenate([scan.beyond(point[:count]) for point in enclosure.witnesses]))
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
         """Return the problem of the windows, and the steps."""
@@ -161,8 +166,8 @@ class Windowed:
         assert self._inner is not None
         if not self._windows:
             return self._inner.centre(enclosure)
-        values = {i.name: i.centre for i in enclosure.intervals}
-        if self._whole.holds(values, best_run(self.model, self.data, self.bounds, values), self.bounds):
+        assert self._search is not None
+        if self._search.fits({i.name: i.centre for i in enclosure.intervals}):
             return CentreStatus.FEASIBLE, None
         problem, plan = self._inner.boxed.feasible.problem, self._inner.plan
         status = centre_status(problem, enclosure, plan, self.settings.solver)
