@@ -16,7 +16,7 @@ from benchmarks.frontier.growth import KINDS, apart, linear_programs
 from smid import identify, verify
 
 GAP = 1e-3
-MODELS = ("output error", "Hammerstein")
+MODELS = ("output error", "Hammerstein", "errors in variables")
 SIZES = (10_000, 20_000, 100_000, 1_000_000)
 WITH_PROGRAMS = 20_000  # beyond, the problem of the whole record does not fit the memory
 

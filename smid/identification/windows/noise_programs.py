@@ -47,7 +47,7 @@ _End = tuple[int, int]  # a parameter's number, and 1 for its lower end, -1 for 
 class _Asked:
     """What a whole record says of parameters: noises that fit it, or the places that object."""
 
-    noises: list[Noises] | None
+    noises: Sequence[Noises] | None
     objecting: list[Index]
 
 
@@ -154,7 +154,7 @@ class NoisePrograms:
     def _vector(self, values: Mapping[str, float]) -> Array:
         return np.array([values[p.name] for p in self.model.parameters])
 
-    def _holds(self, p: Array, noises: list[Noises] | None) -> bool:
+    def _holds(self, p: Array, noises: Sequence[Noises] | None) -> bool:
         values = {q.name: float(value) for q, value in zip(self.model.parameters, p, strict=True)}
         return noises is not None and self.whole.holds(values, noises, self.bounds)
 
@@ -168,8 +168,9 @@ class NoisePrograms:
 
     def _asked_anywhere(self, p: Array) -> _Asked:
         """Ask some pieces of the record, chosen at random."""
-        some = self._random.permutation(len(self._pieces))[: max(_FEW, len(self._pieces) // _FEW)]
-        asked = [self._piece(*self._pieces[k], p) for k in some]
+        count = max(_FEW, len(self._pieces) // _FEW)
+        some = [self._pieces[k] for k in self._random.permutation(len(self._pieces))[:count]]
+        asked = [self._piece(e, begin, p) for e, begin in some]
         return _Asked(None, [piece.holding for piece in asked if piece.excess > 0])
 
     def _asked(self, p: Array) -> _Asked:
@@ -188,7 +189,7 @@ class NoisePrograms:
                 break
             for channel, own in piece.noises.items():
                 noises[e][channel][begin : begin + len(own)] = own
-        return _Asked(noises if fits and not objecting else None, objecting)
+        return _Asked([*noises] if fits and not objecting else None, objecting)
 
     def _piece(self, experiment: int, begin: int, p: Array, past: Noises | None = None) -> _Piece:
         """Solve the linear program of a piece, with the first noises fixed where they are given."""

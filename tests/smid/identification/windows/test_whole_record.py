@@ -32,7 +32,8 @@ def test_the_exact_noises_are_within_what_is_told(seed, radius, angle):
     model, data, values = second_order(seed, radius, angle)
     problem = Fitting(model, data, [np.ones(N, bool)])
     simulated = problem.simulate(problem.start(values))
-    told = WholeRecord(Templates.of(model), data).least_bounds(values, simulated)["y"]
+    whole = WholeRecord(Templates.of(model), data)
+    told = whole.least_bounds(values, whole.noises(simulated))["y"]
     # The exact run from the first samples of the simulated one, whose noises are exact floats.
     a1, a2, b0, b1 = (Fraction(values[name]) for name in ("a1", "a2", "b0", "b1"))
     u, y = ([Fraction(x) for x in data.values(name)] for name in "uy")
@@ -50,16 +51,42 @@ def test_a_point_outside_a_prior_is_not_verified():
     problem = Fitting(model, data, [np.ones(N, bool)])
     simulated = problem.simulate(problem.start(values))
     unstable = values | {"a2": 1.0 + 1e-9}
-    assert WholeRecord(Templates.of(model), data).least_bounds(unstable, simulated)["y"] == np.inf
+    whole = WholeRecord(Templates.of(model), data)
+    assert whole.least_bounds(unstable, whole.noises(simulated))["y"] == np.inf
 
 
 def test_a_run_that_is_not_the_models_is_not_verified_to_be_near():
     model, data, values = second_order(1, 0.8, 0.7)
     problem = Fitting(model, data, [np.ones(N, bool)])
     simulated = problem.simulate(problem.start(values))
-    moved = [{"y": simulated[0]["y"] + 1e-3 * np.random.default_rng(0).normal(size=N)}]
     whole = WholeRecord(Templates.of(model), data)
-    assert whole.least_bounds(values, moved)["y"] > whole.least_bounds(values, simulated)["y"] + 1e-3
+    noises = whole.noises(simulated)
+    moved = [{"y": noises[0]["y"] + 1e-3 * np.random.default_rng(0).normal(size=N)}]
+    assert whole.least_bounds(values, moved)["y"] > whole.least_bounds(values, noises)["y"] + 1e-3
+
+
+@given(st.integers(0, 1000), st.floats(-0.9, 0.9))
+@settings(max_examples=25, deadline=None)
+def test_with_noises_of_the_input_the_exact_noises_are_within_what_is_told(seed, pole):
+    rng = np.random.default_rng(seed)
+    values = {"a1": pole, "b0": float(rng.normal()), "b1": float(rng.normal())}
+    u, y, zeta, eta = rng.normal(size=(4, N))
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    model = bind(ErrorsInVariables(1, 1, stable=True), data)
+    # The output's noises in floats, and in fractions from the same first one.
+    exact = [Fraction(float(eta[0]))]
+    a1, b0, b1 = (Fraction(values[name]) for name in ("a1", "b0", "b1"))
+    v, noise = u - zeta, [float(eta[0])]
+    exactly = [Fraction(float(p)) - Fraction(float(q)) for p, q in zip(u, zeta, strict=True)]
+    for k in range(1, N):
+        noise.append(y[k] + pole * (y[k - 1] - noise[-1]) - values["b0"] * v[k] - values["b1"] * v[k - 1])
+        past = Fraction(float(y[k - 1])) - exact[-1]
+        exact.append(Fraction(float(y[k])) + a1 * past - b0 * exactly[k] - b1 * exactly[k - 1])
+    told = WholeRecord(Templates.of(model), data).least_bounds(values, [{"y": np.array(noise), "u": zeta}])
+    assert told["u"] == np.abs(zeta).max()
+    largest = max(map(abs, exact))
+    assert largest <= Fraction(told["y"])
+    assert told["y"] <= float(largest) * (1 + 1e-9)
 
 
 def scheduled() -> Model:
@@ -76,7 +103,7 @@ def scheduled() -> Model:
     [
         (OutputError(na=2, nb=1, stable=True), True),
         (Hammerstein(poles=1, powers=(3, 1), stable=True), True),
-        (ErrorsInVariables(), False),
+        (ErrorsInVariables(), True),
         (Wiener(), False),
         (scheduled(), False),
     ],

@@ -185,7 +185,7 @@ def test_where_no_run_stays_finite_all_samples_are_used(monkeypatch):
         raise DataError("it diverges from every start")
 
     monkeypatch.setattr(windowed_module, "LONG", 250)
-    monkeypatch.setattr(windowed_module, "Scan", diverges)
+    monkeypatch.setattr(windowed_module, "FreeRuns", diverges)
     estimate = identify(MODEL, record(300), BOUND, tolerance=1e-2)
     assert not estimate.windows
     assert holds_truth(estimate)
