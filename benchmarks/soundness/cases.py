@@ -62,6 +62,14 @@ def empty_case(seed: int) -> Case:
     return _outlier(_boxed(drawn(kind, seed, 0)), seed)
 
 
+def long_case(feasible: bool, seed: int) -> Case:
+    """Draw a set of a smooth model with hundreds of samples, which windows apply to."""
+    kind = SMOOTH[seed % len(SMOOTH)]
+    plain = random_problems.random_problem(seed, kind, int(np.random.default_rng([seed, 4]).integers(200, 500)))
+    case = Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth)
+    return case if feasible else _outlier(_boxed(case), seed)
+
+
 def drawn(kind: str, seed: int, levels: int) -> Case:
     """Draw a feasible set of a kind; with ``levels`` a longer one, its input held to so many where it is static."""
     rng = np.random.default_rng([seed, 1])

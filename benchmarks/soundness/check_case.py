@@ -5,14 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from benchmarks.soundness.cases import SMOOTH, empty_case, feasible_case
+from benchmarks.soundness.cases import SMOOTH, Case, empty_case, feasible_case, long_case
 from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
+from smid.identification.windows import windowed
 
-__all__ = ["check_case", "inside"]
+__all__ = ["check_case", "check_windows", "inside"]
 
 
 def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
@@ -21,18 +23,27 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
     Another method than ``"auto"`` is for the smooth models; the others are always branched with the lift.
     """
     case = feasible_case(seed) if feasible else empty_case(seed)
-    started = time.perf_counter()
-    message = ""
+    return _judged(
+        case,
+        seed,
+        method=method if case.kind in SMOOTH else "auto",
+        order=1 if seed % 4 and method == "auto" else None,
+        rounds=1 + seed % 3,
+        tolerance=0.5 if case.kind not in SMOOTH else 1e-2,
+    )
+
+
+def check_windows(feasible: bool, seed: int) -> CaseResult:
+    """Draw a long record and prove it on windows, however few its samples are."""
+    windowed.LONG = 100
+    return _judged(long_case(feasible, seed), seed, tolerance=1e-2)
+
+
+def _judged(case: Case, seed: int, **settings: Any) -> CaseResult:
+    """Identify a case and judge the answer."""
+    feasible, started, message = case.construction == "feasible", time.perf_counter(), ""
     try:
-        estimate = identify(
-            case.model,
-            case.data,
-            case.noise_bound,
-            method=method if case.kind in SMOOTH else "auto",
-            order=1 if seed % 4 and method == "auto" else None,
-            rounds=1 + seed % 3,
-            tolerance=0.5 if case.kind not in SMOOTH else 1e-2,
-        )
+        estimate = identify(case.model, case.data, case.noise_bound, **settings)
     except EmptyFeasibleSetError as error:
         verdict = "called empty" if feasible else "certified empty"
         message = str(error)[:200] if feasible else ""
@@ -40,6 +51,7 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
         verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
         verdict, message = inside(estimate, case.truth) if feasible else _never_feasible(estimate)
+        message = message or ("windows" if estimate.windows else "")
     return CaseResult(
         case.kind, case.construction, seed, len(case.data.values("y")), verdict, time.perf_counter() - started, message
     )

@@ -173,7 +173,8 @@ def error_bound(
     channel = open_channels[0]
     if not fixed and method == "auto" and order is None and has_windows(model, data):
         settings = {"solver": solver, "tolerance": tolerance / 2, "rounds": rounds, "nodes": nodes}
-        with suppress(DataError):  # no run stays finite, or an input stands still in the windows
+        # Else all samples: where no run stays finite or is verified, or an input stands still in the windows.
+        with suppress(DataError):
             return _by_windows(model, data, channel, settings, tolerance, spoken(progress))
     feasible = FeasibleSet(model, data, fixed or {}, channel)
     # Cuts bound variables that complicate; the noise bound does not complicate.
@@ -260,7 +261,7 @@ def _by_windows(
         reason = Reason[stopped_by(stop)]
         return ErrorBound(channel, unit, 0.0, np.inf, {}, {}, reason, time.perf_counter() - started)
     if not np.isfinite(upper):
-        raise ModelError("no feasible point could be verified for any noise bound: check the priors and bounds")
+        raise DataError("no run is verified: take all samples")
     # Longer windows until the ends meet.
     length = scan.memory(0.1 * tolerance * scan.least)
     while True:

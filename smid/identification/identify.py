@@ -27,7 +27,7 @@ from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
-from smid.identification.error_bound import error_bound
+from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
@@ -275,18 +275,21 @@ def _proven_empty(found: Enclosed, empty: Emptiness, data: Dataset, settings: Se
     if feasible.templates.hinges:
         return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
     # Enclose the least noise bound, so that the user knows how far to raise the given one.
-    least = error_bound(
-        feasible.model,
-        feasible.data,
-        fixed,
-        method=settings.method,
-        order=settings.order,
-        solver=settings.solver,
-        progress=settings.progress,
-    )
-    where = f"The least bound lies in {least.enclosure}: raise the bound above it or extend the model."
-    if found.windows:
-        where = f"The least bound is at least {least.lower:.6g}: raise the bound above it or extend the model."
-    if not np.isfinite(least.upper):
+    least: ErrorBound | None = None
+    with suppress(ModelError):  # no point could be verified for any bound; what is proven stays so
+        least = error_bound(
+            feasible.model,
+            feasible.data,
+            fixed,
+            method=settings.method,
+            order=settings.order,
+            solver=settings.solver,
+            progress=settings.progress,
+        )
+    if least is None or not np.isfinite(least.upper):
         where = "Raise the bound (smid.error_bound encloses the least one) or extend the model."
-    return EmptyFeasibleSetError(f"{proven}{where} {samples_text}", least.lower, samples)
+    elif found.windows:
+        where = f"The least bound is at least {least.lower:.6g}: raise the bound above it or extend the model."
+    else:
+        where = f"The least bound lies in {least.enclosure}: raise the bound above it or extend the model."
+    return EmptyFeasibleSetError(f"{proven}{where} {samples_text}", None if least is None else least.lower, samples)

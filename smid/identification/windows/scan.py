@@ -69,7 +69,8 @@ class Scan:
         self._descents = Descents(self.problem)
         start, constraints = self.problem.start(begun.model.values), Constraints.of(self.problem)
         if constraints.violated(start):
-            start = constrained(Fitting(begun.model, data, first, begun.initial), start, constraints)
+            part = Fitting(begun.model, data, first, begun.initial)
+            start = constrained(part, part.start(begun.model.values), constraints)
         found = self._descents.descend(start, np.zeros(len(start)), 0.0, 1.0, _INNER)
         self.inside, self.least, self.least_rows = found.vector, found.largest, found.rows
 

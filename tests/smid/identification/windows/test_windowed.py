@@ -14,6 +14,7 @@ from smid import (
     EmptyFeasibleSetError,
     Estimate,
     Model,
+    ModelError,
     OutputError,
     bode,
     error_bound,
@@ -205,6 +206,27 @@ def test_a_point_that_fits_the_windows_alone_is_no_inner_end(monkeypatch, second
         assert estimate.enclosure is None or not estimate.enclosure.witnesses
     else:
         assert estimate.reason is Reason.TIGHT
+
+
+def test_a_record_that_no_stable_model_fits_is_proven_empty(monkeypatch):
+    """The least squares of a growing record are unstable; the search begins at the nearest stable parameters."""
+    monkeypatch.setattr(windowed_module, "LONG", 250)
+    u = np.ones(300)
+    u[::7] = -1.0
+    data = Dataset.from_arrays(input={"u": u}, output={"y": 1.01 ** np.arange(300.0)}, sampling_time=1.0)
+    model = OutputError(na=2, nb=1, stable=True, bounds={"b0": (-1, 1), "b1": (-1, 1)})
+    with pytest.raises(EmptyFeasibleSetError):
+        identify(model, data, 0.01)
+
+
+def test_what_is_proven_empty_stays_so_where_no_least_bound_is_found(monkeypatch):
+    def lost(*_arguments, **_settings):
+        raise ModelError("no feasible point could be verified")
+
+    monkeypatch.setattr("smid.identification.identify.error_bound", lost)
+    with pytest.raises(EmptyFeasibleSetError) as proof:
+        identify(MODEL, changed(record(200), 100, 2.5 * BOUND), BOUND)
+    assert proof.value.least_bound is None
 
 
 def test_windows_can_be_declined_and_are_not_for_every_model():
