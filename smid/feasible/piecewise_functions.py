@@ -18,6 +18,7 @@ from functools import lru_cache, reduce
 import sympy
 
 from smid.models import Line, Model
+from smid.models.hidden_states import without_hidden_states
 from smid.models.symbols import references, signal, t
 
 _FUNCTIONS = (sympy.Max, sympy.Min, sympy.Abs, sympy.sign)
@@ -67,7 +68,7 @@ def unfold(model: Model) -> Unfolded:
     >>> [(kink.name, kink.argument) for kink in unfold(model).kinks]
     [('kink1', -d + u[t])]
     """
-    model = model.discretised()
+    model = without_hidden_states(model)
     if not any(line.expression.has(*_FUNCTIONS) for line in model.lines):
         return Unfolded(model.lines, ())
     found: dict[tuple[Kind, sympy.Expr], Kink] = {}

@@ -21,7 +21,8 @@ from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from smid.feasible.piecewise_functions import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
-from smid.models.symbols import VALUE, references, signal, t
+from smid.models.hidden_states import without_hidden_states
+from smid.models.symbols import VALUE, inlined, references, signal, t
 
 Reference = tuple[str, int]  # (signal or channel, lag)
 MOST_SUMMANDS = 24  # floats: over a thousand bits
@@ -127,7 +128,7 @@ def templates(model: Model) -> tuple[Template, ...]:
 
     ModelError if a line is not a polynomial in parameters, noises, latent signals and kinks.
     """
-    model = model.discretised()
+    model = without_hidden_states(model)
     kept, static = _split(model)
     curved = _curved_sensors(model)
     dynamic = {*model.states, *(m.signal for m in model.measurements)}
@@ -136,7 +137,7 @@ def templates(model: Model) -> tuple[Template, ...]:
         _template(
             model,
             line.signal,
-            _substitute_static(line.target - line.expression, static),
+            inlined(line.target - line.expression, static),
             curved,
             depths,
             line.signal not in dynamic,
@@ -163,13 +164,13 @@ def hinges(model: Model) -> tuple[Hinge, ...]:
 
     ModelError if an argument is not a polynomial in parameters, noises, latent signals and earlier kinks.
     """
-    model = model.discretised()
+    model = without_hidden_states(model)
     _, static = _split(model)
     curved = _curved_sensors(model)
     depths: dict[str, int] = {}
     found = []
     for kink in unfold(model).kinks:
-        argument = _template(model, kink.name, _substitute_static(kink.argument, static), curved, depths, False)
+        argument = _template(model, kink.name, inlined(kink.argument, static), curved, depths, False)
         depths[kink.name] = argument.max_lag
         found.append(Hinge(kink, argument))
     return tuple(found)
@@ -177,8 +178,8 @@ def hinges(model: Model) -> tuple[Hinge, ...]:
 
 def flat_lines(model: Model) -> tuple[sympy.Expr, ...]:
     """Return ``target - expression`` of each dynamic line, with the static lines put in and kinks by name."""
-    kept, static = _split(model.discretised())
-    return tuple(_substitute_static(line.target - line.expression, static) for line in kept)
+    kept, static = _split(without_hidden_states(model))
+    return tuple(inlined(line.target - line.expression, static) for line in kept)
 
 
 def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
@@ -193,7 +194,7 @@ def _split(model: Model) -> tuple[list[Line], dict[str, sympy.Expr]]:
     kept: list[Line] = []
     static: dict[str, sympy.Expr] = {}
     for line in unfold(model).lines:
-        if line.signal in dynamic or _bends(_substitute_static(line.expression, static), noisy):
+        if line.signal in dynamic or _bends(inlined(line.expression, static), noisy):
             kept.append(line)
         else:
             static[line.signal] = line.expression
@@ -310,14 +311,3 @@ def _terms(
             )
         )
     return tuple(terms)
-
-
-def _substitute_static(expression: sympy.Expr, static: Mapping[str, sympy.Expr]) -> sympy.Expr:
-    """Put static lines in place of their signals until none is left."""
-    while True:
-        found = [(name, lag) for name, lag in references(expression) if name in static]
-        if not found:
-            return expression
-        expression = expression.xreplace(
-            {signal(name)[t - lag]: static[name].xreplace({t: t - lag}) for name, lag in found}
-        )

@@ -119,6 +119,21 @@ def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
     return frozenset((str(atom.base.label), _lag(atom)) for atom in expression.atoms(sympy.Indexed))
 
 
+def inlined(expression: sympy.Expr, lines: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    """Put lines in place of their signals until none is left.
+
+    Examples
+    --------
+    >>> print(inlined(signal("w")[t - 1], {"w": signal("v")[t] + 1, "v": signal("u")[t - 1]}))
+    u[t - 2] + 1
+    """
+    while found := [(name, lag) for name, lag in references(expression) if name in lines]:
+        expression = expression.xreplace(
+            {signal(name)[t - lag]: lines[name].xreplace({t: t - lag}) for name, lag in found}
+        )
+    return expression
+
+
 def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
     """List the names of the symbols outside any signal: parameters, and ``VALUE`` in a sensor curve.
 

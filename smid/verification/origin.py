@@ -14,6 +14,7 @@ from smid.data import Dataset
 from smid.data.window import Window, cut_all
 from smid.models import Model
 from smid.models.expressions import to_text
+from smid.models.hidden_states import without_hidden_states
 
 DIGITS = 6  # hexadecimal digits kept of each sample's own digest, to find the first sample that differs
 
@@ -37,9 +38,10 @@ def origin_of(
 def model_statement(model: Model) -> dict[str, Any]:
     """Return the model as text: parameters with their boxes, lines, measurements and constraints.
 
-    Lines in derivatives are stated as the discretised lines that are simulated and bounded.
+    Lines in derivatives are stated as the discretised lines that are simulated and bounded, and without the hidden
+    states that are eliminated.
     """
-    plain = model.discretised()
+    plain = without_hidden_states(model)
     return {
         "name": plain.name,
         "parameters": {p.name: [_end(p.lower), _end(p.upper)] for p in plain.parameters},

@@ -1,0 +1,157 @@
+"""Hidden states taken out of a model: what is left relates the measured signals to each other.
+
+A state that no channel shows has no "measurement minus noise", so no box follows from the data. But where the hidden
+states h enter linearly, with coefficients that are parameters and numbers, they can be eliminated. With q the shift by
+one sample back, the lines are
+
+    M(q) h = g,    w_i - f_i = E_i(q) h,
+
+where g and f_i read inputs and measured signals only, in any way. Multiplied by the determinant of M they give
+
+    det M(q) (w_i - f_i) = E_i(q) adj M(q) g,
+
+a line of w_i alone. The hidden states of a feasible point fulfil it whatever the parameters are, so nothing is lost:
+the set can only become larger, and it does not where the states can be observed through one output.
+
+A hidden state that enters otherwise can be eliminated where a measured signal shows it with a number as its factor, as
+a position shows the velocity behind it: ``h = (w_i - f_i) / number``, some samples later.
+
+Reference: Kailath, Linear Systems (1980), section 6.2 (matrix fraction descriptions).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import sympy
+
+from smid.models.model import Model
+from smid.models.parts import Line
+from smid.models.symbols import inlined, references, signal, t
+
+__all__ = ["without_hidden_states"]
+
+_Q = sympy.Symbol("q")
+
+
+@lru_cache(maxsize=256)
+def without_hidden_states(model: Model) -> Model:
+    """Return the model of plain lines that is bounded: without the hidden states that can be eliminated.
+
+    Examples
+    --------
+    >>> from smid.models import Parameter, Measurement, signal, t
+    >>> x, h, a = signal("x"), signal("h"), Parameter("a", 0, 1)
+    >>> lines = (Line(x[t], x[t - 1] / 2 + h[t - 1]), Line(h[t], a.symbol * h[t - 1] + signal("u")[t - 1]))
+    >>> print(without_hidden_states(Model("m", (a,), lines, (Measurement("y", "x", "eta"),))).lines[0])
+    x[t] = a*(x[t - 1] - x[t - 2]/2) + u[t - 2] + x[t - 1]/2
+    """
+    plain = model.discretised()
+    shown = {m.signal for m in plain.measurements}
+    hidden = frozenset(plain.states) - shown
+    if not hidden:
+        return plain
+    # Put what has no memory and reads a hidden state in its place.
+    lines = {line.signal: line.expression for line in plain.lines}
+    static = {name: own for name, own in lines.items() if name not in plain.states and name not in shown}
+    behind = {name for name, own in static.items() if _reads(inlined(own, static), hidden)}
+    static = {name: own for name, own in static.items() if name in behind}
+    found = _eliminated({name: inlined(own, static) for name, own in lines.items() if name not in static}, hidden)
+    return plain if found is None else replace(plain, lines=tuple(Line(signal(n)[t], e) for n, e in found.items()))
+
+
+def _eliminated(lines: Mapping[str, sympy.Expr], hidden: frozenset[str]) -> dict[str, sympy.Expr] | None:
+    """Return the lines without hidden states; None where they stay."""
+    if not hidden:
+        return dict(lines)
+    parts = {name: _Linear.of(own, hidden) for name, own in lines.items()}
+    known = {name: part for name, part in parts.items() if part is not None}
+    left = {name: own for name, own in lines.items() if name not in hidden}
+    if len(known) == len(lines):
+        return {name: _through(name, known) if known[name].factors else own for name, own in left.items()}
+    for name, (state, lag, factor) in ((n, known[n].shown) for n in left if n in known and known[n].shown):
+        found = _solved(lines, name, state, lag, factor, known[name].rest)
+        if found is not None:
+            return _eliminated(found, hidden - {state})
+    return None
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """An expression as a sum of hidden signals with factors, by signal and lag, and a rest that reads none."""
+
+    factors: Mapping[tuple[str, int], sympy.Expr]
+    rest: sympy.Expr
+
+    @staticmethod
+    def of(expression: sympy.Expr, hidden: frozenset[str]) -> _Linear | None:
+        """Return the parts; None where it is not linear, or a factor reads a signal."""
+        atoms = {(name, lag): signal(name)[t - lag] for name, lag in sorted(references(expression)) if name in hidden}
+        if not atoms:
+            return _Linear({}, expression)
+        if not expression.is_polynomial(*atoms.values()):
+            return None
+        poly = sympy.Poly(expression, *atoms.values())
+        factors = {key: poly.coeff_monomial(atom) for key, atom in atoms.items()}
+        if poly.total_degree() > 1 or any(references(factor) for factor in factors.values()):
+            return None
+        return _Linear(factors, poly.coeff_monomial(1))
+
+    @property
+    def shown(self) -> tuple[str, int, sympy.Expr] | None:
+        """Return the hidden signal that this shows, its lag and factor: the only one, with a number."""
+        if len(self.factors) != 1:
+            return None
+        (((name, lag), factor),) = self.factors.items()
+        return (name, lag, factor) if factor.is_number and factor else None
+
+
+def _through(name: str, parts: Mapping[str, _Linear]) -> sympy.Expr:
+    """Return the line of a measured signal, without the hidden ones that it reads."""
+    behind = [state for state, _ in parts[name].factors]
+    for state in behind:  # it grows on the way
+        behind += [other for other, _ in parts[state].factors if other not in behind]
+    behind = list(dict.fromkeys(behind))
+
+    def row(reader: str) -> list[sympy.Expr]:
+        own = parts[reader].factors
+        return [sum((f * _Q**lag for (n, lag), f in own.items() if n == state), sympy.S.Zero) for state in behind]
+
+    matrix = sympy.eye(len(behind)) - sympy.Matrix([row(state) for state in behind])
+    weights = sympy.Matrix([row(name)]) * matrix.adjugate()
+    past = sympy.Poly(matrix.det(method="berkowitz"), _Q).as_dict()
+    rest = parts[name].rest
+    line = rest
+    for (lag,), factor in past.items():
+        if lag:
+            line -= factor * _shifted(signal(name)[t] - rest, lag)
+    for state, weight in zip(behind, weights, strict=True):
+        for (lag,), factor in sympy.Poly(weight, _Q).as_dict().items():
+            line += factor * _shifted(parts[state].rest, lag)
+    return line
+
+
+def _solved(
+    lines: Mapping[str, sympy.Expr], name: str, state: str, lag: int, factor: sympy.Expr, rest: sympy.Expr
+) -> dict[str, sympy.Expr] | None:
+    """Return the lines with a hidden state in terms of the signal that shows it; None where a line reads it earlier."""
+    others = {other: own for other, own in lines.items() if other not in (name, state)}
+    own = {name: rest + factor * _shifted(lines[state], lag)}
+    found = {}
+    for other, expression in (others | own).items():
+        reads = [k for n, k in references(expression) if n == state]
+        if any(k < lag for k in reads):
+            return None
+        shown = {signal(state)[t - k]: _shifted((signal(name)[t] - rest) / factor, k - lag) for k in reads}
+        found[other] = expression.xreplace(shown)
+    return found
+
+
+def _reads(expression: sympy.Expr, names: frozenset[str]) -> bool:
+    return any(name in names for name, _ in references(expression))
+
+
+def _shifted(expression: sympy.Expr, lag: int) -> sympy.Expr:
+    return expression.xreplace({t: t - lag})
