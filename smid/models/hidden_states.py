@@ -71,10 +71,11 @@ def _eliminated(lines: Mapping[str, sympy.Expr], hidden: frozenset[str]) -> dict
     left = {name: own for name, own in lines.items() if name not in hidden}
     if len(known) == len(lines):
         return {name: _through(name, known) if known[name].factors else own for name, own in left.items()}
-    for name, (state, lag, factor) in ((n, known[n].shown) for n in left if n in known and known[n].shown):
-        found = _solved(lines, name, state, lag, factor, known[name].rest)
-        if found is not None:
-            return _eliminated(found, hidden - {state})
+    for name in left:
+        if name in known and (shown := known[name].shown):
+            found = _solved(lines, name, *shown, known[name].rest)
+            if found is not None:
+                return _eliminated(found, hidden - {shown[0]})
     return None
 
 

@@ -119,13 +119,13 @@ def test_static_lines_are_substituted_and_dynamic_ones_stay() -> None:
 
 
 def test_an_unmeasured_state_stays_latent() -> None:
-    """Two first-order lags in a row; only the second one is measured."""
+    """Two lags in a row, with a square between them; only the second one is measured."""
     a, b = Parameter("a", -1, 1), Parameter("b", -1, 1)
     u, x, w = signal("u"), signal("x"), signal("w")
     model = Model(
         "cascade",
         (a, b),
-        (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(w[t], b.symbol * w[t - 1] + x[t - 1])),
+        (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(w[t], b.symbol * w[t - 1] + x[t - 1] ** 2)),
         (Measurement("y", "w", "eta"),),
     )
     parts = {part.signal: part for part in templates(model)}
