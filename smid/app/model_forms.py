@@ -107,8 +107,8 @@ def asked_model(of: str, given: Mapping[str, str]) -> dict[str, Any]:
 
     Examples
     --------
-    >>> asked_model("Hammerstein", {"Hammerstein.powers": "3, 1", "Hammerstein.poles": "1", "prior.stable": "yes"})
-    {'powers': [3, 1], 'unit_dc_gain': False, 'stable': True}
+    >>> asked_model("OutputError", {"OutputError.na": "2", "OutputError.nb": "0", "prior.dc_gain": "0.5, 2"})
+    {'na': 2, 'dc_gain': [0.5, 2]}
     """
     asked = [(f"{of}.{one.name}", one) for one in model_fields(of)]
     asked += [(f"prior.{one.name}", one) for one in prior_fields()]
@@ -164,12 +164,13 @@ def own_model_text(inputs: Sequence[str], outputs: Sequence[str]) -> str:
             f"c{k} = [-inf, inf]",
         )
     ]
+    measured = ", ".join(f'{y} = "w{k}"' for k, y in numbered)
     lines = [
         "# Your own equations. t counts the samples; d/dt T = ... is a rate in 1/s.",
         'class = "OwnModel"',
         f"equations = [{', '.join(map(_quoted, equations))}]",
         f"inputs = [{', '.join(map(_quoted, inputs))}]",
-        f"outputs = {{ {', '.join(f'{y} = {_quoted(f"w{k}")}' for k, y in numbered)} }}",
+        f"outputs = {{ {measured} }}",
         "",
         "[parameters]",
         *boxes,

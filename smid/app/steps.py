@@ -6,6 +6,7 @@ The code that a step shows is the code that runs. So a step cannot do what it do
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from math import isfinite
 from pathlib import PurePath
 from typing import Any
 
@@ -85,7 +86,8 @@ def code_of(step: str, fields: Fields, known: Collection[str] = ()) -> str:
     if needed and needed not in known:
         earlier = next(name for name, made in PRODUCED.items() if needed in made)
         raise DataError(f"the step {step!r} needs the step {earlier!r}: run that one first")
-    given = {name: value.strip() for name, value in fields.items() if value.strip()}
+    # The empty bound of one of several channels tells that there are several.
+    given = {name: value.strip() for name, value in fields.items() if value.strip() or name.startswith("bound:")}
     return _CODE[step](given, known)
 
 
@@ -131,7 +133,7 @@ def _model(given: Fields, _: Collection[str]) -> str:
 
 def _least(given: Fields, _: Collection[str]) -> str:
     others = _bounds(given)
-    known = (others,) if others else ()
+    known = (others,) if others and _n_noisy(given) > 1 else ()
     return f"{_call('least = smid.error_bound', _MODEL, _TRAIN, *known, **_work(given, 'intervals'))}\nprint(least)"
 
 
@@ -143,7 +145,9 @@ def _intervals(given: Fields, _: Collection[str]) -> str:
         settings["certificate"] = "proof.json"
     bound = _stated(given)
     if bound is None:
-        raise DataError("the noise bound is missing: give the largest error of one sample, from the sensor's data sheet")
+        raise DataError(
+            "the noise bound is missing: give the largest error of one sample, from the sensor's data sheet"
+        )
     found = _call("estimate = smid.identify", _MODEL, _TRAIN, bound, **settings, **_work(given, "intervals"))
     return "\n".join(
         [
@@ -231,12 +235,20 @@ def _reading(given: Fields) -> dict[str, Any]:
 def _stated(given: Fields) -> float | dict[str, float] | None:
     """Return the noise bound of the only noisy channel, those of several by channel, or None if there is none."""
     bounds = _bounds(given)
-    n_asked = sum(name.startswith("bound:") for name in given)
-    return next(iter(bounds.values())) if len(bounds) == n_asked == 1 else bounds or None
+    return next(iter(bounds.values())) if len(bounds) == _n_noisy(given) == 1 else bounds or None
 
 
 def _bounds(given: Fields) -> dict[str, float]:
-    return {name.removeprefix("bound:"): _number(given, name) for name in given if name.startswith("bound:")}
+    """Return the noise bounds that are given, by channel."""
+    return {
+        name.removeprefix("bound:"): _number(given, name)
+        for name, value in given.items()
+        if name.startswith("bound:") and value
+    }
+
+
+def _n_noisy(given: Fields) -> int:
+    return sum(name.startswith("bound:") for name in given)
 
 
 def _work(given: Fields, step: str) -> dict[str, Any]:
@@ -271,9 +283,20 @@ def _crop(start: int | None, stop: int | None) -> str:
 
 def _call(function: str, *arguments: Any, **keywords: Any) -> str:
     """Return a call in one line, or one argument a line where that is too long."""
-    written = [value if isinstance(value, _Code) else repr(value) for value in arguments]
-    written += [f"{k}={v if isinstance(v, _Code) else repr(v)}" for k, v in keywords.items()]
+    written = [_written(value) for value in arguments]
+    written += [f"{name}={_written(value)}" for name, value in keywords.items()]
     line = f"{function}({', '.join(written)})"
     if len(line) <= _LONGEST:
         return line
     return "\n".join([f"{function}(", *(f"    {one}," for one in written), ")"])
+
+
+def _written(value: Any) -> str:
+    """Return the code of a value."""
+    if isinstance(value, _Code):
+        return value
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{name!r}: {_written(one)}' for name, one in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_written, value))}]"
+    return f"float('{value}')" if isinstance(value, float) and not isfinite(value) else repr(value)
