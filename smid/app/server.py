@@ -106,9 +106,7 @@ class _Handler(RequestHandler):
 
     def write_error(self, status_code: int, **_: Any) -> None:
         """Answer in one line, without a traceback."""
-        self.finish(
-            f"{status_code}: this page is for the browser on this machine, at the address that smid app printed\n"
-        )
+        self.finish(f"{status_code}: the page is at the address that smid app printed, for this machine only\n")
 
     def refuse(self, error: Exception) -> None:
         """Answer a mistake of the user."""

@@ -87,7 +87,7 @@ class Session:
                 async for event in self._events(step, code):
                     if "names" in event:
                         self._known = event["names"]
-                        if set(PRODUCED[step]) & set(self._known) or not event["error"]:
+                        if set(PRODUCED[step]) & set(self._known):
                             self._codes[step] = code
                     yield event
             finally:

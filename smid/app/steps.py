@@ -5,6 +5,7 @@ The code that a step shows is the code that runs. So a step cannot do what it do
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Mapping
 from math import isfinite
 from pathlib import PurePath
@@ -79,7 +80,7 @@ def code_of(step: str, fields: Fields, known: Collection[str] = ()) -> str:
     >>> print(code_of("data", {"file": "run.csv", "missing": "-9999"}))
     import smid
     <BLANKLINE>
-    overview = smid.data.show('run.csv', missing=['-9999'])
+    overview = smid.data.show("run.csv", missing=["-9999"])
     print(overview)
     """
     needed = {"channels": "overview", "model": "record"}.get(step, "" if step == "data" else "model")
@@ -126,7 +127,7 @@ def _model(given: Fields, _: Collection[str]) -> str:
     if given.get("class", "file") not in BUILT_IN:
         if "toml" not in given:
             raise ModelError("the model has no text: write a model file, or choose a built-in model")
-        return "model = smid.bind(smid.load_model('given.toml'), record)  # the text of this step\nprint(model)"
+        return 'model = smid.bind(smid.load_model("given.toml"), record)  # the text of this step\nprint(model)'
     made = _call(f"smid.{given['class']}", **asked_model(given["class"], given))
     return f"{_call('model = smid.bind', _Code(made), _Code('record'))}\nprint(model)"
 
@@ -145,17 +146,15 @@ def _intervals(given: Fields, _: Collection[str]) -> str:
         settings["certificate"] = "proof.json"
     bound = _stated(given)
     if bound is None:
-        raise DataError(
-            "the noise bound is missing: give the largest error of one sample, from the sensor's data sheet"
-        )
+        raise DataError("the noise bound is missing: give the largest error of a sample, from the sensor's data sheet")
     found = _call("estimate = smid.identify", _MODEL, _TRAIN, bound, **settings, **_work(given, "intervals"))
     return "\n".join(
         [
             found,
             "print(estimate)",
-            "smid.report(estimate, 'intervals.html')",
-            "smid.report(estimate, 'intervals.json')",
-            "smid.save_model(estimate.model, 'model.toml')",
+            'smid.report(estimate, "intervals.html")',
+            'smid.report(estimate, "intervals.json")',
+            'smid.save_model(estimate.model, "model.toml")',
         ]
     )
 
@@ -167,8 +166,8 @@ def _misfit(given: Fields, known: Collection[str]) -> str:
     lines = [] if found == "estimate" else ["fitted = smid.fit(model, train)  # no intervals: a fit by least squares"]
     lines += [_call("run = smid.validate", found, _Code("test"), *bounds), "print(run)"]
     if found == "estimate":
-        lines.append("smid.report(estimate, 'report.html', validations=[run])")
-    lines += [f"tested = smid.residuals({found}, test)", "print(tested)", "smid.report(tested, 'residuals.html')"]
+        lines.append('smid.report(estimate, "report.html", validations=[run])')
+    lines += [f"tested = smid.residuals({found}, test)", "print(tested)", 'smid.report(tested, "residuals.html")']
     return "\n".join(lines)
 
 
@@ -185,11 +184,11 @@ def _cause(given: Fields, _: Collection[str]) -> str:
     lines = [
         *found.splitlines(),
         "print(diagnosis)",
-        "smid.report(diagnosis, 'diagnosis.html')",
-        "smid.report(diagnosis, 'diagnosis.json')",
-        "smid.save_model(diagnosis.model, 'extended.toml')",
+        'smid.report(diagnosis, "diagnosis.html")',
+        'smid.report(diagnosis, "diagnosis.json")',
+        'smid.save_model(diagnosis.model, "extended.toml")',
     ]
-    return "\n".join(["if __name__ == '__main__':  # diagnose starts processes", *(f"    {line}" for line in lines)])
+    return "\n".join(['if __name__ == "__main__":  # diagnose starts processes', *(f"    {line}" for line in lines)])
 
 
 _CODE: Mapping[str, Callable[[Fields, Collection[str]], str]] = {
@@ -207,7 +206,7 @@ _MODEL, _TRAIN = _Code("model"), _Code("train")
 def _path(given: Fields) -> str:
     """Return the expression of the path of the record."""
     if "bundled" in given:
-        return _Code(f"record_path({given['bundled']!r})")
+        return _Code(f"record_path({_written(given['bundled'])})")
     if "file" not in given:
         raise DataError("no file was given: drop one on the page, pick one, or choose a bundled record")
     return given["file"]
@@ -296,7 +295,9 @@ def _written(value: Any) -> str:
     if isinstance(value, _Code):
         return value
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{name!r}: {_written(one)}' for name, one in value.items())}}}"
+        return f"{{{', '.join(f'{_written(name)}: {_written(one)}' for name, one in value.items())}}}"
     if isinstance(value, list):
         return f"[{', '.join(map(_written, value))}]"
-    return f"float('{value}')" if isinstance(value, float) and not isfinite(value) else repr(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)  # in double quotes, as this package writes them
+    return f'float("{value}")' if isinstance(value, float) and not isfinite(value) else repr(value)

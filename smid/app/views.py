@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -90,7 +90,11 @@ def _model(names: Mapping[str, Any]) -> Answer:
     record: Dataset = names["record"]
     model: Model = bind_whole(names["model"], record)
     noisy = [m.channel for m in model.measurements if m.noise is not None]
-    blocks = [f"{capitalised(model.name)}. The subscript t is the sample number.", equations(model), priors(model)]
+    blocks: list[Block] = [
+        f"{capitalised(model.name)}. The subscript t is the sample number.",
+        equations(model),
+        priors(model),
+    ]
     return _shown("model", blocks, noisy=[(name, record.channel(name).unit) for name in noisy])
 
 
@@ -103,8 +107,8 @@ def _least(names: Mapping[str, Any]) -> Answer:
     text = f"{offered:.3g}" if float(f"{offered:.3g}") > least.upper else repr(offered)
     blocks.append(
         f"{ABOVE_LEAST:g} times the least noise bound, {text} {least.unit}".rstrip()
-        + ", is now in the field above. At the least noise bound itself the intervals shrink to a point, whatever the truth "
-        "is. Prefer the bound of your sensor, if you know it."
+        + ", is now in the field above. At the least noise bound itself the intervals shrink to a point for any data. "
+        "Prefer the bound of your sensor, if you know it."
     )
     return _shown("least", blocks, values={f"bound:{least.channel}": text})
 
@@ -119,7 +123,7 @@ def _misfit(names: Mapping[str, Any]) -> Answer:
     if "estimate" not in names and "fitted" in names:
         values = tuple((name, f"{value:.6g}") for name, value in names["fitted"].model.values.items())
         blocks += [
-            "There are no intervals: the model is fitted to the estimation part by least squares.",
+            "There are no intervals: the model was fitted to the estimation part by least squares.",
             Facts(values),
         ]
     if "run" in names:
@@ -160,5 +164,5 @@ def _folded(section: Section) -> Folded:
     return Folded(section.title, section.blocks)
 
 
-def _shown(step: str, blocks: list[Block], **more: Any) -> Answer:
+def _shown(step: str, blocks: Sequence[Block], **more: Any) -> Answer:
     return Answer(as_fragment(blocks, step), **more)

@@ -13,9 +13,7 @@ from typing import Any
 
 from relaxations.errors import UserError
 from smid.app.steps import FILES, PRODUCED, STEPS
-from smid.app.views import answer, empty_answer
 from smid.display.progress import Step
-from smid.identification.identify import EmptyFeasibleSetError
 
 __all__ = ["work"]
 
@@ -31,6 +29,9 @@ def work(connection: Connection, folder: str) -> None:
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     os.chdir(folder)
+    # Here and not above: the server imports this module too, and needs neither figures nor pages.
+    import smid.app.views  # noqa: F401  (loaded before the first step)
+
     names: dict[str, Any] = {"__name__": "__main__"}
 
     def tell(shown: object) -> None:
@@ -49,6 +50,9 @@ def work(connection: Connection, folder: str) -> None:
 
 def _result(step: str, code: str, names: dict[str, Any]) -> dict[str, Any]:
     """Run the code of a step; return what the page shows of it."""
+    from smid.app.views import answer, empty_answer
+    from smid.identification.identify import EmptyFeasibleSetError
+
     _forget(STEPS[STEPS.index(step) :], names)
     error, shown = "", None
     try:
@@ -103,4 +107,4 @@ def _told(error: BaseException) -> str:
         case OSError(filename=str(name), strerror=str(why)):
             return f"{name}: {why}; check the path and its permissions"
         case _:
-            return f"this step failed by a fault of smid ({type(error).__name__}: {error}): report it with the Python below"
+            return f"a fault of smid ({type(error).__name__}: {error}): report it with the Python below"

@@ -33,6 +33,4 @@ def app(port: int, no_browser: bool) -> None:
     except KeyboardInterrupt:
         click.echo("smid app has ended")
     except OSError as error:
-        raise click.ClickException(
-            f"port {port} cannot be used ({error.strerror}): choose another with --port"
-        ) from None
+        raise click.ClickException(f"port {port} is not free ({error.strerror}): choose another by --port") from None
