@@ -48,16 +48,16 @@ class ModelField:
 
 
 _KINDS = {
-    "int": "whole number",
-    "float": "number",
-    "float | None": "number",
+    "int": "Whole number",
+    "float": "Number",
+    "float | None": "Number",
     "bool": "yes",
-    "Sequence[int]": "whole numbers, as in 5, 4, 3",
-    "Range | None": "range, as in 0, 1",
-    "tuple[float, float] | None": "range, as in 0, 1",
-    "float | Range | None": "number, or range as in 0, 1",
-    "Mapping[str, float]": "numbers by name, as in a1 = -0.5, b0 = 1",
-    "Mapping[str, Range]": "ranges by name, as in a1 = [-1, 0], b0 = [0, inf]",
+    "Sequence[int]": "Whole numbers, as in 5, 4, 3",
+    "Range | None": "Range, as in 0, 1",
+    "tuple[float, float] | None": "Range, as in 0, 1",
+    "float | Range | None": "Number, or range as in 0, 1",
+    "Mapping[str, float]": "Numbers by name, as in a1 = -0.5, b0 = 1",
+    "Mapping[str, Range]": "Ranges by name, as in a1 = [-1, 0], b0 = [0, inf]",
 }
 """What each annotation of a field means to the writer of a form."""
 
@@ -107,8 +107,8 @@ def asked_model(of: str, given: Mapping[str, str]) -> dict[str, Any]:
 
     Examples
     --------
-    >>> asked_model("OutputError", {"OutputError.na": "2", "OutputError.nb": "0", "prior.dc_gain": "0.5, 2"})
-    {'na': 2, 'dc_gain': [0.5, 2]}
+    >>> asked_model("OutputError", {"OutputError.na": "2", "OutputError.nb": "0", "prior.pole_range": "0, 1"})
+    {'na': 2, 'pole_range': [0, 1]}
     """
     asked = [(f"{of}.{one.name}", one) for one in model_fields(of)]
     asked += [(f"prior.{one.name}", one) for one in prior_fields()]
@@ -129,7 +129,7 @@ def _value(field: ModelField, text: str) -> Any:
             return tomllib.loads(f"x = {left}{text}{right}")["x"]
         except tomllib.TOMLDecodeError:
             continue
-    raise ModelError(f"field {field.name!r} is {text!r}: give a {field.kind}")
+    raise ModelError(f"field {field.name!r} is {text!r}: give a {field.kind.lower()}")
 
 
 def own_model_text(inputs: Sequence[str], outputs: Sequence[str]) -> str:

@@ -147,7 +147,9 @@ def _intervals(given: Fields, _: Collection[str]) -> str:
     bound = _stated(given)
     if bound is None:
         raise DataError("the noise bound is missing: give the largest error of a sample, from the sensor's data sheet")
-    found = _call("estimate = smid.identify", _MODEL, _TRAIN, bound, **settings, **_work(given, "intervals"))
+    found = _call(
+        "estimate = smid.identify", _MODEL, _TRAIN, noise_bound=bound, **settings, **_work(given, "intervals")
+    )
     return "\n".join(
         [
             found,
@@ -161,10 +163,10 @@ def _intervals(given: Fields, _: Collection[str]) -> str:
 
 def _misfit(given: Fields, known: Collection[str]) -> str:
     bound = _stated(given)
-    bounds = () if bound is None else (bound,)
+    bounds = {} if bound is None else {"noise_bound": bound}
     found = _Code("estimate" if "estimate" in known else "fitted")
     lines = [] if found == "estimate" else ["fitted = smid.fit(model, train)  # no intervals: a fit by least squares"]
-    lines += [_call("run = smid.validate", found, _Code("test"), *bounds), "print(run)"]
+    lines += [_call("run = smid.validate", found, _Code("test"), **bounds), "print(run)"]
     if found == "estimate":
         lines.append('smid.report(estimate, "report.html", validations=[run])')
     lines += [f"tested = smid.residuals({found}, test)", "print(tested)", 'smid.report(tested, "residuals.html")']
@@ -281,12 +283,15 @@ def _crop(start: int | None, stop: int | None) -> str:
 
 
 def _call(function: str, *arguments: Any, **keywords: Any) -> str:
-    """Return a call in one line, or one argument a line where that is too long."""
+    """Return a call in one line, its arguments in a line of their own, or a line for each, as their length asks."""
     written = [_written(value) for value in arguments]
     written += [f"{name}={_written(value)}" for name, value in keywords.items()]
     line = f"{function}({', '.join(written)})"
     if len(line) <= _LONGEST:
         return line
+    line = f"    {', '.join(written)}"
+    if len(line) <= _LONGEST:
+        return f"{function}(\n{line}\n)"
     return "\n".join([f"{function}(", *(f"    {one}," for one in written), ")"])
 
 

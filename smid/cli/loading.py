@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,8 +15,7 @@ from smid.data import Dataset
 from smid.data.columns import is_number
 from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables, time_column
-from smid.data.read_csv import read_text
-from smid.data.show import READERS, read_table
+from smid.data.show import read_table
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind, bind_whole
@@ -80,8 +78,6 @@ def load_data(
 ) -> Dataset:
     """Return samples of a file of columns, and say on the terminal if some are missing.
 
-    Their source names the samples and holds the first comment of the file.
-
     A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
     the user does not name are those of the model. None for ``channels`` keeps every column of numbers. DataError as for
     :meth:`smid.Dataset.from_csv`, or if no sample is left.
@@ -113,10 +109,7 @@ def load_data(
     data = data.rename({name: plain_name(name) for name in data.names})
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
-    # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    is_text = Path(path).suffix.lower() not in READERS
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
-    return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
+    return data
 
 
 def unread_columns(record: Record, data: Dataset) -> list[str]:

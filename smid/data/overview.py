@@ -238,6 +238,6 @@ def overview(
         tuple(Channel(name, known.get(name, "")) for name in values),
         grid.interval,
         grid.records[0] if grid.records else None,
-        table.origin,
+        table.source,
         left_out,
     )

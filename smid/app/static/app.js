@@ -25,7 +25,7 @@ function fail(step, words) {
 function clear(step) {
   for (const later of STEPS.slice(STEPS.indexOf(step))) {
     for (const kind of ["answer", "files"]) part(kind, later).replaceChildren();
-    part("python", later).hidden = true;
+    part("python", later).hidden = part("doing", later).hidden = true;
     fail(later, "");
   }
   document.getElementById("extend").hidden = true;
@@ -53,7 +53,7 @@ async function run(step) {
   let said = began, last = null;
   bar.removeAttribute("value");
   doing.querySelector("span").textContent = "working";
-  doing.hidden = stop.hidden = false;
+  doing.hidden = bar.hidden = stop.hidden = false;
   say("working");
   try {
     const answer = await fetch(`run/${step}`, { method: "POST", body: allFields() });
@@ -76,7 +76,8 @@ async function run(step) {
     }
     if (!last) throw new Error("smid app has ended: start it again");
     show(step, last);
-    if (!last.error) say(`done in ${((performance.now() - began) / 1000).toFixed(1)} s`);
+    doing.querySelector("span").textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
+    if (!last.error) say(doing.textContent.trim());
   } catch (error) {
     fail(step, error instanceof TypeError ? "smid app does not answer: start it again" : error.message);
   } finally {
@@ -84,7 +85,8 @@ async function run(step) {
     document.body.classList.remove("busy");
     // The keyboard stays where it was, although the button to stop is gone.
     if (document.activeElement === stop) document.querySelector(`button[value=${step}]`).focus();
-    doing.hidden = stop.hidden = true;
+    bar.hidden = stop.hidden = true;
+    doing.hidden = !part("error", step).hidden;
   }
 }
 
