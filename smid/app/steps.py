@@ -174,10 +174,10 @@ def _misfit(given: Fields, known: Collection[str]) -> str:
 
 
 def _cause(given: Fields, _: Collection[str]) -> str:
-    settings: dict[str, Any] = {}
-    bound = _stated(given)
-    if bound is not None:
-        settings["noise_bound"] = bound
+    # A diagnosis explains outputs: the noise of an input is no bound of theirs.
+    outputs = {f"bound:{plain_name(k.removeprefix('role:'))}" for k, role in given.items() if role == "output"}
+    bound = _stated({k: value for k, value in given.items() if k in outputs})
+    settings: dict[str, Any] = {} if bound is None else {"noise_bound": bound}
     if "effects" in given:
         settings["effects"] = [name.strip() for name in given["effects"].split(",") if name.strip()]
     if "share" in given:

@@ -81,9 +81,9 @@ def _channels(names: Mapping[str, Any]) -> Answer:
     record: Dataset = names["record"]
     warnings = [fault.sentence for fault in sample_faults(record) if fault.severity == "warning"]
     blocks = [*([Items(tuple(warnings))] if warnings else []), *data_section(record, drawn=True).blocks]
-    parts = [(name, f"{names[name].n_samples} samples") for name in ("train", "test")]
+    parts = f"{names['train'].n_samples} samples to estimate from, {names['test'].n_samples} samples to test on."
     text = own_model_text(record.inputs, record.outputs)
-    return _shown("channels", [Facts(tuple(parts)), *blocks], values={"toml": text})
+    return _shown("channels", [parts, *blocks], values={"toml": text})
 
 
 def _model(names: Mapping[str, Any]) -> Answer:
