@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def read_npz(path: Path) -> Table:
         # Pickled objects could run code on loading, so they are refused.
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, AttributeError, TypeError, EOFError):
+    except (ValueError, OSError, AttributeError, TypeError, EOFError, BadZipFile):
         raise DataError(f"{path.name} is not an archive of plain arrays; write it with numpy.savez") from None
     return Table(path.stem, path.name, _columns(arrays))
 

@@ -72,7 +72,7 @@ def test_each_step_shows_what_it_found_and_the_python_that_finds_it(with_model, 
     assert [name for name, _ in tested["files"]] == ["report.html", "residuals.html"]
     cause = served.run("cause", effects="input_delay", cause_seconds="60")
     assert cause["error"] == ""
-    assert "test samples the RMSE" in cause["answer"]["html"]
+    assert "Test RMSE of the base model" in cause["answer"]["html"]
 
     # The Python that was shown, run as a script beside the file, gives the same results.
     script = served.ask("download/session.py")[1]
@@ -111,7 +111,7 @@ def test_an_empty_set_is_a_result_with_a_proof_and_the_misfit_goes_on(with_model
 
 
 def test_what_a_step_found_before_it_failed_is_shown(with_model):
-    with_model.run("channels", test_start="110")
+    with_model.run("channels", test_start="190")
     with_model.run("model")
     tested = with_model.run("misfit")
     assert tested["error"].startswith("10 samples") or "samples" in tested["error"]
@@ -154,12 +154,32 @@ def test_a_model_that_lacks_an_input_of_the_record_is_refused(served):
     assert served.run("model", **{"class": "file"})["error"] == ""
 
 
+def test_the_extended_model_is_the_model_of_the_next_round(with_model, content):
+    with_model.drop("late.csv", late(content))
+    for step in ("data", "channels", "model"):
+        with_model.run(step)
+    found = with_model.run("cause", **{"bound:level__LT_1_": "", "effects": "input_delay"})
+    assert "Cause: input delay" in found["answer"]["html"]
+    again = with_model.run("model", **{"class": "file", "toml": found["answer"]["values"]["extended"]})
+    assert again["error"] == ""
+    assert again["names"][-1] == "model"
+
+
+def late(content):
+    """The record with its output four samples later."""
+    comment, header, *lines = content.decode().splitlines()
+    rows = [line.split(",") for line in lines]
+    shifted = [f"{time},{u},{rows[max(k - 4, 0)][2]}" for k, (time, u, _) in enumerate(rows)]
+    return "\n".join([comment, header, *shifted, ""]).encode()
+
+
 def test_work_can_be_stopped_and_the_next_step_runs(with_model):
     stop = threading.Timer(1.5, with_model.ask, ["stop", b""])
     stop.start()
     began = time.monotonic()
     done = with_model.run("cause", **{"bound:level__LT_1_": "0.05", "effects": ""})
     assert time.monotonic() - began < 15
+    assert done["answer"], done["error"]
     assert "stopped" in done["error"] or "ended early" in done["answer"]["html"]
     stop.join()
     assert with_model.run("least")["error"] == ""
