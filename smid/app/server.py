@@ -63,6 +63,7 @@ async def serve(port: int, opened: Callable[[str], None]) -> None:
             number = sockets[0].getsockname()[1]
             server = HTTPServer(application(session, secret, number), max_buffer_size=(LARGEST + 1) * 10**6)
             server.add_sockets(sockets)
+            await session.ready()  # so that the first record is not kept waiting
             opened(f"http://{ADDRESS}:{number}/{secret}/")
             await asyncio.Event().wait()
         finally:

@@ -48,6 +48,18 @@ class Session:
         theirs.close()
         self._is_ready = False
 
+    async def ready(self) -> None:
+        """Wait until the process has loaded its libraries.
+
+        Raises
+        ------
+        EOFError
+            If it has ended.
+        """
+        if not self._is_ready:
+            await asyncio.to_thread(self._connection.recv)
+            self._is_ready = True
+
     @property
     def script(self) -> str:
         """Return the Python of all steps that were run and whose results stand."""
@@ -96,9 +108,7 @@ class Session:
     async def _events(self, step: str, code: str) -> AsyncIterator[dict[str, Any]]:
         """Yield what the process says until it has the result; start another one where it is gone."""
         try:
-            if not self._is_ready:
-                await asyncio.to_thread(self._connection.recv)
-                self._is_ready = True
+            await self.ready()
             self._connection.send((step, code))
             while True:
                 event = await asyncio.to_thread(self._connection.recv)
