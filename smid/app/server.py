@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
+import socket
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,7 +16,6 @@ from typing import Any
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from tornado.httpserver import HTTPServer
 from tornado.iostream import StreamClosedError
-from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 
 from relaxations.errors import UserError
@@ -54,19 +54,22 @@ async def serve(port: int, opened: Callable[[str], None]) -> None:
     OSError
         If the port is in use.
     """
-    with tempfile.TemporaryDirectory(prefix="smid-", ignore_cleanup_errors=True) as folder:
-        # A socket first: a port that is in use is told before a process is started.
-        sockets = bind_sockets(port, ADDRESS)
+    # The port first: one that is in use is told before a process is started.
+    with (
+        socket.create_server((ADDRESS, port)) as listening,
+        tempfile.TemporaryDirectory(prefix="smid-", ignore_cleanup_errors=True) as folder,
+    ):
+        listening.setblocking(False)
+        number, secret = listening.getsockname()[1], secrets.token_urlsafe(16)
         session = Session(Path(folder))
+        server = HTTPServer(application(session, secret, number), max_buffer_size=(LARGEST + 1) * 10**6)
         try:
-            secret = secrets.token_urlsafe(16)
-            number = sockets[0].getsockname()[1]
-            server = HTTPServer(application(session, secret, number), max_buffer_size=(LARGEST + 1) * 10**6)
-            server.add_sockets(sockets)
+            server.add_socket(listening)
             await session.ready()  # so that the first record is not kept waiting
             opened(f"http://{ADDRESS}:{number}/{secret}/")
             await asyncio.Event().wait()
         finally:
+            server.stop()
             session.close()
 
 
@@ -167,6 +170,8 @@ class _Run(_Handler):
                     await self.flush()
         except UserError as error:
             self.refuse(error)
+        except asyncio.CancelledError:
+            pass  # the server ends, and the page with it
 
     def on_connection_close(self) -> None:
         """Stop the work that nobody waits for."""

@@ -35,7 +35,7 @@ class Session:
         self._codes: dict[str, str] = {}
         self._known: list[str] = []
         self._turn = asyncio.Lock()
-        self._busy = False
+        self._closed = False
         self._start()
 
     def _start(self) -> None:
@@ -94,16 +94,12 @@ class Session:
             for later in STEPS[STEPS.index(step) :]:
                 self._codes.pop(later, None)
             yield {"code": code}
-            self._busy = True
-            try:
-                async for event in self._events(step, code):
-                    if "names" in event:
-                        self._known = event["names"]
-                        if set(PRODUCED[step]) & set(self._known):
-                            self._codes[step] = code
-                    yield event
-            finally:
-                self._busy = False
+            async for event in self._events(step, code):
+                if "names" in event:
+                    self._known = event["names"]
+                    if set(PRODUCED[step]) & set(self._known):
+                        self._codes[step] = code
+                yield event
 
     async def _events(self, step: str, code: str) -> AsyncIterator[dict[str, Any]]:
         """Yield what the process says until it has the result; start another one where it is gone."""
@@ -116,15 +112,17 @@ class Session:
                 if "names" in event:
                     return
         except (EOFError, OSError):
-            self.close()
+            if self._closed:
+                return
+            self._end()
             self._start()
             self._codes.clear()
             gone = "the computation has ended, perhaps for lack of memory: read the record again, with fewer samples"
             yield {"error": gone, "answer": None, "names": [], "files": []}
 
     def stop(self) -> None:
-        """End the running step early, if there is one; it returns what it has found."""
-        if self._busy and self._is_ready:
+        """End the running step early, if there is one (the process ignores it else); it returns what it has found."""
+        if self._is_ready:
             self._signal(signal.SIGINT)
 
     def _signal(self, number: int) -> None:
@@ -136,7 +134,11 @@ class Session:
             os.killpg(self._process.pid or 0, number)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process for good."""
+        self._closed = True
+        self._end()
+
+    def _end(self) -> None:
         self.stop()
         self._connection.close()
         self._process.join(_PATIENCE)

@@ -99,7 +99,7 @@ def _told(error: BaseException) -> str:
     """Return an error in a sentence: cause and cure where it is the user's, its kind where it is not."""
     match error:
         case KeyboardInterrupt():
-            return "stopped; there is no result yet"
+            return "stopped before the end"
         case MemoryError():
             return "out of memory: take fewer samples"
         case UserError():

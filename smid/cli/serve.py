@@ -32,5 +32,7 @@ def app(port: int, no_browser: bool) -> None:
         asyncio.run(serve(port, opened))
     except KeyboardInterrupt:
         click.echo("smid app has ended")
+    except EOFError:
+        raise click.ClickException("the process of the page did not start: run smid doctor") from None
     except OSError as error:
         raise click.ClickException(f"port {port} is not free ({error.strerror}): choose another by --port") from None
