@@ -19,6 +19,8 @@ function fail(step, words) {
   part("error", step).hidden = !words;
   part("error", step).textContent = words;
   if (words) say("");
+  // The error of a file names an option.
+  if (words && step === "data") document.getElementById("reading").open = true;
 }
 
 // A step that begins takes back what it and the steps below have shown.
