@@ -126,9 +126,10 @@ def _value(field: ModelField, text: str) -> Any:
     """Return the value of a field; brackets around lists and tables may be left out."""
     for left, right in (("", ""), ("[", "]"), ("{", "}")):
         try:
-            return tomllib.loads(f"x = {left}{text}{right}")["x"]
+            value = tomllib.loads(f"x = {left}{text}{right}")["x"]
         except tomllib.TOMLDecodeError:
             continue
+        return [value] if field.kind.startswith("Whole numbers") and isinstance(value, int) else value
     raise ModelError(f"field {field.name!r} is {text!r}: give a {field.kind.lower()}")
 
 

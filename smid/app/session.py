@@ -13,7 +13,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path, PurePath
 from typing import Any
 
-from smid.app.model_forms import BUILT_IN
 from smid.app.steps import PRODUCED, STEPS, code_of
 from smid.app.worker import work
 from smid.data import DataError
@@ -89,8 +88,6 @@ class Session:
         """
         async with self._turn:
             code = code_of(step, fields, self._known)
-            if step == "model" and fields.get("class") not in BUILT_IN:
-                (self.folder / "given.toml").write_text(fields.get("toml", ""), encoding="utf-8")
             for later in STEPS[STEPS.index(step) :]:
                 self._codes.pop(later, None)
             yield {"code": code}

@@ -127,7 +127,13 @@ def _model(given: Fields, _: Collection[str]) -> str:
     if given.get("class", "file") not in BUILT_IN:
         if "toml" not in given:
             raise ModelError("the model has no text: write a model file, or choose a built-in model")
-        return 'model = smid.bind(smid.load_model("given.toml"), record)  # the text of this step\nprint(model)'
+        lines = [
+            "from pathlib import Path\n",
+            f'Path("given.toml").write_text({_long(given["toml"])}, encoding="utf-8")',
+            'model = smid.bind(smid.load_model("given.toml"), record)',
+            "print(model)",
+        ]
+        return "\n".join(lines)
     made = _call(f"smid.{given['class']}", **asked_model(given["class"], given))
     return f"{_call('model = smid.bind', _Code(made), _Code('record'))}\nprint(model)"
 
@@ -280,6 +286,12 @@ def _spoken(name: str) -> str:
 
 def _crop(start: int | None, stop: int | None) -> str:
     return f"record.crop({start})" if stop is None else f"record.crop({start}, {stop})"
+
+
+def _long(text: str) -> str:
+    """Return the code of a text of several lines, line by line where no letter of it stands in the way."""
+    text = "\n".join(text.splitlines())
+    return _written(text) if "'''" in text or "\\" in text else f"'''\\\n{text}\n'''"
 
 
 def _call(function: str, *arguments: Any, **keywords: Any) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from relaxations.search.enclosure import Reason
 from smid.app.model_forms import own_model_text
 from smid.data import Dataset
 from smid.data.overview import Overview
@@ -115,7 +116,8 @@ def _least(names: Mapping[str, Any]) -> Answer:
 
 def _intervals(names: Mapping[str, Any]) -> Answer:
     estimate: Estimate = names["estimate"]
-    return _shown("intervals", list(_of_page(estimate_page(estimate, names.get("least")))))
+    ended = () if estimate.reason is Reason.TIGHT else (f"Why the work ended: {estimate.reason.value}.",)
+    return _shown("intervals", [*ended, *_of_page(estimate_page(estimate, names.get("least")))])
 
 
 def _misfit(names: Mapping[str, Any]) -> Answer:

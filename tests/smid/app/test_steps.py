@@ -55,6 +55,18 @@ def test_infinite_bounds_are_python_too():
     assert 'bounds={"b0": [0, float("inf")]}' in code
 
 
+@pytest.mark.parametrize("text", ['# 1\nclass = "Wiener"', "a = '''b'''\nc = 'd'", 'a = "\\\\d"\r\nb = 1'])
+def test_the_text_of_a_model_file_is_written_as_it_was_given(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    first, *_ = code_of("model", {"class": "file", "toml": text}, ALL).partition("model = ")
+    exec(first, {})
+    assert (tmp_path / "given.toml").read_text("utf-8").splitlines() == text.splitlines()
+
+
+def test_one_number_may_stand_for_a_list():
+    assert "inverse_powers=[2]" in code_of("model", {"class": "Wiener", "Wiener.inverse_powers": "2"}, ALL)
+
+
 def test_bounds_of_several_channels_go_by_name_and_those_of_inputs_not_to_a_diagnosis():
     several = FIELDS | {"bound:u": "0.2"}
     assert 'noise_bound={"y": 0.1, "u": 0.2}' in code_of("intervals", several, ALL)
