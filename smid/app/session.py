@@ -19,6 +19,7 @@ from smid.data import DataError
 
 __all__ = ["Session"]
 
+_KILL = 9  # Windows has no name for it
 _PATIENCE = 2.0  # seconds that a process may take to end by itself
 _NO_RECORD = (".html", ".json", ".toml", ".py")
 
@@ -140,7 +141,7 @@ class Session:
         self._connection.close()
         self._process.join(_PATIENCE)
         if self._process.is_alive():
-            self._process.kill()
             if self._is_ready:
-                self._signal(signal.SIGKILL)
+                self._signal(_KILL)
+            self._process.kill()
             self._process.join()

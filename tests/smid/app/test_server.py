@@ -181,7 +181,7 @@ def test_work_can_be_stopped_and_the_next_step_runs(with_model):
     stop.start()
     began = time.monotonic()
     done = with_model.run("cause", **{"bound:level__LT_1_": "0.05", "effects": ""})
-    assert time.monotonic() - began < 15
+    assert time.monotonic() - began < 40
     assert done["answer"], done["error"]
     assert "stopped" in done["error"] or "ended early" in done["answer"]["html"]
     stop.join()
