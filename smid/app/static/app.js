@@ -176,6 +176,8 @@ for (const name of ["dragover", "drop"]) window.addEventListener(name, event => 
 drop.addEventListener("dragover", () => drop.classList.add("over"));
 drop.addEventListener("dragleave", () => drop.classList.remove("over"));
 window.addEventListener("drop", event => { drop.classList.remove("over"); take(event.dataTransfer.files[0]); });
+// The same file, changed on disk, can be chosen again.
+document.getElementById("file").addEventListener("click", event => { event.target.value = ""; });
 document.getElementById("file").addEventListener("change", event => take(event.target.files[0]));
 document.getElementById("bundled").addEventListener("change", () => {
   document.getElementById("file").value = document.getElementById("file-name").value = "";

@@ -113,6 +113,8 @@ def test_from_a_dropped_file_to_downloads_by_mouse(page, served, content, width,
     assert 'class = "OwnModel"' in (tmp_path / "model.toml").read_text("utf-8")
     page.click("button[value=misfit]")
     page.is_done("misfit")
+    ids = page.value("[...document.querySelectorAll('[id]')].map(e => e.id)")
+    assert len(ids) == len(set(ids))
     assert page.events("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []
     asked = {event["request"]["url"] for event in page.events("Network.requestWillBeSent")}
     assert all(url.startswith(served.address) for url in asked)
