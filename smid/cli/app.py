@@ -10,6 +10,10 @@ from smid.cli.console import Face
 
 # Each line is the first sentence of the command's docstring, so that the help page needs no import of the command.
 COMMANDS = {
+    "app": (
+        "smid.cli.serve:app",
+        "Open a page in the browser that leads from a record to intervals, misfit and cause.",
+    ),
     "compare": ("smid.cli.compare:compare", "Compare identified models by their free runs over one record."),
     "demo": (
         "smid.cli.demo:demo",

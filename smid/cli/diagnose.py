@@ -9,7 +9,7 @@ import click
 
 from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import bind_all, load_record, noisy_outputs, stated_bounds, unread_columns
+from smid.cli.loading import load_record, noisy_outputs, stated_bounds, unread_columns
 from smid.cli.options import FILE, POSITIVE, NoiseBound, Record, option, read_known_bounds, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
@@ -17,6 +17,7 @@ from smid.data import Dataset
 from smid.diagnosis import EFFECTS, Diagnosis, prove_name, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.diagnosis.diagnosis import ENDED_EARLY
+from smid.fitting.binding import bind_whole
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, load_model, save_model
 from smid.models.parts import plain_name
@@ -124,7 +125,7 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
     further = search.channels if search.simulated is None else (*search.channels, search.simulated)
     given = None if search.model is None else load_model(search.model)
     data = load_record(record, given, further)
-    base = None if given is None else bind_all(given, data)
+    base = None if given is None else bind_whole(given, data)
     diagnosis = _diagnosis(base, data, search, seconds, outputs)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)

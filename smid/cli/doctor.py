@@ -28,6 +28,7 @@ from smid.reports.pdf import find_browser
 from smid.study.workers import THREADS
 
 EXTRAS = {
+    "app": (("tornado",), "smid app, the page in the browser"),
     "control": (("control",), "Estimate.to_control"),
     "excel": (("openpyxl",), "Excel workbooks"),
     "parquet": (("pyarrow",), "Parquet files"),

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import click
 
 from smid.cli.console import Command
-from smid.cli.loading import bind_all, load_record
+from smid.cli.loading import load_record
 from smid.cli.options import FILE, Record, option, takes
 from smid.cli.outputs import Outputs, writes
+from smid.fitting.binding import bind_whole
 from smid.models import load_model, save_model
 from smid.reports import check_writable, report
 from smid.reports.documents import fit_document
@@ -37,7 +38,7 @@ def fit(record: Record, fitted: Fitted, outputs: Outputs) -> None:
         check_writable(fitted.save_model)
     given = load_model(fitted.model)
     data = load_record(record, given)
-    found = fit_model(bind_all(given, data), data, "minimax" if fitted.minimax else "least_squares")
+    found = fit_model(bind_whole(given, data), data, "minimax" if fitted.minimax else "least_squares")
     outputs.say(found)
     outputs.write(fit_document(found))
     outputs.write_report(lambda path: report(found, path, settings={"command": "smid fit"}))

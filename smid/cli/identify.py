@@ -34,9 +34,9 @@ from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.identification.identify import identify as identify_model
 from smid.models import Model, load_model
-from smid.reports import data_report
 from smid.reports import report as write_report
 from smid.reports.documents import empty_document, identify_document
+from smid.reports.estimate_page import empty_report
 from smid.validation import Validation, validate
 
 # Just above the least noise bound the intervals are narrow for any data: the feasible set shrinks to a point there.
@@ -241,11 +241,5 @@ def _publish_empty(outputs: Outputs, proof: EmptyFeasibleSetError, least: ErrorB
     """Print the proof that no parameters explain the data, and write the files that the user asked for."""
     outputs.say(proof)
     outputs.say_certificate()
-    document = empty_document(proof, least)
-    outputs.write(document)
-    title, settings = "No parameters explain the data", task.settings
-    outputs.write_report(
-        lambda path: data_report(
-            path, title, str(proof), task.model, task.data, least, settings=settings, document=document
-        )
-    )
+    outputs.write(empty_document(proof, least))
+    outputs.write_report(lambda path: empty_report(path, proof, task.model, task.data, least, settings=task.settings))

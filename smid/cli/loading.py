@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,27 +10,21 @@ import click
 import numpy as np
 
 from relaxations.solvers.interface import check_solver
-from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
+from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Record
 from smid.data import Dataset
-from smid.data.columns import Table, is_number
+from smid.data.columns import is_number
 from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables, time_column
-from smid.data.read_arrays import read_mat, read_npz
-from smid.data.read_csv import read_csv, read_text
-from smid.data.read_tables import read_excel, read_parquet
+from smid.data.show import read_table
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
-from smid.fitting.binding import bind
+from smid.fitting.binding import bind, bind_whole
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, ModelError
 from smid.models.parts import plain_name
-from smid.models.units import check_units
 from smid.reports.load import load
 from smid.validation import ModelFit
-
-_WORKBOOKS = (".xlsx", ".xlsm", ".xls")
-_OF_ARRAYS = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
 
 
 def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
@@ -85,8 +78,6 @@ def load_data(
 ) -> Dataset:
     """Return samples of a file of columns, and say on the terminal if some are missing.
 
-    Their source names the samples and holds the first comment of the file.
-
     A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
     the user does not name are those of the model. None for ``channels`` keeps every column of numbers. DataError as for
     :meth:`smid.Dataset.from_csv`, or if no sample is left.
@@ -96,7 +87,7 @@ def load_data(
     for flag, names in (("--input", inputs), ("--output", outputs)):
         if not names and model is None:
             raise click.UsageError(f"Missing option '{flag}'")
-    table = read_table(Path(path), columns.reading)
+    table = read_table(Path(path), *columns.reading.of_text)
     by_plain_name = {plain_name(name): name for name in table.cells}
 
     def in_file(names: Sequence[str]) -> list[str]:
@@ -118,32 +109,19 @@ def load_data(
     data = data.rename({name: plain_name(name) for name in data.names})
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
-    # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    is_text = Path(path).suffix.lower() not in (*_OF_ARRAYS, *_WORKBOOKS)
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
-    return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
+    return data
 
 
 def unread_columns(record: Record, data: Dataset) -> list[str]:
     """Return the columns of numbers that are in the file and not in the data, by their plain names."""
     columns = record.columns
-    table = read_table(Path(record.path), columns.reading)
+    table = read_table(Path(record.path), *columns.reading.of_text)
     stamps = time_column(table, columns.time, columns.sampling_time)
     return [
         plain_name(name)
         for name, cells in table.cells.items()
         if plain_name(name) not in data.names and name != stamps and any(map(is_number, cells))
     ]
-
-
-def read_table(path: Path, reading: Reading) -> Table:
-    """Return the columns of a text file, a NumPy archive, a MATLAB file, an Excel workbook or a Parquet file."""
-    kind = path.suffix.lower()
-    if kind in _OF_ARRAYS:
-        return _OF_ARRAYS[kind](path)
-    if kind in _WORKBOOKS:
-        return read_excel(path, reading.decimal)
-    return read_csv(path, reading.delimiter, reading.decimal, reading.encoding)
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:
@@ -154,7 +132,7 @@ def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> 
     ModelError, DataError, ProblemError, click.UsageError
         If the model, the data, the solver's name or the input's noise bound do not fit together.
     """
-    model = bind_all(model, data)
+    model = bind_whole(model, data)
     check_data(model, data)
     check_solver(solver)
     noisy = _noisy(model, model.input_channels)
@@ -164,23 +142,6 @@ def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> 
         raise click.UsageError("the input of this model is exact: leave out --input-noise-bound, or change the model")
     stated = stated_bounds("--input-noise-bound", noisy, problem.input_noise_bound or ())
     return model, {channel: bound.value for channel, bound in stated.items()}
-
-
-def bind_all(model: Model, data: Dataset) -> Model:
-    """Return the model bound to the data.
-
-    Refuse one of several inputs or outputs that the model does not have, and equations that contradict the units.
-    """
-    model = bind(model, data)
-    check_units(model, {channel.name: channel.unit for channel in data.channels})
-    for flag, given in (("--input", data.inputs), ("--output", data.outputs)):
-        for name in given if len(given) > 1 else ():
-            if name not in model.channels:
-                raise click.UsageError(
-                    f"the model does not have the channel {name!r} (it has {', '.join(model.channels)}): leave out "
-                    f"{flag} {name}, or take a model that has it"
-                )
-    return model
 
 
 def noisy_outputs(model: Model) -> list[str]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import click
 
 from smid.cli.console import Command
-from smid.cli.loading import read_table
 from smid.cli.options import FILE, Reading, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
-from smid.data.columns import as_words
-from smid.data.overview import Overview, overview
+from smid.data.overview import Overview
+from smid.data.show import show as show_file
 from smid.display.versions import versions
 from smid.reports import overview_report
 from smid.reports.documents import SHOW
@@ -36,8 +34,7 @@ class Shown:
 
     def load(self) -> Overview:
         """Return what was understood of the record."""
-        table = replace(read_table(Path(self.path), self.reading), missing=as_words(self.reading.missing))
-        return overview(table, self.columns, self.sampling_time, self.time, self.reading.units)
+        return show_file(self.path, self.columns, self.sampling_time, self.time, **vars(self.reading))
 
 
 @click.command(cls=Command)

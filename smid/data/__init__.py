@@ -10,6 +10,7 @@ from smid.data.normalise import Normalisation
 from smid.data.record_specs import RECORDS
 from smid.data.records import load_record
 from smid.data.resample import Resampling
+from smid.data.show import show
 
 __all__ = [
     "RECORDS",
@@ -24,4 +25,5 @@ __all__ = [
     "excitation",
     "load_record",
     "require_excitation",
+    "show",
 ]

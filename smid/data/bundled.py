@@ -102,7 +102,7 @@ def load_clutch(names: str | Sequence[str] = CLUTCH_RECORDS) -> Dataset:
         output="pressure" if True in short else ("pressure", "position"),
         sampling_time=None if True in short else 0.002,
     )
-    return replace(data, source=f"{data.source} (simulated)")
+    return replace(data, source=f"{', '.join(f'{name}.csv' for name in wanted)} (simulated)")
 
 
 def true_parameters(name: str) -> dict[str, float]:

@@ -53,7 +53,8 @@ class Table:
     """Columns of one file: text from a CSV file, arrays from the other formats.
 
     ``origin`` is the file name for messages; ``lines`` are the line numbers of the rows, empty if the file has no
-    lines. ``missing`` are the texts that stand for a missing sample.
+    lines. ``missing`` are the texts that stand for a missing sample. ``comment`` is the first comment of the file: it
+    may hold what the numbers cannot say, such as that the record is simulated.
     """
 
     name: str
@@ -62,6 +63,12 @@ class Table:
     units: Mapping[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
     missing: tuple[str, ...] = ()
+    comment: str = ""
+
+    @property
+    def source(self) -> str:
+        """Return the file and its comment, for reports."""
+        return f"{self.origin} ({self.comment})" if self.comment else self.origin
 
     def find(self, wanted: str) -> str:
         """Return the name of a column that is given with or without its unit; DataError if there is none."""

@@ -169,7 +169,7 @@ class Dataset(Result):
         ----------
         path
             Separator and header are detected, also below lines of titles; units come from headers such as
-            `pressure [bar]`, or from a row of units below the header.
+            `pressure [bar]`, or from a row of units below the header. `source` holds the first comment (`# ...`).
         input, output
             Columns of the inputs and outputs; without a header the columns are "0", "1", ...
         sampling_time

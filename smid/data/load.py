@@ -168,7 +168,7 @@ def dataset_of_tables(
     known_units = units_of(tables[0], units or {})
     values = [{name: table.numbers(table.find(name)) for name in names} for table in tables]
     grid = on_grid(tables, values, time_columns, known_units, sampling_time)
-    source = ", ".join(table.origin for table in tables)
+    source = ", ".join(table.source for table in tables)
     wholes = []
     for table, channels, start in zip(tables, grid.values, grid.starts, strict=True):
         whole = Experiment(table.name, channels, start)

@@ -230,7 +230,8 @@ def overview(
         else:
             values[name] = samples
     if not values:
-        raise DataError(f"{table.origin}: no column holds numbers; check the delimiter and the header")
+        why = "".join(f"; {name}: {reason}" for name, reason in left_out.items())
+        raise DataError(f"{table.origin}: no column holds numbers; check the delimiter and the header{why}")
     known = units_of(table, units or {})
     grid = on_grid([table], [values], [stamps], known, sampling_time)
     return Overview.of(
@@ -238,6 +239,6 @@ def overview(
         tuple(Channel(name, known.get(name, "")) for name in values),
         grid.interval,
         grid.records[0] if grid.records else None,
-        table.origin,
+        table.source,
         left_out,
     )

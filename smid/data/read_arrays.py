@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +44,9 @@ def read_npz(path: Path) -> Table:
     require_file(path)
     try:
         # Pickled objects could run code on loading, so they are refused.
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, AttributeError, TypeError, EOFError):
+    except (ValueError, OSError, AttributeError, TypeError, EOFError, BadZipFile):
         raise DataError(f"{path.name} is not an archive of plain arrays; write it with numpy.savez") from None
     return Table(path.stem, path.name, _columns(arrays))
 

@@ -8,6 +8,7 @@ them.
 import csv
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -156,7 +157,10 @@ def read_csv(
     >>> table.cells["current"], table.units
     (('1.5',), {'current': 'A', 'pressure': 'bar'})
     """
-    return table_of_rows(_rows(read_text(path, encoding), delimiter, path.name), path, decimal)
+    text = read_text(path, encoding)
+    table = table_of_rows(_rows(text, delimiter, path.name), path, decimal)
+    comment = re.match(r"\s*#\s*(.+)", text)
+    return replace(table, comment=comment[1].strip().rstrip(".")) if comment else table
 
 
 def table_of_rows(rows: Sequence[tuple[int, list[str]]], path: Path, decimal: str | None) -> Table:

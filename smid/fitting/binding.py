@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
-from smid.models import Model
+from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 from smid.models.running import at_sampling_time
-from smid.models.units import check_channel_units
+from smid.models.units import check_channel_units, check_units
 
 _DEFAULTS = {"u", "y"}
 """The channels of a built-in model whose user names none; any other name was given, and must be in the data."""
@@ -55,3 +55,21 @@ def bind(model: Model, data: Dataset) -> Model:
     bound = at_sampling_time(rename_channels(model, renamed), data.sampling_time)
     check_channel_units(bound, {c.name: c.unit for c in data.channels})
     return bound
+
+
+def bind_whole(model: Model, data: Dataset) -> Model:
+    """Return the model bound to data whose units and roles the user has stated.
+
+    Beside the errors of `bind`, a ModelError for equations that contradict the units, and for one of several inputs or
+    outputs that the model does not have.
+    """
+    model = bind(model, data)
+    check_units(model, {channel.name: channel.unit for channel in data.channels})
+    for role, given in (("input", data.inputs), ("output", data.outputs)):
+        for name in given if len(given) > 1 else ():
+            if name not in model.channels:
+                raise ModelError(
+                    f"the model does not have the channel {name!r} (it has {', '.join(model.channels)}): leave out the "
+                    f"{role} {name}, or take a model that has it"
+                )
+    return model

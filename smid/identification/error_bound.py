@@ -168,7 +168,7 @@ def error_bound(
     if len(open_channels) != 1:
         raise ModelError(
             f"noise bounds to find: {', '.join(open_channels) or 'none'}; give the known ones in fixed={{channel: "
-            "bound}} so that exactly one remains"
+            "bound} so that exactly one remains"
         )
     channel = open_channels[0]
     if not fixed and method == "auto" and order is None and has_windows(model, data):

@@ -49,7 +49,8 @@ def Hammerstein(
     input, output
         Channels of the data.
     input_scale
-        K of (3.4), in one per input unit.
+        Factor K of (3.4) on the input before it is raised to powers, in one per input unit. It keeps the coefficients
+        of ordinary size.
     unit_dc_gain
         Linear part of unit DC gain (3.12): its last numerator coefficient is eliminated.  Otherwise the gain
         may move between the two blocks, so a ``beta`` or ``gamma`` must be among ``fixed``.

@@ -13,9 +13,10 @@ from smid.data import Dataset
 from smid.display.table import Table, figure
 from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate, ParameterInterval, round_down, round_up, shown_digits
+from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Model, ModelError
 from smid.reports.content import Block, Facts, Heading, Items, Page, Picture, Remark, Section, coloured, joined
-from smid.reports.documents import Document, identify_document
+from smid.reports.documents import Document, empty_document, identify_document
 from smid.reports.formats import write_page
 from smid.reports.page import capitalised, data_section, equations, is_simulated, parameter, priors
 from smid.validation.scores import Score, Validation
@@ -54,7 +55,7 @@ def estimate_page(
         Section("Parameter intervals", tuple(_intervals(estimate, truth))),
         *_least_bound(error_bound),
         Section("Simulation over the data", tuple(_own_run(estimate))),
-        Section("Validation on other records", (*notes, *_free_runs(validations))),
+        Section("Validation on other records", (*notes, *run_blocks(validations))),
         model_section(estimate.model, noise_bounds(estimate)),
         data_section(estimate.data, drawn=True),
         _proof(estimate),
@@ -106,7 +107,7 @@ def data_report(
     """
     sections = [*_least_bound(error_bound)]
     if validations:
-        sections.append(Section("Validation on other records", tuple(_free_runs(validations))))
+        sections.append(Section("Validation on other records", tuple(run_blocks(validations))))
     sections.append(model_section(model))
     if data is not None:
         sections.append(data_section(data, drawn=True))
@@ -115,6 +116,19 @@ def data_report(
     sources = [v.data.source for v in validations] + ([] if data is None else [data.source])
     page = Page(title, (sentence,), tuple(sections), document, is_simulated(sources), settings or {})
     return write_page(page, path)
+
+
+def empty_report(
+    path: str | PathLike[str],
+    proof: EmptyFeasibleSetError,
+    model: Model,
+    data: Dataset,
+    error_bound: ErrorBound | None = None,
+    settings: Mapping[str, str] | None = None,
+) -> Path:
+    """Write the report of a proof that no parameters explain the data; see :func:`data_report`."""
+    title, document = "No parameters explain the data", empty_document(proof, error_bound)
+    return data_report(path, title, str(proof), model, data, error_bound, settings=settings, document=document)
 
 
 def _sentence(estimate: Estimate) -> str:
@@ -236,7 +250,8 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
         yield _simulation(run, number)
 
 
-def _free_runs(validations: Sequence[Validation]) -> Iterator[Block]:
+def run_blocks(validations: Sequence[Validation]) -> Iterator[Block]:
+    """Yield the scores of free runs, and a figure of each."""
     if not validations:
         yield "No other record was given, so this report does not show how well the model predicts."
         return

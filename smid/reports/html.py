@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from smid.display.style import inline_svg
 from smid.display.table import Table
-from smid.reports.content import Equations, Facts, Folded, Heading, Items, Page, Picture, Remark
+from smid.reports.content import Block, Equations, Facts, Folded, Heading, Items, Page, Picture, Remark
 
 _BLOCKS = (Equations, Facts, Folded, Heading, Items, Picture, Remark, Table)
 
 
 def as_html(page: Page) -> str:
     """Return the page in HTML."""
+    return _environment().get_template("page.html.j2").render(page=page, drawn=_drawn)
+
+
+def as_fragment(blocks: Sequence[Block], name: str) -> str:
+    """Return blocks in HTML for a page that has the look of a report; ``name`` differs from part to part of it."""
+    return _environment().get_template("fragment.html.j2").render(blocks=blocks, name=name, drawn=_drawn)
+
+
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("smid.reports"),
         autoescape=True,
@@ -24,7 +33,7 @@ def as_html(page: Page) -> str:
         lstrip_blocks=True,
     )
     environment.tests |= {kind.__name__.lower(): _test(kind) for kind in _BLOCKS}
-    return environment.get_template("page.html.j2").render(page=page, drawn=_drawn)
+    return environment
 
 
 def _test(kind: type) -> Callable[[object], bool]:

@@ -41,6 +41,7 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
 @pytest.mark.parametrize(
     "command",
     [
+        "app",
         "identify",
         "fit",
         "response",

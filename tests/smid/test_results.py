@@ -22,6 +22,7 @@ from relaxations.algebra.intervals import Intervals
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.search.minimum import minimise
 from smid.data import excitation
+from smid.data.bundled import record_path
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
 from smid.display.result import Tabular, optional, plain
@@ -119,7 +120,7 @@ def after_the_fit():
     data = smid.Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1, units={"y": "<bar>"})
     yield from (smid.signals.spectrum(data), smid.signals.delay_estimate(data, longest=10))
     tested = smid.residuals(smid.OutputError(0).with_values({"b0": 0.9}), data)
-    yield from (tested, tested.outputs[0])
+    yield from (tested, tested.outputs[0], smid.data.show(record_path("hammerstein_20C_ramp_a")))
 
 
 def diagnosed():

@@ -184,7 +184,7 @@ def test_npz(tmp_path):
 def test_npz_refuses_pickles_and_other_files(tmp_path, write):
     path = tmp_path / "objects.npz"
     np.savez(path, u=np.array([{}], dtype=object))
-    for bad in (path, write("u,y\n1,2\n", "text.npz")):
+    for bad in (path, write("u,y\n1,2\n", "text.npz"), write("PK\x03\x04 no archive", "broken.npz")):
         with pytest.raises(DataError, match="not an archive of plain arrays"):
             Dataset.from_npz(bad, "u", "y", sampling_time=1)
 

@@ -77,12 +77,12 @@ class Browser:
         return json.loads(message)
 
     def open(self, path, width=DESKTOP, scheme="light"):
-        """Load a file and forget the one before."""
+        """Load a file, or an address, and forget the one before."""
         self._events.clear()
         self.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width == PHONE}
         self.ask("Emulation.setDeviceMetricsOverride", **size)
-        self.ask("Page.navigate", url=path.as_uri())
+        self.ask("Page.navigate", url=path if isinstance(path, str) else path.as_uri())
         while not self.events("Page.loadEventFired"):
             self._events.append(self._read())
 
