@@ -22,7 +22,7 @@ LARGEST_EXPONENT = 2300  # of two, in a float
 MOST_ODD_BITS = 512  # of the least common multiple of all denominators, without its factors of two
 MANY = 1 << 31  # limit of constraint, kink and cut numbers here; the rules check them against the statement
 
-WORK_FOR_A_NUMBER = 40  # products of short numbers, allowed for each number in the file
+WORK_FOR_A_NUMBER = 80  # products of short numbers, allowed for each number in the file
 
 _HEXADECIMAL = re.compile(r"(-?)0x([01])(?:\.([0-9a-f]{1,32}))?p([+-]?[0-9]{1,5})")
 _FRACTION = re.compile(r"(-?[0-9]+)(?:/([0-9]+))?")
