@@ -150,7 +150,8 @@ def main() -> None:
             if time.monotonic() < end:
                 found[name].append(one(seed, options.order, options.channel, lost))
     rows = tuple(row(name, runs) for name, runs in found.items() if runs)
-    print(Table(f"Output error of order {options.order}, {SAMPLES} samples, missing {options.channel}s.", HEADER, rows, "l" + "r" * 11))
+    caption = f"Output error of order {options.order}, {SAMPLES} samples, missing {options.channel}s."
+    print(Table(caption, HEADER, rows, "l" + "r" * 11))
 
 
 if __name__ == "__main__":

@@ -34,9 +34,11 @@ _WORKBOOKS = (".xlsx", ".xlsm", ".xls")
 _OF_ARRAYS = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
 
 
-def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
+def load_record(
+    record: Record, model: Model | None, channels: Sequence[str] | None = None, table: Table | None = None
+) -> Dataset:
     """Return the samples that the user asked for, and warn of those that look wrong before any long work."""
-    data = load_data(record.path, record.columns, model, channels, record.start, record.stop)
+    data = load_data(record.path, record.columns, model, channels, record.start, record.stop, table)
     read = data.names if model is None else bind(model, data).channels
     for fault in sample_faults(data):
         if fault.severity == "warning" and fault.channel in ("", *read):
@@ -82,13 +84,15 @@ def load_data(
     channels: Sequence[str] | None = None,
     start: int | None = None,
     stop: int | None = None,
+    table: Table | None = None,
 ) -> Dataset:
     """Return samples of a file of columns, and say on the terminal if some are missing.
 
     Their source names the samples and holds the first comment of the file.
 
     A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
-    the user does not name are those of the model. None for ``channels`` keeps every column of numbers. DataError as for
+    the user does not name are those of the model. None for ``channels`` keeps every column of numbers. ``table`` holds
+    the columns if the file has been read. DataError as for
     :meth:`smid.Dataset.from_csv`, or if no sample is left.
     """
     inputs = columns.input or (model.input_channels if model else ())
@@ -96,7 +100,8 @@ def load_data(
     for flag, names in (("--input", inputs), ("--output", outputs)):
         if not names and model is None:
             raise click.UsageError(f"Missing option '{flag}'")
-    table = read_table(Path(path), columns.reading)
+    if table is None:
+        table = read_table(Path(path), columns.reading)
     by_plain_name = {plain_name(name): name for name in table.cells}
 
     def in_file(names: Sequence[str]) -> list[str]:
@@ -124,11 +129,9 @@ def load_data(
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
 
 
-def unread_columns(record: Record, data: Dataset) -> list[str]:
+def unread_columns(record: Record, table: Table, data: Dataset) -> list[str]:
     """Return the columns of numbers that are in the file and not in the data, by their plain names."""
-    columns = record.columns
-    table = read_table(Path(record.path), columns.reading)
-    stamps = time_column(table, columns.time, columns.sampling_time)
+    stamps = time_column(table, record.columns.time, record.columns.sampling_time)
     return [
         plain_name(name)
         for name, cells in table.cells.items()

@@ -43,6 +43,7 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
     [
         "identify",
         "fit",
+        "projections",
         "response",
         "show",
         "study",

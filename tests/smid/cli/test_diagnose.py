@@ -8,7 +8,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from smid.cli import loading
 from smid.cli.console import INTERRUPTED, Progress
+from smid.data.read_csv import read_csv
 from smid.diagnosis import EFFECTS
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.reports import schemas
@@ -197,6 +199,14 @@ def test_a_pipe_is_quiet():
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert "\x1b" not in done.stdout
+
+
+def test_the_record_is_read_once(smid, monkeypatch):
+    read = []
+    monkeypatch.setattr(loading, "read_csv", lambda *given: read.append(given) or read_csv(*given))
+    result = smid(f"diagnose {COMMON} --effects sensor_drift --workers 1 --no-certify")
+    assert "Columns that were not read: oil_temp" in result.stdout
+    assert len(read) == 1
 
 
 def test_nothing_is_proven_without_a_noise_bound(smid):
