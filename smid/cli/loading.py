@@ -16,9 +16,8 @@ from smid.data import Dataset
 from smid.data.columns import Table, is_number
 from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables, time_column
-from smid.data.read_arrays import read_mat, read_npz
-from smid.data.read_csv import read_csv, read_text
-from smid.data.read_tables import read_excel, read_parquet
+from smid.data.read_csv import read_text
+from smid.data.read_file import is_text, read_file
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind
@@ -29,9 +28,6 @@ from smid.models.parts import plain_name
 from smid.models.units import check_units
 from smid.reports.load import load
 from smid.validation import ModelFit
-
-_WORKBOOKS = (".xlsx", ".xlsm", ".xls")
-_OF_ARRAYS = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
 
 
 def load_record(
@@ -93,7 +89,7 @@ def load_data(
     A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
     the user does not name are those of the model. None for ``channels`` keeps every column of numbers. ``table`` holds
     the columns if the file has been read. DataError as for
-    :meth:`smid.Dataset.from_csv`, or if no sample is left.
+    :meth:`smid.Dataset.from_file`, or if no sample is left.
     """
     inputs = columns.input or (model.input_channels if model else ())
     outputs = columns.output or (model.output_channels if model else ())
@@ -124,8 +120,8 @@ def load_data(
     for note in (*([data.source] if "is split there" in data.source else ()), *missing_notes(data)):
         click.echo(f"note: {note}", err=True)
     # The comment may hold what the numbers cannot say, such as that the record is simulated.
-    is_text = Path(path).suffix.lower() not in (*_OF_ARRAYS, *_WORKBOOKS)
-    comment = re.match(r"\s*#\s*(.+)", read_text(Path(path), columns.reading.encoding)) if is_text else None
+    text = read_text(Path(path), columns.reading.encoding) if is_text(Path(path)) else ""
+    comment = re.match(r"\s*#\s*(.+)", text)
     return replace(data, source=f"{data.source} ({comment[1].strip().rstrip('.')})" if comment else data.source)
 
 
@@ -140,13 +136,8 @@ def unread_columns(record: Record, table: Table, data: Dataset) -> list[str]:
 
 
 def read_table(path: Path, reading: Reading) -> Table:
-    """Return the columns of a text file, a NumPy archive, a MATLAB file, an Excel workbook or a Parquet file."""
-    kind = path.suffix.lower()
-    if kind in _OF_ARRAYS:
-        return _OF_ARRAYS[kind](path)
-    if kind in _WORKBOOKS:
-        return read_excel(path, reading.decimal)
-    return read_csv(path, reading.delimiter, reading.decimal, reading.encoding)
+    """Return the columns of a file."""
+    return read_file(path, reading.delimiter, reading.decimal, reading.encoding)
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:

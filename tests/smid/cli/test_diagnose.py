@@ -10,7 +10,7 @@ import pytest
 
 from smid.cli import loading
 from smid.cli.console import INTERRUPTED, Progress
-from smid.data.read_csv import read_csv
+from smid.data.read_file import read_file
 from smid.diagnosis import EFFECTS
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.reports import schemas
@@ -203,7 +203,7 @@ def test_a_pipe_is_quiet():
 
 def test_the_record_is_read_once(smid, monkeypatch):
     read = []
-    monkeypatch.setattr(loading, "read_csv", lambda *given: read.append(given) or read_csv(*given))
+    monkeypatch.setattr(loading, "read_file", lambda *given: read.append(given) or read_file(*given))
     result = smid(f"diagnose {COMMON} --effects sensor_drift --workers 1 --no-certify")
     assert "Columns that were not read: oil_temp" in result.stdout
     assert len(read) == 1

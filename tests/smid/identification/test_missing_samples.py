@@ -149,11 +149,11 @@ def test_every_sample_of_a_file_is_a_measured_one(tmp_path):
     gone = lost(AT_RANDOM, 1)
     frame.loc[gone, "y"] = np.nan
     frame.to_csv(tmp_path / "holes.csv", index=False)
-    data = Dataset.from_csv(tmp_path / "holes.csv", "u", "y")
+    data = Dataset.from_file(tmp_path / "holes.csv", "u", "y")
     assert data.missing == {"u": 0, "y": len(gone)}
     np.testing.assert_array_equal(data.values("y"), frame["y"])
     frame.drop(index=gone).to_csv(tmp_path / "rows.csv", index=False)
-    for run in Dataset.from_csv(tmp_path / "rows.csv", "u", "y").experiments:
+    for run in Dataset.from_file(tmp_path / "rows.csv", "u", "y").experiments:
         rows = np.rint(run.start_time / 0.1).astype(int) + np.arange(run.n_samples)
         np.testing.assert_array_equal(run.values["y"], y[rows])
 
