@@ -205,9 +205,7 @@ class Dataset(Result):
         DataError
             For a missing file or column, an option that the kind of file does not have, letters whose encoding is not
             clear, a cell that is not a number, unsorted or repeated time stamps, or if neither time stamps nor a
-            sampling time are known.
-        ImportError
-            If the reader of an Excel or Parquet file is not installed (``smid[excel]``, ``smid[parquet]``).
+            sampling time are known; for an Excel or Parquet file if ``smid[excel]`` or ``smid[parquet]`` is missing.
 
         Examples
         --------

@@ -143,6 +143,21 @@ def test_a_missing_input_splits_the_record_and_says_so():
         smid.identify(MODEL, both, BOUND)
 
 
+@pytest.mark.parametrize("kind", [AT_RANDOM, GAP])
+def test_with_missing_inputs_intervals_hold_the_truth_and_are_narrower_than_those_of_the_longest_part(kind):
+    n = 2 * N
+    u, y = measured(MODEL, TRUTH, 1, n)
+    u[lost(kind, 1, n)] = np.nan
+    data = record(u, y)
+    longest = data.with_experiments([max(data.experiments, key=lambda run: run.n_samples)])
+    left_out = n - int(np.isnan(u).sum()) - data.n_samples
+    assert (f"{left_out} samples in parts of fewer than 10 are left out" in data.source) == (left_out > 0)
+    found, alone = (smid.identify(MODEL, one, BOUND, rounds=2) for one in (data, longest))
+    for i, other in zip(found.intervals, alone.intervals, strict=True):
+        assert i.lower <= TRUTH[i.name] <= i.upper
+        assert i.width < other.width
+
+
 def test_every_sample_of_a_file_is_a_measured_one(tmp_path):
     u, y = measured(MODEL, TRUTH, 1)
     frame = pd.DataFrame({"time": 0.1 * np.arange(N), "u": u, "y": y})
