@@ -1,11 +1,13 @@
-"""Intervals of records with missing outputs: is the truth inside, and what does a missing sample cost.
+"""Intervals of records with missing samples: is the truth inside, and what does a missing sample cost.
 
     python -m benchmarks.gaps --runs 250 --minutes 15
+    python -m benchmarks.gaps --runs 250 --minutes 15 --channel input
 
 Each run draws a record of an output-error model (pole, gain and input at random, uniform noise within its bound) and
-takes away a tenth of its outputs, or 50 in a row. It is identified with the missing samples as unknowns, as the parts
-between them, as the longest part alone, and without any sample missing. Printed are the runs whose intervals hold the
-truth and lie within those of the parts, and the medians of the widths and times. One process, one core.
+takes away a tenth of its outputs or inputs, or 50 in a row. It is identified as it is (missing outputs are unknowns,
+missing inputs split it), as the parts between the missing samples, as the longest part alone, and without any sample
+missing. Printed are the runs whose intervals hold the truth and lie within those of the parts, and the medians of the
+widths and times. One process, one core.
 """
 
 from __future__ import annotations
@@ -81,7 +83,7 @@ def _found(data: Dataset, order: int, bound: float) -> Found:
     return Found(np.array([(i.lower, i.upper) for i in intervals]), seconds)
 
 
-def one(seed: int, order: int, lost: Callable[[np.random.Generator], Array]) -> Run:
+def one(seed: int, order: int, channel: str, lost: Callable[[np.random.Generator], Array]) -> Run:
     """Return what was found on a record."""
     random = np.random.default_rng(seed)
     poles = random.uniform(0.3, 0.9, order)
@@ -93,9 +95,9 @@ def one(seed: int, order: int, lost: Callable[[np.random.Generator], Array]) -> 
     bound = 0.05 * float(np.abs(w).max())
     y = w + random.uniform(-bound, bound, SAMPLES)
     whole = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    holes = y.copy()
-    holes[lost(random)] = np.nan
-    data = Dataset.from_arrays(input={"u": u}, output={"y": holes}, sampling_time=1.0)
+    measured = {"input": u.copy(), "output": y.copy()}
+    measured[channel][lost(random)] = np.nan
+    data = Dataset.from_arrays(input={"u": measured["input"]}, output={"y": measured["output"]}, sampling_time=1.0)
     try:
         parts = data.without_gaps()
         longest = parts.with_experiments([max(parts.experiments, key=lambda run: run.n_samples)])
@@ -134,6 +136,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=250, help="Of each kind of missing samples.")
     parser.add_argument("--order", type=int, default=1)
+    parser.add_argument("--channel", choices=("output", "input"), default="output", help="Where samples are missing.")
     parser.add_argument("--minutes", type=float, default=15.0, help="No run begins after so many.")
     options = parser.parse_args()
     kinds: dict[str, Callable[[np.random.Generator], Array]] = {
@@ -145,9 +148,10 @@ def main() -> None:
     for seed in range(options.runs):
         for name, lost in kinds.items():
             if time.monotonic() < end:
-                found[name].append(one(seed, options.order, lost))
+                found[name].append(one(seed, options.order, options.channel, lost))
     rows = tuple(row(name, runs) for name, runs in found.items() if runs)
-    print(Table(f"Output error of order {options.order}, {SAMPLES} samples.", HEADER, rows, "l" + "r" * 11))
+    caption = f"Output error of order {options.order}, {SAMPLES} samples, missing {options.channel}s."
+    print(Table(caption, HEADER, rows, "l" + "r" * 11))
 
 
 if __name__ == "__main__":

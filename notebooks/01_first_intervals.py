@@ -37,7 +37,7 @@ from smid.display.style import style
 # the true parameters are known. For your own record, give the path of your CSV file.
 
 # %%
-record = smid.Dataset.from_csv(record_path("hammerstein_20C_ramp_a"), input="current", output="pressure")
+record = smid.Dataset.from_file(record_path("hammerstein_20C_ramp_a"), input="current", output="pressure")
 print(record)
 
 # %% [markdown]
@@ -148,7 +148,7 @@ for factor in (1.001, 1.2):
 # %%
 validations = [smid.validate(estimate.model, rest, noise_bound=0.3)]
 for name in ("hammerstein_20C_ramp_b", "hammerstein_60C_ramp_a", "varying_pole_20C_steps"):
-    other = smid.Dataset.from_csv(record_path(name), input="current", output="pressure")
+    other = smid.Dataset.from_file(record_path(name), input="current", output="pressure")
     validations.append(smid.validate(estimate.model, other, noise_bound=0.3))
 for validation in validations:
     print(f"{validation}\n")

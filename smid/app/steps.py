@@ -8,12 +8,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Mapping
 from math import isfinite
-from pathlib import PurePath
 from typing import Any
 
 from smid.app.model_forms import BUILT_IN, asked_model
 from smid.data import DataError
-from smid.data.show import READERS
 from smid.models import ModelError
 from smid.models.parts import plain_name
 
@@ -52,8 +50,6 @@ FILES: Mapping[str, Mapping[str, str]] = {
 """Step -> file that it may write -> what it is."""
 
 _LONGEST = 100
-# What a reader of text takes beside the options that all readers have.
-_OF_TEXT = ("delimiter", "encoding")
 
 
 class _Code(str):
@@ -105,13 +101,15 @@ def _channels(given: Fields, _: Collection[str]) -> str:
     if not roles["output"]:
         raise DataError("no channel is an output: choose one in the table")
     path = _path(given)
-    reader = READERS.get(PurePath(given.get("file", "")).suffix.lower(), "from_csv")
-    options = _reading(given)
-    if reader != "from_csv":
-        options = {k: v for k, v in options.items() if k not in _OF_TEXT and (k != "decimal" or reader == "from_excel")}
-    read = f"record = smid.Dataset.{reader}"
     lines = [
-        _call(read, path, input=roles["input"], output=roles["output"], others=roles["further"], **options),
+        _call(
+            "record = smid.Dataset.from_file",
+            path,
+            input=roles["input"],
+            output=roles["output"],
+            others=roles["further"],
+            **_reading(given),
+        ),
     ]
     names = {name: plain_name(name) for role in roles.values() for name in role if plain_name(name) != name}
     if names:

@@ -33,6 +33,10 @@ COMMANDS = {
     ),
     "fit": ("smid.cli.fit:fit", "Fit a model to a record by least squares, or by the least largest error."),
     "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
+    "projections": (
+        "smid.cli.projections:projections",
+        "Compute which values of two parameters go together: certified polygons for all pairs.",
+    ),
     "residuals": (
         "smid.cli.residuals:residuals",
         "Test the residuals of an identified model: whiteness, independence of the input, spectrum.",

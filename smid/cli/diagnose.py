@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import click
 
 from relaxations.errors import UserError
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import load_record, noisy_outputs, stated_bounds, unread_columns
+from smid.cli.loading import load_record, noisy_outputs, read_table, stated_bounds, unread_columns
 from smid.cli.options import FILE, POSITIVE, NoiseBound, Record, option, read_known_bounds, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
@@ -44,6 +45,7 @@ class Search:
     simulated: str | None = option(
         metavar="COL", help="Column with the output of a simulator, to diagnose it instead of a model."
     )
+    about: str | None = option(metavar="COL", help="Output to diagnose, of several. [default: the first of the model]")
     channels: tuple[str, ...] = option(
         "--channel", multiple=True, metavar="COL", help="Further column to consider; repeatable."
     )
@@ -124,12 +126,13 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
         check_writable(search.save_model)
     further = search.channels if search.simulated is None else (*search.channels, search.simulated)
     given = None if search.model is None else load_model(search.model)
-    data = load_record(record, given, further)
+    table = read_table(Path(record.path), record.columns.reading)
+    data = load_record(record, given, further, table)
     base = None if given is None else bind_whole(given, data)
     diagnosis = _diagnosis(base, data, search, seconds, outputs)
     log_diagnosis(diagnosis)
     outputs.say(diagnosis)
-    unread = [] if diagnosis.causes else unread_columns(record, data)
+    unread = [] if diagnosis.causes else unread_columns(record, table, data)
     if unread:
         outputs.say(f"Columns that were not read: {', '.join(unread)}. Give one that may act by --channel NAME.")
     outputs.write(diagnose_document(diagnosis))
@@ -163,6 +166,7 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
             bound,
             search.chosen,
             search.test,
+            output=None if search.about is None else plain_name(search.about),
             simulated=None if search.simulated is None else plain_name(search.simulated),
             certify=not search.no_certify,
             workers=search.workers,

@@ -10,12 +10,12 @@ import click
 import numpy as np
 
 from relaxations.solvers.interface import check_solver
-from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Record
+from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
 from smid.data import Dataset
-from smid.data.columns import is_number
+from smid.data.columns import Table, is_number
 from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables, time_column
-from smid.data.show import read_table
+from smid.data.read_file import read_file
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind, bind_whole
@@ -27,9 +27,11 @@ from smid.reports.load import load
 from smid.validation import ModelFit
 
 
-def load_record(record: Record, model: Model | None, channels: Sequence[str] | None = None) -> Dataset:
+def load_record(
+    record: Record, model: Model | None, channels: Sequence[str] | None = None, table: Table | None = None
+) -> Dataset:
     """Return the samples that the user asked for, and warn of those that look wrong before any long work."""
-    data = load_data(record.path, record.columns, model, channels, record.start, record.stop)
+    data = load_data(record.path, record.columns, model, channels, record.start, record.stop, table)
     read = data.names if model is None else bind(model, data).channels
     for fault in sample_faults(data):
         if fault.severity == "warning" and fault.channel in ("", *read):
@@ -75,19 +77,22 @@ def load_data(
     channels: Sequence[str] | None = None,
     start: int | None = None,
     stop: int | None = None,
+    table: Table | None = None,
 ) -> Dataset:
     """Return samples of a file of columns, and say on the terminal if some are missing.
 
     A column is given by its name in the file, or by the plain name that an equation can hold. Inputs and outputs that
-    the user does not name are those of the model. None for ``channels`` keeps every column of numbers. DataError as for
-    :meth:`smid.Dataset.from_csv`, or if no sample is left.
+    the user does not name are those of the model. None for ``channels`` keeps every column of numbers. ``table`` holds
+    the columns if the file has been read. DataError as for
+    :meth:`smid.Dataset.from_file`, or if no sample is left.
     """
     inputs = columns.input or (model.input_channels if model else ())
     outputs = columns.output or (model.output_channels if model else ())
     for flag, names in (("--input", inputs), ("--output", outputs)):
         if not names and model is None:
             raise click.UsageError(f"Missing option '{flag}'")
-    table = read_table(Path(path), *columns.reading.of_text)
+    if table is None:
+        table = read_table(Path(path), columns.reading)
     by_plain_name = {plain_name(name): name for name in table.cells}
 
     def in_file(names: Sequence[str]) -> list[str]:
@@ -112,16 +117,19 @@ def load_data(
     return data
 
 
-def unread_columns(record: Record, data: Dataset) -> list[str]:
+def unread_columns(record: Record, table: Table, data: Dataset) -> list[str]:
     """Return the columns of numbers that are in the file and not in the data, by their plain names."""
-    columns = record.columns
-    table = read_table(Path(record.path), *columns.reading.of_text)
-    stamps = time_column(table, columns.time, columns.sampling_time)
+    stamps = time_column(table, record.columns.time, record.columns.sampling_time)
     return [
         plain_name(name)
         for name, cells in table.cells.items()
         if plain_name(name) not in data.names and name != stamps and any(map(is_number, cells))
     ]
+
+
+def read_table(path: Path, reading: Reading) -> Table:
+    """Return the columns of a file."""
+    return read_file(path, reading.delimiter, reading.decimal, reading.encoding)
 
 
 def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> tuple[Model, dict[str, float]]:

@@ -176,11 +176,6 @@ class Reading:
         metavar="NAME", help="Encoding of a text file, such as cp437. [default: detected, or asked for]"
     )
 
-    @property
-    def of_text(self) -> tuple[str | None, str | None, str | None]:
-        """Return what tells how the text of a file is read: delimiter, decimal sign, encoding."""
-        return self.delimiter, self.decimal, self.encoding
-
 
 @dataclass(frozen=True)
 class Columns:

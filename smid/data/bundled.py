@@ -96,7 +96,7 @@ def load_clutch(names: str | Sequence[str] = CLUTCH_RECORDS) -> Dataset:
     if len(short) > 1:
         raise DataError(f"{', '.join(wanted)}: short records have no position; load them on their own")
     # Only the actuator's time stamps are irregular, and need a sampling time.
-    data = Dataset.from_csv(
+    data = Dataset.from_file(
         [record_path(name) for name in wanted],
         input="current",
         output="pressure" if True in short else ("pressure", "position"),

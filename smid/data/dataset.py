@@ -150,7 +150,7 @@ class Dataset(Result):
         )
 
     @staticmethod
-    def from_csv(
+    def from_file(
         path: Paths,
         input: Names,
         output: Names,
@@ -163,13 +163,18 @@ class Dataset(Result):
         missing: Missing = (),
         encoding: str | None = None,
     ) -> "Dataset":
-        r"""Read text files of columns: one experiment per file, named by the stem of the file.
+        r"""Read files of columns: one experiment per file, named by the stem of the file.
+
+        The suffix says how a file is read: ``.xlsx`` an Excel workbook with one sheet, ``.parquet``, ``.npz``, ``.mat``
+        a MATLAB file up to version 7, and any other as text.
 
         Parameters
         ----------
         path
-            Separator and header are detected, also below lines of titles; units come from headers such as
-            `pressure [bar]`, or from a row of units below the header. `source` holds the first comment (`# ...`).
+            Of text, separator and header are detected, also below lines of titles; units come from headers such as
+            `pressure [bar]`, or from a row of units below the header. Columns of a matrix `u` of a NumPy or MATLAB file
+            are named `u0`, `u1`, ...; arrays of other lengths and structures are left out. `source` holds the first
+            comment of a text (`# ...`).
         input, output
             Columns of the inputs and outputs; without a header the columns are "0", "1", ...
         sampling_time
@@ -183,122 +188,39 @@ class Dataset(Result):
         units
             By column; they replace the units of the header.
         delimiter
-            The separator: ",", ";", "\t" or " " (any blanks).
+            The separator of a text: ",", ";", "\t" or " " (any blanks).
         others
             Further columns to keep; by default every column of numbers. `source` names the columns that were left out.
         decimal
-            The sign before the decimals, "." or ",". Needed where the numbers do not tell, as 1,000 alone does not.
+            The sign before the decimals in a text or workbook, "." or ",". Needed where the numbers do not tell, as
+            1,000 alone does not.
         missing
             Values that stand for a missing sample, such as -9999 or "Bad", beside empty cells and NaN; "none" says that
             the file has none. The experiment is split where a sample is missing, or a row, and nothing is interpolated
             there. Parts of fewer than 10 samples are left out.
         encoding
-            Such as "cp437"; by default UTF-8, UTF-16, or Windows-1252 where the letters are Western.
+            Of a text, such as "cp437"; by default UTF-8, UTF-16, or Windows-1252 where the letters are Western.
 
         Raises
         ------
         DataError
-            For a missing file or column, letters whose encoding is not clear, a cell that is not a number, unsorted or
-            repeated time stamps, or if neither time stamps nor a sampling time are known.
+            For a missing file or column, an option that the kind of file does not have, letters whose encoding is not
+            clear, a cell that is not a number, unsorted or repeated time stamps, or if neither time stamps nor a
+            sampling time are known; for an Excel or Parquet file if ``smid[excel]`` or ``smid[parquet]`` is missing.
 
         Examples
         --------
         >>> import tempfile
         >>> file = Path(tempfile.mkdtemp()) / "run.csv"
         >>> _ = file.write_text("time,current [A],pressure [bar]\n0.0,0,1\n0.1,1,2\n0.2,1,3\n")
-        >>> data = Dataset.from_csv(file, input="current", output="pressure")
+        >>> data = Dataset.from_file(file, input="current", output="pressure")
         >>> data.sampling_time, data.channel("pressure").unit
         (0.1, 'bar')
         """
         from smid.data.load import dataset_of_tables
-        from smid.data.read_csv import read_csv
+        from smid.data.read_file import read_file
 
-        tables = [read_csv(file, delimiter, decimal, encoding) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
-
-    @staticmethod
-    def from_excel(
-        path: Paths,
-        input: Names,
-        output: Names,
-        sampling_time: float | None = None,
-        time: str | None = None,
-        units: Mapping[str, str] | None = None,
-        others: Names | None = None,
-        decimal: str | None = None,
-        missing: Missing = (),
-    ) -> "Dataset":
-        """Read Excel workbooks (.xlsx) with one sheet each; the parameters are those of `from_csv`.
-
-        Needs openpyxl: ``pip install "smid[excel]"``.
-        """
-        from smid.data.load import dataset_of_tables
-        from smid.data.read_tables import read_excel
-
-        tables = [read_excel(file, decimal) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
-
-    @staticmethod
-    def from_parquet(
-        path: Paths,
-        input: Names,
-        output: Names,
-        sampling_time: float | None = None,
-        time: str | None = None,
-        units: Mapping[str, str] | None = None,
-        others: Names | None = None,
-        missing: Missing = (),
-    ) -> "Dataset":
-        """Read Parquet files, one experiment per file; the parameters are those of `from_csv`.
-
-        Needs pyarrow: ``pip install "smid[parquet]"``.
-        """
-        from smid.data.load import dataset_of_tables
-        from smid.data.read_tables import read_parquet
-
-        tables = [read_parquet(file) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
-
-    @staticmethod
-    def from_npz(
-        path: Paths,
-        input: Names,
-        output: Names,
-        sampling_time: float | None = None,
-        time: str | None = None,
-        units: Mapping[str, str] | None = None,
-        others: Names | None = None,
-        missing: Missing = (),
-    ) -> "Dataset":
-        """Read NumPy archives, one experiment per file; the parameters are those of `from_csv`.
-
-        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths are left out.
-        """
-        from smid.data.load import dataset_of_tables
-        from smid.data.read_arrays import read_npz
-
-        tables = [read_npz(file) for file in _paths(path)]
-        return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
-
-    @staticmethod
-    def from_mat(
-        path: Paths,
-        input: Names,
-        output: Names,
-        sampling_time: float | None = None,
-        time: str | None = None,
-        units: Mapping[str, str] | None = None,
-        others: Names | None = None,
-        missing: Missing = (),
-    ) -> "Dataset":
-        """Read MATLAB files up to version 7, one experiment per file; the parameters are those of `from_csv`.
-
-        Columns of a matrix `u` are named `u0`, `u1`, ...; arrays of other lengths and structures are left out.
-        """
-        from smid.data.load import dataset_of_tables
-        from smid.data.read_arrays import read_mat
-
-        tables = [read_mat(file) for file in _paths(path)]
+        tables = [read_file(file, delimiter, decimal, encoding) for file in _paths(path)]
         return dataset_of_tables(tables, input, output, sampling_time, time, units, others, missing)
 
     @staticmethod
@@ -313,7 +235,7 @@ class Dataset(Result):
         name: str = "experiment",
         missing: Missing = (),
     ) -> "Dataset":
-        """Read the columns of a pandas frame; the parameters are those of `from_csv`.
+        """Read the columns of a pandas frame; the parameters are those of `from_file`.
 
         A named index counts as a column; dates become seconds since the first.
         """
@@ -712,7 +634,7 @@ sampling_time=...)
     if not isinstance(data, Dataset):
         getattr(data, "experiments", None)  # of a result that was loaded: its own error names the cure
         kind = type(data).__name__
-        how = {"DataFrame": "from_pandas(frame, ", "str": "from_csv(path, "}.get(kind, "from_arrays(")
+        how = {"DataFrame": "from_pandas(frame, ", "str": "from_file(path, "}.get(kind, "from_arrays(")
         raise TypeError(
             f"the data are a {kind}, not a Dataset: make one by Dataset.{how}input=..., output=..., sampling_time=...)"
         )

@@ -100,11 +100,14 @@ def split_note(wholes: Sequence[Experiment], parts: Sequence[Experiment], channe
     lost = sum(int(missing_samples(whole, channels).sum()) for whole in wholes)
     if not lost:
         return ""
+    whole, kept = sum(run.n_samples for run in wholes), sum(part.n_samples for part in parts)
+    short = (
+        f"; {whole - lost - kept} samples in parts of fewer than {LEAST} are left out" if whole - lost > kept else ""
+    )
     named = [name for name in channels if any(np.isnan(whole.values[name]).any() for whole in wholes)]
     return (
-        f" ({lost} of {sum(whole.n_samples for whole in wholes)} samples of {', '.join(named)} are missing: the "
-        f"record is split there into {len(parts)} experiments of {sum(part.n_samples for part in parts)} samples, and "
-        "nothing is interpolated)"
+        f" ({lost} of {whole} samples of {', '.join(named)} are missing: the record is split there into {len(parts)} "
+        f"experiments of {kept} samples, and nothing is interpolated{short})"
     )
 
 

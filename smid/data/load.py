@@ -144,7 +144,7 @@ def dataset_of_tables(
     missing: Missing = (),
     samples: slice = slice(None),
 ) -> Dataset:
-    """Return the data set of tables of columns, one table per experiment; see `Dataset.from_csv`.
+    """Return the data set of tables of columns, one table per experiment; see `Dataset.from_file`.
 
     Only ``samples`` of each table are taken, counted with those that are missing.
 

@@ -198,7 +198,7 @@ def overview(
     Raises
     ------
     DataError
-        As `Dataset.from_csv`, and if no column holds numbers.
+        As `Dataset.from_file`, and if no column holds numbers.
 
     Examples
     --------

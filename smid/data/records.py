@@ -66,7 +66,7 @@ def _check_md5(path: Path, expected: str) -> None:
     if found != expected:
         raise DataError(
             f"{path.name} has md5 {found} but the published file has {expected}; "
-            "download it again, or read your own version with Dataset.from_csv"
+            "download it again, or read your own version with Dataset.from_file"
         )
 
 

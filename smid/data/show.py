@@ -1,39 +1,14 @@
-"""Any file of columns, and what was understood of it."""
+"""What was understood of a file of columns."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from smid.data.columns import Missing, Names, Table, as_names, as_words
+from smid.data.columns import Missing, Names, as_names, as_words
 from smid.data.overview import Overview, overview
-from smid.data.read_arrays import read_mat, read_npz
-from smid.data.read_csv import read_csv
-from smid.data.read_tables import read_excel, read_parquet
+from smid.data.read_file import read_file
 
-__all__ = ["READERS", "read_table", "show"]
-
-_READ = {".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet}
-_WORKBOOKS = (".xlsx", ".xlsm", ".xls")
-READERS: Mapping[str, str] = {
-    **{".npz": "from_npz", ".mat": "from_mat", ".parquet": "from_parquet"},
-    **dict.fromkeys(_WORKBOOKS, "from_excel"),
-}
-"""Suffix -> the function of `smid.Dataset` that reads such a file; `from_csv` reads text files."""
-
-
-def read_table(
-    path: Path, delimiter: str | None = None, decimal: str | None = None, encoding: str | None = None
-) -> Table:
-    """Return the columns of a text file, a NumPy archive, a MATLAB file, an Excel workbook or a Parquet file.
-
-    Options that the kind of file does not have are ignored.
-    """
-    kind = path.suffix.lower()
-    if kind in _READ:
-        return _READ[kind](path)
-    if kind in _WORKBOOKS:
-        return read_excel(path, decimal)
-    return read_csv(path, delimiter, decimal, encoding)
+__all__ = ["show"]
 
 
 def show(
@@ -51,17 +26,15 @@ def show(
 
     Parameters
     ----------
-    path
-        The suffix tells the kind of file: .npz, .mat, .parquet, .xlsx, or else text.
     columns
         The columns to keep; by default every column of numbers.
-    sampling_time, time, units, delimiter, decimal, missing, encoding
-        As for :meth:`smid.Dataset.from_csv`.
+    path, sampling_time, time, units, delimiter, decimal, missing, encoding
+        As for :meth:`smid.Dataset.from_file`.
 
     Raises
     ------
     DataError
-        As for :meth:`smid.Dataset.from_csv`, and if no column holds numbers.
+        As for :meth:`smid.Dataset.from_file`, and if no column holds numbers.
 
     Examples
     --------
@@ -72,5 +45,5 @@ def show(
     >>> found.samples, found.channels[0].unit, found.notes[-1]
     (3, 'bar', 'gap: 1 sample is missing from t = 0.1 s')
     """
-    table = replace(read_table(Path(path), delimiter, decimal, encoding), missing=as_words(missing))
+    table = replace(read_file(Path(path), delimiter, decimal, encoding), missing=as_words(missing))
     return overview(table, as_names(columns), sampling_time, time, units)

@@ -98,13 +98,15 @@ class Rival:
     model: Model | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain, JSON-ready content, without the model."""
-        return {name: plain(getattr(self, name)) for name in ("effect", "rmse", "odds", "why")}
+        """Return plain, JSON-ready content."""
+        told = {name: plain(getattr(self, name)) for name in ("effect", "rmse", "odds", "why")}
+        return {**told, "model": None if self.model is None else self.model.to_dict()}
 
     @staticmethod
     def from_dict(content: Mapping[str, Any]) -> Rival:
         """Return the rival that `to_dict` described."""
-        found: Rival = fields_from_plain(Rival, content, model=None)
+        model = read(content, "model", Plain | None)
+        found: Rival = fields_from_plain(Rival, content, model=None if model is None else Model.from_dict(model))
         return found
 
 
@@ -170,7 +172,7 @@ class Cause(Result):
 
     @staticmethod
     def from_dict(content: Mapping[str, Any]) -> Cause:
-        """Return the cause that `to_dict` described, without the models of its rivals."""
+        """Return the cause that `to_dict` described."""
         told = read(content, "parameters", Mapping[str, Plain])
         parameters = tuple(fields_from_plain(CauseParameter, one, name=name) for name, one in told.items())
         found: Cause = fields_from_plain(Cause, content, parameters=parameters)

@@ -35,18 +35,26 @@ def chosen_effects(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]
     return tuple(chosen)
 
 
-def bound_of_output(model: Model, noise_bound: float | Mapping[str, float] | None) -> float | None:
-    """Return the noise bound of the main output."""
+def output_of(model: Model, output: str | None) -> tuple[str, tuple[str, ...]]:
+    """Return the output to diagnose, and a sentence where there are others."""
+    channels = model.output_channels
+    if output is not None and output not in channels:
+        raise ModelError(f"{output!r} is no output of the model: choose among {', '.join(channels)}")
+    chosen = channels[0] if output is None else output
+    others = ", ".join(c for c in channels if c != chosen)
+    return chosen, (f"The diagnosis is about {chosen}, not about the output {others}.",) if others else ()
+
+
+def bound_of_output(model: Model, noise_bound: float | Mapping[str, float] | None, output: str) -> float | None:
+    """Return the noise bound of an output."""
     if noise_bound is None:
         return None
-    noisy = {m.channel for m in model.measurements if m.noise is not None}
-    outputs = [c for c in model.output_channels if c in noisy]
-    if not outputs:
+    if output not in {m.channel for m in model.measurements if m.noise is not None}:
         raise ModelError(
-            "the model takes no output as noisy, so a noise bound does not apply: give none, or a model whose output "
-            "has noise"
+            f"the model takes no output {output!r} as noisy, so a noise bound does not apply: give none, or a model "
+            "whose output has noise"
         )
-    return check_noise_bound(model, noise_bound, None)[outputs[0]]
+    return check_noise_bound(model, noise_bound, None)[output]
 
 
 def check_moving(model: Model, data: Dataset) -> None:

@@ -19,7 +19,7 @@ from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered
 from smid.diagnosis.cause import Cause
-from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects
+from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
@@ -61,6 +61,7 @@ def diagnose(
     effects: Sequence[str | Effect] | None = None,
     test: float | Sequence[str] = 0.2,
     *,
+    output: str | None = None,
     simulated: str | None = None,
     certify: bool = True,
     workers: int | None = None,
@@ -87,6 +88,8 @@ def diagnose(
     test
         Share of each experiment, at its end, or names of the experiments, that no fit and no choice may see. Of a
         whole experiment, the first ``data.n_init`` samples, or 50, tell the initial states and do not count.
+    output
+        Which of several outputs is diagnosed; by default the first of the model. The fits use all of them.
     simulated
         Channel with the output of a simulator under the recorded input. The simulation is diagnosed as it is recorded,
         without a model: a linear model, fitted to this channel, tells how an effect at the input passes through.
@@ -135,19 +138,20 @@ def diagnose(
     if not model.input_channels or not model.output_channels:
         raise ModelError("a diagnosis needs a model with an input and an output: it compares free runs")
     check_samples(model, data)
-    bound = bound_of_output(model, noise_bound)
+    output, others = output_of(model, output)
+    bound = bound_of_output(model, noise_bound, output)
     say = spoken(progress) or _silent
     data, split = _fit_for_search(data)
     shortened = shorten(model, data, test, bounded=bound is not None)
     data, parts = shortened.data, shortened.parts
     parts = counted(parts, data, model.output_channels)
-    told = (*split, *missing_notes(data), *shortened.said)
+    told = (*others, *split, *missing_notes(data), *shortened.said)
     model = replace(model, sampling_time=data.sampling_time) if model.continuous else model
     for sentence in told:
         say(sentence)
     check_moving(model, parts.seen)
     windowed = shortened.searched is not parts.seen
-    record = _record(model, shortened.searched, bound)
+    record = _record(model, shortened.searched, output, bound)
     faults = data_faults(parts.seen)
     for fault in faults:
         say(fault.sentence)
@@ -165,7 +169,7 @@ def diagnose(
             base = _base(base.fit.model, record)
         looked = _look(model, record, base, None, chosen, pool, say)
     if windowed:
-        looked = _look_at_all(looked, _record(model, parts.seen, bound), chosen, say)
+        looked = _look_at_all(looked, _record(model, parts.seen, output, bound), chosen, say)
     found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
@@ -421,13 +425,13 @@ def _silent(_line: str) -> None:
     """Drop a line of progress."""
 
 
-def _record(model: Model, data: Dataset, bound: float | None) -> Record:
+def _record(model: Model, data: Dataset, output: str, bound: float | None) -> Record:
     """Return the record as the search uses it."""
     begun = tuple(np.arange(run.n_samples) >= data.n_init for run in data.experiments)
     used = without_missing(begun, data, model.output_channels)
     # By the order of the data: a model orders the inputs of one line by their names.
     first = next((c for c in data.inputs if c in model.input_channels), model.input_channels[0])
-    return Record(data, used, first, model.output_channels[0], bound)
+    return Record(data, used, first, output, bound)
 
 
 def _base(model: Model, record: Record) -> Base:

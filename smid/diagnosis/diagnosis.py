@@ -268,7 +268,7 @@ class Diagnosis(Tabular):
 
     @staticmethod
     def from_dict(content: Mapping[str, Any], data: Dataset | None = None) -> Diagnosis:
-        """Return the diagnosis that `to_dict` described, without the models of rivals and the time that it took.
+        """Return the diagnosis that `to_dict` described, without the time that it took.
 
         The free runs are repeated if the record is given, from the initial states that fit the samples before the test
         part best.

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from smid.data import Dataset
+from smid.data.given import Given, as_dataset
 from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
@@ -104,7 +104,7 @@ class LowestOrder(Tabular):
 @with_bar
 def lowest_order(
     candidates: Sequence[Model],
-    data: Dataset,
+    data: Given,
     noise_bound: float | Mapping[str, float],
     *,
     progress: Shows = None,
@@ -115,7 +115,9 @@ def lowest_order(
     Parameters
     ----------
     candidates
-        In the order to be tried.
+        In the order to be tried, with the same channels.
+    data
+        As for :func:`smid.identify`.
     **settings
         Passed to :func:`smid.identify`.
 
@@ -126,6 +128,7 @@ def lowest_order(
 
     Examples
     --------
+    >>> from smid import Dataset
     >>> from smid.models import OutputError
     >>> y = [0.0, 1, 0.5, 1.25, 1.625, 0.8125, 0.40625, 1.203]
     >>> data = Dataset.from_arrays(input={"u": [1.0, 0, 1, 1, 0, 0, 1, 0]}, output={"y": y}, sampling_time=1.0)
@@ -136,6 +139,7 @@ def lowest_order(
     if not candidates:
         raise ModelError("there is no model to try: give at least one")
     say = spoken(progress)
+    data = as_dataset(data, candidates[0])
     steps, found = [], None
     for model in candidates:
         if say:

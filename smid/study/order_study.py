@@ -14,6 +14,7 @@ from relaxations.deadline import Progress
 from relaxations.proof.method import Cuts, Method, method_of
 from relaxations.solvers.interface import check_solver
 from smid.data import DataError, Dataset
+from smid.data.given import Given, as_dataset
 from smid.display.progress import Shows, Step, spoken, with_bar
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
@@ -33,7 +34,7 @@ NoiseBound = float | Mapping[str, float]
 @with_bar
 def order_study(
     model: Model,
-    data: Dataset | Mapping[str, Dataset],
+    data: Given | Mapping[str, Given],
     noise_bound: NoiseBound | Iterable[NoiseBound],
     *,
     orders: Iterable[int] = (1, 2, 3),
@@ -57,7 +58,7 @@ def order_study(
     Parameters
     ----------
     data
-        The records.
+        A record, or several by name; each as for :func:`smid.identify`.
     noise_bound
         In the channel's unit, as in :func:`smid.identify`.
     orders
@@ -107,7 +108,11 @@ def order_study(
         raise ModelError("resume needs the folder of the study: give folder=...")
     # Check the whole grid before any work.
     settings = Settings(solver, float(tolerance), int(rounds), int(nodes))
-    records = dict(data) if isinstance(data, Mapping) else {_name(data): data}
+    if isinstance(data, Mapping):
+        records = {name: as_dataset(record, model) for name, record in data.items()}
+    else:
+        record = as_dataset(data, model)
+        records = {_name(record): record}
     bound = {name: bind(model, record) for name, record in records.items()}
     named = _named(methods)
     cells = _grid(bound, records, noise_bound, orders, named, sample_sizes)

@@ -22,7 +22,7 @@ def test_the_script_writes_the_file_and_the_readme_states_its_hash() -> None:
 
 def test_the_noise_keeps_its_bound_under_small_steps_of_the_stated_equation() -> None:
     columns = {"input": ["FI-101 Durchfluss", "JI-102 Heizung"], "output": "TI-103 Temperatur"}
-    data = Dataset.from_csv(FILE, **columns)
+    data = Dataset.from_file(FILE, **columns)
     flow, power, measured = (data.values(name) for name in data.names)
     temperature, expected = 38.0, []
     for k in range(data.n_samples):

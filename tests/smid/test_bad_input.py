@@ -41,7 +41,7 @@ def data_of(u: object = U, y: object = Y, **settings: object) -> Dataset:
 def csv(text: str, tmp: Path, **settings: object) -> Dataset:
     path = tmp / "run.csv"
     path.write_text(text, encoding="utf-8")
-    return Dataset.from_csv(path, **{"input": "u", "output": "y", **settings})  # type: ignore[arg-type]
+    return Dataset.from_file(path, **{"input": "u", "output": "y", **settings})  # type: ignore[arg-type]
 
 
 def spoilt(value: float) -> np.ndarray:
@@ -122,7 +122,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         lambda _: error_bound(MODEL, "run.csv"),  # type: ignore[arg-type]
         TypeError,
         "the data are a str",
-        r"Dataset.from_csv\(path, ",
+        r"Dataset.from_file\(path, ",
     ),
     "a frame without a model": (
         lambda _: diagnose(None, data_of().to_pandas(), simulated="u"),

@@ -44,6 +44,7 @@ def test_the_help_page_loads_neither_numpy_nor_sympy():
         "app",
         "identify",
         "fit",
+        "projections",
         "response",
         "show",
         "study",

@@ -1,6 +1,8 @@
 """Missing input: another measured channel v drives the output too, in a state, at the sensor or through the input.
 
-A channel that never comes near zero acts by its deviation from the mean: the rest is a bias.
+A channel that never comes near zero acts by its deviation from the mean: the rest is a bias. A channel in the unit of
+the output may also exchange with the state: k (v - w), as a tank loses heat to its surroundings. Neither k v nor -k w
+alone lowers the error as much, so the search would not find the two one after the other.
 Reference: Ljung, System Identification, 2nd ed. (1999), section 1.2 (measured disturbances).
 """
 
@@ -13,9 +15,9 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import usable
-from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
-from smid.diagnosis.effects.parts.plant import state_lines
-from smid.models import Model
+from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, signal_of
+from smid.diagnosis.effects.parts.plant import output_signal, state_lines
+from smid.models import Model, signal, t
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
@@ -36,6 +38,15 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             extended = reading.add_term(state.line.signal, term, [weight])
             told = partial(_describe, channel, site.output, f"{{}} per sample on {state.own}")
             yield Extension(extended, ({weight.name: 0.1 * _START},), f"{channel} in {state.own}", describe=told)
+            if site.unit(channel) == site.unit(site.output) and state.own == output_signal(reading, site):
+                rate = fresh(reading, f"{channel}_exchange_{state.own}", (-1, 1), "", 0.0)
+                difference = signal(signal_of(reading, channel))[t - state.lag] - signal(state.own)[t - state.lag]
+                yield Extension(
+                    reading.add_term(state.line.signal, rate.symbol / per * difference, [rate]),
+                    ({rate.name: 0.1 * _START},),
+                    f"{channel} minus {state.own}",
+                    describe=partial(_describe_exchange, channel, site.output),
+                )
         sensor = fresh(reading, f"{channel}_missing_sensor", (-10, 10), "", 0.0)
         seen = deviation(0) + shift
         yield Extension(
@@ -74,6 +85,12 @@ def _describe(channel: str, scaled: str, where: str, values: Mapping[str, float]
     change = quantity((high - low) / 2, site.unit(channel))
     effect = quantity(weight * site.scale(scaled), site.unit(scaled))
     return f"{channel} drives {site.output} too: {change} of it act {where.format(effect)}."
+
+
+def _describe_exchange(channel: str, output: str, values: Mapping[str, float], _site: Site) -> str:
+    """Say how fast the output goes to the channel."""
+    (rate,) = values.values()
+    return f"{output} goes to {channel}: in each sample by {100 * rate:.3g} % of the difference."
 
 
 EFFECT = Effect(

@@ -101,7 +101,7 @@ def test_a_step_that_runs_again_takes_back_those_below(with_model):
     assert with_model.run("channels")["names"] == ["overview", "record", "train", "test"]
     assert "needs the step 'model'" in with_model.run("intervals")["error"]
     script = with_model.ask("download/session.py")[1]
-    assert "from_csv" in script
+    assert "from_file" in script
     assert "OutputError" not in script
 
 

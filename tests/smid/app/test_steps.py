@@ -43,13 +43,6 @@ def test_names_that_equations_cannot_hold_are_renamed():
     assert r'"a \"b\".csv"' in code
 
 
-def test_a_workbook_is_read_as_one_without_the_options_of_text():
-    code = code_of("channels", FIELDS | {"file": "run.xlsx", "delimiter": ";", "decimal": ","}, ALL)
-    assert "from_excel" in code
-    assert 'decimal=","' in code
-    assert "delimiter" not in code
-
-
 def test_infinite_bounds_are_python_too():
     code = code_of("model", FIELDS | {"prior.bounds": "b0 = [0, inf]"}, ALL)
     assert 'bounds={"b0": [0, float("inf")]}' in code

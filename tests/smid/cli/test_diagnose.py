@@ -8,7 +8,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from smid.cli import loading
 from smid.cli.console import INTERRUPTED, Progress
+from smid.data.read_file import read_file
 from smid.diagnosis import EFFECTS
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.reports import schemas
@@ -199,6 +201,14 @@ def test_a_pipe_is_quiet():
     assert "\x1b" not in done.stdout
 
 
+def test_the_record_is_read_once(smid, monkeypatch):
+    read = []
+    monkeypatch.setattr(loading, "read_file", lambda *given: read.append(given) or read_file(*given))
+    result = smid(f"diagnose {COMMON} --effects sensor_drift --workers 1 --no-certify")
+    assert "Columns that were not read: oil_temp" in result.stdout
+    assert len(read) == 1
+
+
 def test_nothing_is_proven_without_a_noise_bound(smid):
     result = smid(f"diagnose {COMMON} --prove 40")
     assert result.exit_code == 2
@@ -209,7 +219,8 @@ def test_nothing_is_proven_without_a_noise_bound(smid):
 
 
 def test_the_name_is_proven_on_demand(smid):
-    result = smid(f"diagnose {COMMON} {FEW} --noise-bound 0.02 --no-certify --prove-name 5 --json out.json")
+    few = FEW.replace("input_delay", "gain")  # a proof on a delay takes its whole time limit
+    result = smid(f"diagnose {COMMON} {few} --noise-bound 0.02 --no-certify --prove-name 5 --json out.json")
     assert result.exit_code == 0, result.output
     assert "Proof of the name on samples" in result.stdout
     document = written()

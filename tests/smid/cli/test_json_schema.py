@@ -22,6 +22,7 @@ COMMON = "run.csv --input u --output y --model model.toml"
         (f"identify {COMMON} --noise-bound 0.01", "smid.identify/1, empty"),
         (f"error-bound {COMMON}", "smid.error-bound/1"),
         (f"response {COMMON} --noise-bound 0.1 --samples 3", "smid.response/1"),
+        (f"projections {COMMON} --noise-bound 0.1 --directions 4", "smid.projection/1"),
         (f"fit {COMMON}", "smid.fit/1"),
         ("validate estimate.json other.csv", "smid.validate/1"),
         ("compare estimate.json other.csv", "smid.compare/1"),

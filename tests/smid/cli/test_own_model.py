@@ -57,7 +57,7 @@ def test_identify_does_what_python_does_and_its_result_serves_all_commands(smid)
     assert result.exit_code == 0, result.output
     estimate = json.loads(Path("est.json").read_text())["estimate"]
     assert estimate["noise_bound"] == BOUNDS
-    data = package.Dataset.from_csv("tank.csv", ["pump", "heater"], ["level", "temperature"])
+    data = package.Dataset.from_file("tank.csv", ["pump", "heater"], ["level", "temperature"])
     in_python = package.identify(package.load_model("tank.toml"), data, BOUNDS)
     for interval in estimate["parameters"]:
         assert interval["lower"] <= TRUE[interval["name"]] <= interval["upper"]

@@ -26,7 +26,7 @@ def disguise(name="run.csv"):
 def test_each_option_is_a_keyword_of_the_loader(smid):
     disguise()
     document = json.loads(smid(f"error-bound run.csv {COMMON} {WORDS} --json -").stdout)
-    data = Dataset.from_csv("run.csv", "u", "y", **OPTIONS)
+    data = Dataset.from_file("run.csv", "u", "y", **OPTIONS)
     assert document["data"]["checksum"] == data.checksum
     assert document["data"]["samples"] == data.n_samples == 40
     assert data.missing == {"u": 0, "y": 2}

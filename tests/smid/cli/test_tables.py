@@ -3,6 +3,7 @@
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -33,9 +34,16 @@ def test_a_missing_library_is_named_with_its_extra(smid, suffix, monkeypatch):
     told = smid(f"show run.{suffix}").stderr
     assert library in told
     assert f'pip install "smid[{extra}]"' in told
-    read = {"xlsx": Dataset.from_excel, "parquet": Dataset.from_parquet}[suffix]
     with pytest.raises(DataError, match="no file"):
-        read(f"none.{suffix}", "u", "y")
+        Dataset.from_file(f"none.{suffix}", "u", "y")
+
+
+@pytest.mark.parametrize("option", ["delimiter ;", "encoding utf-8", "decimal ,"])
+def test_an_option_of_text_is_refused_for_another_kind_of_file(smid, option):
+    np.savez("run.npz", u=[1.0, 2.0], y=[1.0, 3.0])
+    told = smid(f"show run.npz --{option}")
+    assert told.exit_code == 2
+    assert f"run.npz is no text, and has no {option.split()[0]}" in told.stderr
 
 
 def test_an_encoding_that_the_bytes_do_not_tell_is_asked_for(smid):

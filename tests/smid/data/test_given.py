@@ -54,6 +54,12 @@ def test_every_function_takes_it():
     given, data = given[:12], DATA.crop(0, 12)
     assert smid.identify(MODEL, given, 0.12).intervals == smid.identify(MODEL, data, 0.12).intervals
     assert smid.error_bound(MODEL, given).upper == smid.error_bound(MODEL, data).upper
+    assert smid.lowest_order([MODEL], given, 0.12).estimate.intervals == smid.identify(MODEL, data, 0.12).intervals
+    loose = {"orders": [1], "tolerance": 0.5, "rounds": 1}
+    known = smid.order_study(MODEL, data, 0.12, **loose)
+    for one in (given, {"a": given}):
+        found = smid.order_study(MODEL, one, 0.12, **loose)
+        assert [o.intervals for o in found.outcomes] == [o.intervals for o in known.outcomes]
     with pytest.raises(DataError, match="too short for its parts"):
         smid.diagnose(MODEL, given)
 

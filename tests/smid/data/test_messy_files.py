@@ -10,11 +10,11 @@ from smid.data import DataError, Dataset
 from tests.smid.data.messy_files import FILES, GAP, N, U, Y
 
 READERS = {
-    ".xlsx": Dataset.from_excel,
-    ".xls": Dataset.from_excel,
-    ".parquet": Dataset.from_parquet,
-    ".npz": Dataset.from_npz,
-    ".mat": Dataset.from_mat,
+    ".xlsx": Dataset.from_file,
+    ".xls": Dataset.from_file,
+    ".parquet": Dataset.from_file,
+    ".npz": Dataset.from_file,
+    ".mat": Dataset.from_file,
     ".pkl": lambda path, **options: Dataset.from_pandas(pd.read_pickle(path), **options),
 }
 LIBRARIES = {".xlsx": "openpyxl", ".parquet": "pyarrow"}
@@ -27,7 +27,7 @@ def test_a_messy_file_is_right_or_refused(file, tmp_path):
         pytest.importorskip(library, reason=f"{library} is not installed: pip install smid[dev]")
     path = file.write(tmp_path)
     options = {"input": "u", "output": "y", **file.options}
-    read = READERS.get(path.suffix, Dataset.from_csv)
+    read = READERS.get(path.suffix, Dataset.from_file)
     if file.refused:
         with pytest.raises(DataError) as refusal:
             read(path, **options)

@@ -62,7 +62,7 @@ def test_parts_of_the_silverbox_keep_the_time_of_the_record():
 
 @needs_shared
 def test_jittered_stamps_in_milliseconds_are_resampled():
-    data = Dataset.from_csv(
+    data = Dataset.from_file(
         SHARED / "quarter_drone" / "dados_14_drone.csv",
         input="u_pct",
         output="angulo_deg",

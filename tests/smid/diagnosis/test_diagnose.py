@@ -6,8 +6,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from smid import Model
+from smid import Dataset, Model, ModelError, OwnModel
 from smid.diagnosis import Diagnosis, diagnose
+from smid.models.simulate import simulate
 from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, known_lag, lag, record, steps
 
 GAIN = {
@@ -62,7 +63,7 @@ def test_it_is_plain_data_with_the_documented_keys(verdict):
         for parameter in cause["parameters"].values():
             assert set(parameter) == {"unit", "value", "lower", "upper", "null", "proven"}
         for rival in cause["rivals"]:
-            assert set(rival) == {"effect", "rmse", "odds", "why"}
+            assert set(rival) == {"effect", "rmse", "odds", "why", "model"}
     assert [c["effect"] for c in plain["causes"]] == [c.effect for c in diagnosis.causes]
     assert plain["held_samples"] == sum(int(h.sum()) for h in diagnosis.test)
 
@@ -114,3 +115,33 @@ def test_the_data_and_the_base_model_are_left_as_they_were():
     diagnose(LAG, data, None, ["sensor_bias"], certify=False, workers=1)
     assert data.checksum == checksum
     assert LAG.values == values
+
+
+def two_levels():
+    """Return a model of two tanks in a row, and their record: the sensor of the second level has a bias."""
+    model = OwnModel(
+        ["a[t] = p*a[t-1] + k*u[t-1]", "b[t] = q*b[t-1] + k*a[t-1]"],
+        outputs={"upper": "a", "lower": "b"},
+        inputs=["u"],
+        parameters={"p": (0, 0.95), "q": (0, 0.95), "k": (0, 2)},
+    )
+    random = np.random.default_rng(0)
+    u = np.repeat(random.uniform(0, 1, 30), 10)
+    runs = simulate(model, {"u": u}, {"p": 0.7, "q": 0.8, "k": 0.4})
+    noise = {name: runs[name] + random.uniform(-0.01, 0.01, u.size) for name in ("upper", "lower")}
+    noise["lower"] += 0.5
+    return model, Dataset.from_arrays(input={"u": u}, output=noise, sampling_time=1.0)
+
+
+def test_each_of_several_outputs_can_be_diagnosed():
+    model, data = two_levels()
+    first = diagnose(model, data, {"upper": 0.02, "lower": 0.02}, ["sensor_bias"], certify=False, workers=1)
+    assert first.output == "upper"
+    assert "The diagnosis is about upper, not about the output lower." in first.shortened
+    found = diagnose(
+        model, data, {"upper": 0.02, "lower": 0.02}, ["sensor_bias"], output="lower", certify=False, workers=1
+    )
+    assert found.output == "lower"
+    assert [cause.effect for cause in found.causes] == ["sensor_bias"]
+    with pytest.raises(ModelError, match="'u' is no output of the model: choose among upper, lower"):
+        diagnose(model, data, output="u")

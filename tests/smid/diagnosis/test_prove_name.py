@@ -29,7 +29,7 @@ def found():
         LAG,
         record(u, lag(dead_zone(u, 0.3))),
         BOUND,
-        ["input_dead_zone", "gain", "sensor_bias", "input_delay"],
+        ["input_dead_zone", "gain", "sensor_bias"],  # a proof on a delay takes its whole time limit
         workers=1,
     )
 
@@ -170,9 +170,9 @@ def test_what_the_diagnosis_has_proven_is_taken_over(found, proven):
     assert prove_name(found, 1.0, 20).name_proof.base.status is Status.FEASIBLE
 
 
-@pytest.mark.parametrize("calls", [1, 10])
+@pytest.mark.parametrize("calls", [1, 6])
 def test_ctrl_c_keeps_what_was_proven(found, monkeypatch, calls):
-    """Each window asks for five decisions at most: a base, an extended model, three rivals."""
+    """Each window asks for four decisions at most: a base, an extended model, two rivals."""
     count = iter(range(100))
 
     def until(_model, _data, window, *_rest):

@@ -143,17 +143,32 @@ def test_a_missing_input_splits_the_record_and_says_so():
         smid.identify(MODEL, both, BOUND)
 
 
+@pytest.mark.parametrize("kind", [AT_RANDOM, GAP])
+def test_with_missing_inputs_intervals_hold_the_truth_and_are_narrower_than_those_of_the_longest_part(kind):
+    n = 2 * N
+    u, y = measured(MODEL, TRUTH, 1, n)
+    u[lost(kind, 1, n)] = np.nan
+    data = record(u, y)
+    longest = data.with_experiments([max(data.experiments, key=lambda run: run.n_samples)])
+    left_out = n - int(np.isnan(u).sum()) - data.n_samples
+    assert (f"{left_out} samples in parts of fewer than 10 are left out" in data.source) == (left_out > 0)
+    found, alone = (smid.identify(MODEL, one, BOUND, rounds=2) for one in (data, longest))
+    for i, other in zip(found.intervals, alone.intervals, strict=True):
+        assert i.lower <= TRUTH[i.name] <= i.upper
+        assert i.width < other.width
+
+
 def test_every_sample_of_a_file_is_a_measured_one(tmp_path):
     u, y = measured(MODEL, TRUTH, 1)
     frame = pd.DataFrame({"time": 0.1 * np.arange(N), "u": u, "y": y})
     gone = lost(AT_RANDOM, 1)
     frame.loc[gone, "y"] = np.nan
     frame.to_csv(tmp_path / "holes.csv", index=False)
-    data = Dataset.from_csv(tmp_path / "holes.csv", "u", "y")
+    data = Dataset.from_file(tmp_path / "holes.csv", "u", "y")
     assert data.missing == {"u": 0, "y": len(gone)}
     np.testing.assert_array_equal(data.values("y"), frame["y"])
     frame.drop(index=gone).to_csv(tmp_path / "rows.csv", index=False)
-    for run in Dataset.from_csv(tmp_path / "rows.csv", "u", "y").experiments:
+    for run in Dataset.from_file(tmp_path / "rows.csv", "u", "y").experiments:
         rows = np.rint(run.start_time / 0.1).astype(int) + np.arange(run.n_samples)
         np.testing.assert_array_equal(run.values["y"], y[rows])
 

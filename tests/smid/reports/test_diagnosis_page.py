@@ -223,7 +223,7 @@ def test_the_experiment_is_drawn_in_seconds_and_units(ambiguous):
 
 
 def test_the_page_says_which_rivals_are_excluded_by_proof(named, tmp_path):
-    proven = prove_name(named, 0.06, 5)
+    proven = prove_name(named, 0.06, 1)
     page = read(report(proven, tmp_path / "r.html"))
     proof = proven.name_proof
     assert proof.title.rstrip(".") in page.text

@@ -15,6 +15,8 @@ KINDS = {
     "diagnosis": ["Cause: input dead zone", "Other effects, and why they are rejected", "Before and after"],
     "comparison": ["Best fit: first order", "Free runs", "measured", "static ("],
     "residuals": ["The residuals fail", "The residual is not white", "coherence", "with its past"],
+    "projections": ["Pairs of parameters", "lies in its polygon", "a1"],
+    "record": ["40 samples, sampling time 0.1 s", "bar"],
     "study": ["All 2 runs have certified intervals", "All runs", "noise bound of y"],
     "sensors": ["One sensor for all temperatures", "An interval for the position", "What cannot be compared"],
     "hybrid": ["Certified intervals", "excites order", "voltage [V]"],
@@ -36,11 +38,13 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def folder(pages, data):
+def folder(pages, data, estimate):
     """A folder with one page of each kind."""
     study = smid.order_study(smid.OutputError(na=1, stable=True), data.crop(0, 6), (0.1, 0.2), orders=[1], rounds=1)
     inputs = input_study({"six_unequal": arm_inputs(150)["six_unequal"]}, budget=0)
     report(study, pages / "study.html")
+    report(smid.projections(estimate), pages / "projections.html")
+    report(data, pages / "record.html")
     write_chapter(small_sensor_chapter(), pages / "sensors.html")
     write_chapter(inputs, pages / "hybrid.html")
     return pages

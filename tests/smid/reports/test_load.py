@@ -98,6 +98,13 @@ def test_a_written_report_is_loaded(name, tmp_path):
     assert not (tmp_path / "again.html").exists()
 
 
+def test_a_loaded_diagnosis_keeps_the_models_of_its_rivals(named, tmp_path):
+    again = smid.load(smid.report(named, tmp_path / "why.json"))
+    rivals = named.causes[0].rivals
+    assert rivals
+    assert [rival.model for rival in again.causes[0].rivals] == [rival.model for rival in rivals]
+
+
 def inside(key, content):
     return {"schema": {"error_bound": documents.ERROR_BOUND, "verification": documents.VERIFY}[key], key: content}
 

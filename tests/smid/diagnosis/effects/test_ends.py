@@ -12,6 +12,7 @@ from smid.diagnosis.effects import (
     inner_curve,
     input_dead_zone,
     input_delay,
+    missing_input,
     sensor_bias,
     stiffness,
     valve_stiction,
@@ -191,3 +192,23 @@ def test_the_first_input_that_multiplies_a_state_of_the_second_is_found() -> Non
     trial, _ = tried(bilinear.EFFECT, apart(), data)
     assert_recovered(trial, data, errors)
     assert trial.label == "u times x, v"
+
+
+def test_a_loss_to_a_recorded_channel_is_found() -> None:
+    """The difference acts: neither the channel nor the state alone explains it."""
+    heat, around = steps(1, N), 5 * np.sin(np.arange(N) / 40)
+    y, error = np.zeros(N), noise(3, 0.02)
+    for k in range(1, N):
+        y[k] = y[k - 1] + 0.5 * heat[k - 1] + 0.02 * (around[k - 1] - y[k - 1])
+    data = Dataset.from_arrays(
+        input={"u": heat}, output={"y": y + error}, sampling_time=1.0, ambient=around, units={"y": "K", "ambient": "K"}
+    )
+    gain, w = Parameter("k", -5, 5), signal("w")
+    store = Model(
+        "store", (gain,), (Line(w[t], w[t - 1] + gain.symbol * signal("u")[t - 1]),), (Measurement("y", "w", "eta"),)
+    )
+    trial, said = tried(missing_input.EFFECT, store, data)
+    assert_recovered(trial, data, {"y": error})
+    assert trial.label == "ambient minus w"
+    assert trial.values["ambient_exchange_w"] == pytest.approx(0.02, rel=0.05)
+    assert said.startswith("y goes to ambient: in each sample by 2")
