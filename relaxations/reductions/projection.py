@@ -43,7 +43,18 @@ from relaxations.algebra.polynomial import Polynomials, pad
 from relaxations.algebra.value_ranges import value_ranges
 from relaxations.problem.problem import PolynomialProblem
 
+WORTH = 0.9  # a range that shrinks to less than this share
 HALVINGS = 80  # of the segment on which private variables are recovered
+
+
+@dataclass(frozen=True)
+class Row:
+    """The inequality ``sign h + slack >= 0`` for an equality h in which some variables have given values."""
+
+    equality: int
+    sign: int
+    slack: float
+    values: tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True)
@@ -56,23 +67,19 @@ class Projected:
         In the variables that are kept; its last inequalities are the rows.
     whole
         The problem with all variables and equalities, and the rows as its last inequalities.
-    equalities, signs, slacks
-        Shape (n_rows,). Each row is ``sign h + slack >= 0`` with fixed private variables, h an equality.
-    ends
-        Shape (n_rows, n_variables). Values of the private variables.
+    stated
+        The problem without the rows.
     """
 
     problem: PolynomialProblem
     whole: PolynomialProblem
-    equalities: Index
-    signs: Index
-    slacks: Array
-    ends: Array
+    stated: PolynomialProblem
+    rows: tuple[Row, ...]
 
     @property
     def exact(self) -> bool:
         """Return whether every point of the projection belongs to a point of the problem: no row has a slack."""
-        return not self.slacks.any()
+        return not any(row.slack for row in self.rows)
 
 
 @dataclass(frozen=True)
@@ -153,26 +160,27 @@ class Projection:
 
     def on(self, lower: Array, upper: Array) -> Projected:
         """Return the projection with outer rows that hold on a box, shape (n_variables,)."""
-        sides = [self._side(sign, self._ends(sign, lower, upper), lower, upper) for sign in (1, -1)]
-        # Where an end leaves a slack, a row in the middle of the box is of use as well.
-        for sign, first in zip((1, -1), tuple(sides), strict=True):
-            loose = np.flatnonzero(first.slacks)
-            if len(loose):
-                sides.append(self._side(sign, np.zeros(len(lower)), lower, upper, loose))
-        rows = Polynomials.join([side.rows for side in sides])
-        whole = self.problem.with_box(lower, upper).with_inequalities(rows)
-        return Projected(
-            whole.without(self.removed)[0],
-            whole,
-            np.concatenate([side.equalities for side in sides]),
-            np.concatenate([np.full(len(side.slacks), side.sign) for side in sides]),
-            np.concatenate([side.slacks for side in sides]),
-            np.concatenate([np.tile(side.ends, (len(side.slacks), 1)) for side in sides]),
-        )
+        rows, made = list[Polynomials](), list[Row]()
+
+        def add(sign: int, ends: Array, some: Index) -> Index:
+            """Add the rows of some equalities; return those with a slack."""
+            slacks, family = self._outer(sign, ends, lower, upper)
+            rows.append(_plus(family.take(some), slacks[some]))
+            for k in some.tolist():
+                values = tuple((v, float(ends[v])) for v in self.private[k].tolist() if v >= 0)
+                made.append(Row(int(self.equalities[k]), sign, float(slacks[k]), values))
+            return np.flatnonzero(slacks)
+
+        for sign in (1, -1):
+            loose = add(sign, self._ends(sign, lower, upper), np.arange(len(self.equalities)))
+            add(sign, np.zeros(len(lower)), loose)
+        stated = self.problem.with_box(lower, upper)
+        whole = stated.with_inequalities(Polynomials.join(rows))
+        return Projected(whole.without(self.removed)[0], whole, stated, tuple(made))
 
     def inner(self, lower: Array, upper: Array) -> PolynomialProblem:
         """Return the projection with inner rows, on a box: each of its points belongs to a feasible point."""
-        rows = [self._fixed(sign, self._ends(sign, lower, upper)) for sign in (1, -1)]
+        rows = [self._outer(sign, self._ends(sign, lower, upper), lower, upper)[1] for sign in (1, -1)]
         return self.problem.with_box(lower, upper).with_inequalities(Polynomials.join(rows)).without(self.removed)[0]
 
     def recover(self, point: Array, lower: Array, upper: Array) -> Array:
@@ -195,15 +203,29 @@ class Projection:
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         return whole
 
-    def explicit(self) -> list[tuple[int, int, float]]:
-        """Return (equality, variable, factor) where a projected equality gives a variable that is kept explicitly."""
-        found = []
-        for row, terms in zip(self.equalities.tolist(), self._family.terms(), strict=True):
-            for mid, rad, own in terms:
-                alone = len(own) == 1 and not rad and own[0] not in self.removed
-                if alone and all(own[0] not in other or other is own for _, _, other in terms):
-                    found.append((row, own[0], mid))
-        return found
+    def narrowed(self, lower: Array, upper: Array) -> tuple[Array, Array, list[tuple[int, int]]]:
+        """Return a smaller box, and (equality, variable) for each variable that an equality narrows.
+
+        A projected equality may give a variable that is kept, such as the output of a curve, explicitly.
+        """
+        lower, upper, found = lower.copy(), upper.copy(), []
+        terms = self._family.terms()
+        given = [(k, *own) for k, row in enumerate(terms) if (own := _given(row, self.removed)) is not None]
+        if given:
+            rows, variables, factors = (np.array(side) for side in zip(*given, strict=True))
+            family = self._family.take(rows)
+            others = ~(family.factors == variables[family.rows][:, None]).any(axis=1)
+            rest = Polynomials(len(rows), family.rows[others], family.factors[others], family.coefficients[others])
+            low, high = value_ranges(rest, lower, upper)
+            ends = np.sort(np.stack([-low / factors, -high / factors]), axis=0)
+            low, high = np.nextafter(ends[0], -np.inf), np.nextafter(ends[1], np.inf)
+            for k, v in enumerate(variables.tolist()):
+                width, end, start = upper[v] - lower[v], min(high[k], upper[v]), max(low[k], lower[v])
+                # A smaller gain is not worth a step of the proof; an empty range is left to the relaxation.
+                if start <= end and end - start < WORTH * width:
+                    lower[v], upper[v] = start, end
+                    found.append((int(self.equalities[rows[k]]), v))
+        return lower, upper, found
 
     def _ends(self, sign: int, lower: Array, upper: Array) -> Array:
         """Return values of the private variables at which ``sign h`` is largest, as its slopes at the centre tell."""
@@ -214,35 +236,22 @@ class Projection:
         ends = np.where(slope >= 0, upper, lower)
         return np.where(np.isin(np.arange(len(lower)), self.removed), ends, 0.0)
 
-    def _fixed(self, sign: int, ends: Array) -> Polynomials:
-        """Return ``sign h`` with all private variables fixed."""
-        family = self._family
-        for column in self.private.T:
-            family = _with_fixed(family, column[column >= 0], ends)
-        return _signed(family, sign)
-
-    def _side(self, sign: int, ends: Array, lower: Array, upper: Array, some: Index | None = None) -> _Side:
-        """Return the outer rows of one sign, with private variables at given values."""
+    def _outer(self, sign: int, ends: Array, lower: Array, upper: Array) -> tuple[Array, Polynomials]:
+        """Return the slack that ``sign h`` needs on a box with private variables at given values, and ``sign h``."""
         family, slack = self._family, np.zeros(len(self.equalities))
         for column in self.private.T:
             more = _excess(family, column, sign, ends, lower, upper)
             slack = np.where(more > 0, np.nextafter(slack + more, np.inf), slack)
             family = _with_fixed(family, column[column >= 0], ends)
-        chosen = np.arange(len(self.equalities)) if some is None else some
-        return _Side(
-            sign, ends, self.equalities[chosen], slack[chosen], _plus(_signed(family, sign).take(chosen), slack[chosen])
-        )
+        return slack, _signed(family, sign)
 
 
-@dataclass(frozen=True)
-class _Side:
-    """The rows of one sign with private variables at the same values."""
-
-    sign: int
-    ends: Array
-    equalities: Index
-    slacks: Array
-    rows: Polynomials
+def _given(terms: list[tuple[float, float, list[int]]], removed: Index) -> tuple[int, float] | None:
+    """Return a variable that an equality gives explicitly, and its factor."""
+    for mid, rad, own in terms:
+        if len(own) == 1 and not rad and own[0] not in removed and sum(own[0] in other for _, _, other in terms) == 1:
+            return own[0], mid
+    return None
 
 
 def _in_one_row(family: Polynomials, n_variables: int) -> Mask:
@@ -311,7 +320,8 @@ def _weights(n: int, j: int) -> Balls:
     ]
     balls = [[Balls.enclose(value) for value in row] for row in values]
     return Balls(
-        np.array([[float(b.mid) for b in row] for row in balls]), np.array([[float(b.rad) for b in row] for row in balls])
+        np.array([[float(b.mid) for b in row] for row in balls]),
+        np.array([[float(b.rad) for b in row] for row in balls]),
     )
 
 

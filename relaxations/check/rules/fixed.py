@@ -1,0 +1,61 @@
+"""Rule: inequalities that follow from an equality with some variables fixed.
+
+Claim: the theorems of the steps, with a further row ``sign h(x; v = e) + slack >= 0`` for an equality h, a sign, numbers
+e in place of variables v, and a slack.
+
+Proof. Let x be a point of the set, so that ``h(x) = 0``. The v are fixed one after the other: with h_i for h after the
+first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x))``. In each term the variable v = v_i
+lies in its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
+``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, whose sum
+is one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and this is at most an upper
+bound of these polynomials on the box. The slack is at least the sum of such bounds, or of zero where they are lower. ∎
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import comb
+
+from relaxations.check.arithmetic import ONE, ZERO, End, Polynomial, constant, substituted, value_range
+from relaxations.check.rules.bound import affine
+from relaxations.check.statement import Context, Prove, Theorem, emptiness, shown
+from relaxations.check.steps import Fixed, FixedRow
+
+
+def fixed(step: Fixed, context: Context, prove: Prove) -> list[Theorem]:
+    """Return the theorems of the steps inside a step."""
+    rows = [_row(f"row {k}", row, context) for k, row in enumerate(step.rows)]
+    stated = replace(context.stated, inequalities=[*context.stated.inequalities, *rows])
+    here = replace(context, stated=stated, proven=[])
+    return [*here.proven, emptiness(context.where)] if prove(step.steps, here) else here.proven
+
+
+def _row(place: str, row: FixedRow, context: Context) -> Polynomial:
+    """Return ``sign h(x; v = e) + slack`` once the slack is large enough."""
+    h = context.stated.row("equality", row.equality, context.where).scaled(Fraction(row.sign))
+    needed: End = ZERO
+    for v, value in row.values:
+        after = substituted(h, {v: constant(value)}, context.work)
+        needed += max(_excess(h, after, v, context), ZERO)
+        h = after
+    context.require(needed <= row.slack, f"{place}: slack >= {shown(needed)} fails: {shown(row.slack)}")
+    return h.plus(constant(row.slack))
+
+
+def _excess(h: Polynomial, after: Polynomial, v: int, context: Context) -> End:
+    """Return an upper bound of ``h(x) - after(x)`` on the box, where v is fixed in the latter."""
+    low, high = context.ends(v)
+    in_t = substituted(h, {v: affine(low, high - low, v)}, context.work)
+    n = max((m.count(v) for m in in_t.monomials), default=0)
+    bounds: list[End] = []
+    for j in range(n + 1):
+        difference = after.scaled(-ONE)
+        for m in in_t.monomials:
+            power, key = m.count(v), tuple(w for w in m if w != v)
+            weight = Fraction(comb(j, power), comb(n, power))
+            if weight:
+                term = Polynomial({key: in_t.mid.get(m, ZERO)}, {key: in_t.rad[m]} if in_t.rad.get(m) else {})
+                difference.add(term, weight)
+        bounds.append(value_range(difference, context.box, context.work)[1])
+    return max(bounds)
