@@ -263,15 +263,9 @@ def _in_one_row(family: Polynomials, n_variables: int) -> Mask:
 
 
 def _cover(products: list[list[int]], able: Mask) -> list[int]:
-    """Return private variables such that each product is affine in the others; empty where that is impossible."""
-    cover: set[int] = set()
-    for own in products:
-        while len(left := [v for v in own if v not in cover]) > 1:
-            choice = [v for v in left if able[v]]
-            if not choice:
-                return []
-            cover.add(max(choice, key=lambda v: (sum(v in other for other in products), -v)))
-    return sorted(cover)
+    """Return the private variables of some products; empty where a product would not be affine in the others."""
+    cover = {v for own in products for v in own if able[v]}
+    return sorted(cover) if all(sum(v not in cover for v in own) < 2 for own in products) else []
 
 
 def _with_fixed(family: Polynomials, variables: Index, ends: Array) -> Polynomials:

@@ -111,6 +111,14 @@ class Plan:
         """Return whether the method treats the complicating variables apart."""
         return isinstance(self.method, LIFTS)
 
+    def points(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem in which points are searched and verified, on the same box."""
+        return problem if self.projection is None else self.projection.inner(problem.lower, problem.upper)
+
+    def bounds(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem that is relaxed, on the same box."""
+        return problem if self.projection is None else self.projection.on(problem.lower, problem.upper).problem
+
     @property
     def without_cuts(self) -> Plan:
         """Return the plan with relaxations alone."""

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.points.witness import find_witness
 from relaxations.proof.proof_steps import Fixed, Quotient, Step
 from relaxations.reductions.projection import Projection
@@ -86,7 +86,7 @@ def _narrow(projection: Projection, task: Task, ends: Ends) -> None:
 
 
 def _points(
-    projection: Projection, ends: Ends, targets: list[int], complicating: Array, pool: list[Array], start: Array | None
+    projection: Projection, ends: Ends, targets: list[int], complicating: Index, pool: list[Array], start: Array | None
 ) -> list[Array]:
     """Return verified points far out towards all ends."""
     inner = projection.inner(ends.lower, ends.upper)

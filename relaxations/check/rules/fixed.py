@@ -1,13 +1,13 @@
 """Rule: inequalities that follow from an equality with some variables fixed.
 
-Claim: the theorems of the steps, with a further row ``sign h(x; v = e) + slack >= 0`` for an equality h, a sign, numbers
-e in place of variables v, and a slack.
+Claim: the theorems of the steps, with further rows ``sign h(x; v = e) + slack >= 0``: an equality h with numbers e in
+place of variables v.
 
-Proof. Let x be a point of the set, so that ``h(x) = 0``. The v are fixed one after the other: with h_i for h after the
-first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x))``. In each term the variable v = v_i
-lies in its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
-``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, whose sum
-is one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and this is at most an upper
+Proof. Let x be a point of the set, so that ``h(x) = 0``. The v are fixed one after the other. With h_i for h after the
+first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x))``. In each term ``v = v_i`` lies in
+its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
+``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, which
+add up to one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and at most an upper
 bound of these polynomials on the box. The slack is at least the sum of such bounds, or of zero where they are lower. ∎
 """
 
