@@ -29,7 +29,7 @@ Bernstein coefficients enclose a polynomial's range.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -80,6 +80,24 @@ class Projected:
     def exact(self) -> bool:
         """Return whether every point of the projection belongs to a point of the problem: no row has a slack."""
         return not any(row.slack for row in self.rows)
+
+
+Key = tuple[int, int, int, tuple[tuple[int, float], ...], int]
+Caps = Mapping[Key, float]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A polynomial D that is to be bounded from above on a box.
+
+    ``key`` names it, ``objective`` is -D in the variables that are kept but for an ``error``, and ``high`` is its bound
+    by interval arithmetic.
+    """
+
+    key: Key
+    objective: Polynomials
+    high: float
+    error: float
 
 
 @dataclass(frozen=True)
@@ -158,39 +176,65 @@ class Projection:
     def _family(self) -> Polynomials:
         return self.problem.equalities.take(self.equalities)
 
-    def on(self, lower: Array, upper: Array) -> Projected:
-        """Return the projection with outer rows that hold on a box, shape (n_variables,)."""
+    def on(self, lower: Array, upper: Array, caps: Caps | None = None) -> Projected:
+        """Return the projection with outer rows that hold on a box, shape (n_variables,).
+
+        ``caps`` are proven upper bounds of some :meth:`differences`.
+        """
         rows, made = list[Polynomials](), list[Row]()
 
         def add(sign: int, ends: Array, some: Index) -> Index:
             """Add the rows of some equalities; return those with a slack."""
-            slacks, family = self._outer(sign, ends, lower, upper)
-            rows.append(_plus(family.take(some), slacks[some]))
+            slacks = self._slacks(sign, ends, lower, upper, caps or {})
+            rows.append(_plus(self._fixed(sign, ends).take(some), slacks[some]))
             for k in some.tolist():
                 values = tuple((v, float(ends[v])) for v in self.private[k].tolist() if v >= 0)
                 made.append(Row(int(self.equalities[k]), sign, float(slacks[k]), values))
             return np.flatnonzero(slacks)
 
+        centre = self._middle(lower, upper)
         for sign in (1, -1):
-            loose = add(sign, self._ends(sign, lower, upper), np.arange(len(self.equalities)))
+            loose = add(sign, self._ends(sign, centre), np.arange(len(self.equalities)))
             add(sign, np.zeros(len(lower)), loose)
         stated = self.problem.with_box(lower, upper)
         whole = stated.with_inequalities(Polynomials.join(rows))
         return Projected(whole.without(self.removed)[0], whole, stated, tuple(made))
 
-    def inner(self, lower: Array, upper: Array) -> PolynomialProblem:
-        """Return the projection with inner rows, on a box: each of its points belongs to a feasible point."""
-        rows = [self._outer(sign, self._ends(sign, lower, upper), lower, upper)[1] for sign in (1, -1)]
+    def differences(self, lower: Array, upper: Array, caps: Caps) -> list[Difference]:
+        """Return the differences ``sign (b_j - h(e))`` that leave a slack on a box, the largest first."""
+        numbers = np.full(self.problem.n_variables, -1, dtype=np.int64)
+        numbers[self.kept] = np.arange(len(self.kept))
+        found = []
+        for sign in (1, -1):
+            for member in self._bounded(sign, self._ends(sign, self._middle(lower, upper)), lower, upper, caps):
+                family = member.family
+                errors = value_ranges(
+                    replace(family, coefficients=Balls(0 * family.coefficients.mid, family.coefficients.rad)),
+                    lower,
+                    upper,
+                )[1]
+                for k in np.flatnonzero(member.high > 0).tolist():
+                    own = family.take(np.array([k]))
+                    if not np.isin(own.factors[own.factors >= 0], self.removed).any():
+                        objective = replace(own, coefficients=Balls.exact(-own.coefficients.mid)).renumbered(numbers)
+                        found.append(Difference(member.keys[k], objective, float(member.high[k]), float(errors[k])))
+        return sorted(found, key=lambda one: -one.high)
+
+    def inner(self, lower: Array, upper: Array, near: Array | None = None) -> PolynomialProblem:
+        """Return the projection with inner rows, on a box: each of its points belongs to a feasible point.
+
+        The rows suit points ``near`` one of the variables that are kept, by default the centre of the box.
+        """
+        rows = [self._fixed(sign, self._ends(sign, self._middle(lower, upper, near))) for sign in (1, -1)]
         return self.problem.with_box(lower, upper).with_inequalities(Polynomials.join(rows)).without(self.removed)[0]
 
-    def recover(self, point: Array, lower: Array, upper: Array) -> Array:
-        """Return a point of all variables, shape (n_variables,), from one that is verified with inner rows on a box.
+    def recover(self, point: Array) -> Array:
+        """Return a point of all variables, shape (n_variables,), from one that is verified with inner rows.
 
-        The private variables are computed by bisection between the ends of these rows.
+        The private variables are computed by bisection between the ends of the rows that suit the point.
         """
-        whole = np.zeros(self.problem.n_variables)
-        whole[self.kept] = point
-        ends = [self._ends(sign, lower, upper) for sign in (-1, 1)]
+        whole = self._middle(self.problem.lower, self.problem.upper, point)
+        ends = [self._ends(sign, whole) for sign in (-1, 1)]
         row_of = np.zeros(len(whole), dtype=np.int64)
         for column in self.private.T:
             row_of[column[column >= 0]] = np.flatnonzero(column >= 0)
@@ -227,23 +271,69 @@ class Projection:
                     found.append((int(self.equalities[rows[k]]), v))
         return lower, upper, found
 
-    def _ends(self, sign: int, lower: Array, upper: Array) -> Array:
-        """Return values of the private variables at which ``sign h`` is largest, as its slopes at the centre tell."""
+    def _middle(self, lower: Array, upper: Array, near: Array | None = None) -> Array:
+        """Return the centre of a box, or a point of the variables that are kept, with private variables zero."""
         centre = np.where(np.isfinite(upper - lower), 0.5 * lower + 0.5 * upper, 0.0)
+        if near is not None:
+            centre[self.kept] = near
         centre[self.removed] = 0.0
-        _, columns, values = self._family.jacobian(centre)
-        slope = np.bincount(columns, sign * values, len(lower))
-        ends = np.where(slope >= 0, upper, lower)
-        return np.where(np.isin(np.arange(len(lower)), self.removed), ends, 0.0)
+        return centre
 
-    def _outer(self, sign: int, ends: Array, lower: Array, upper: Array) -> tuple[Array, Polynomials]:
-        """Return the slack that ``sign h`` needs on a box with private variables at given values, and ``sign h``."""
-        family, slack = self._family, np.zeros(len(self.equalities))
+    def _ends(self, sign: int, point: Array) -> Array:
+        """Return values of the private variables at which ``sign h`` is largest, as its slopes at a point tell."""
+        _, columns, values = self._family.jacobian(point)
+        slope, limit = np.bincount(columns, sign * values, len(point)), self.problem.upper
+        ends = np.where(slope >= 0, limit, -limit)
+        return np.where(np.isin(np.arange(len(point)), self.removed), ends, 0.0)
+
+    def _fixed(self, sign: int, ends: Array) -> Polynomials:
+        """Return ``sign h`` with the private variables at given values."""
+        family = self._family
         for column in self.private.T:
-            more = _excess(family, column, sign, ends, lower, upper)
-            slack = np.where(more > 0, np.nextafter(slack + more, np.inf), slack)
             family = _with_fixed(family, column[column >= 0], ends)
-        return slack, _signed(family, sign)
+        return _signed(family, sign)
+
+    def _bounded(self, sign: int, ends: Array, lower: Array, upper: Array, caps: Caps) -> Iterator[_Bounded]:
+        """Yield the differences ``sign (b_j - h(e))``, each with an upper bound on a box."""
+        family = self._family
+        for column in self.private.T:
+            for rows, j, differences in _differences(family, column, sign, ends, self.problem.upper):
+                keys = [
+                    (
+                        int(k),
+                        sign,
+                        j,
+                        tuple((v, float(ends[v])) for v in self.private[k].tolist() if v >= 0),
+                        int(column[k]),
+                    )
+                    for k in rows
+                ]
+                high = value_ranges(differences, lower, upper)[1]
+                high = np.minimum(high, [caps.get(key, np.inf) for key in keys])
+                yield _Bounded(rows, column, keys, differences, high)
+            family = _with_fixed(family, column[column >= 0], ends)
+
+    def _slacks(self, sign: int, ends: Array, lower: Array, upper: Array, caps: Caps) -> Array:
+        """Return the slack that each row needs on a box, with the private variables at given values."""
+        needed = np.zeros((len(self.equalities), self.private.shape[1]))
+        for member in self._bounded(sign, ends, lower, upper, caps):
+            place = (self.private[member.rows] == member.column[member.rows][:, None]).argmax(axis=1)
+            needed[member.rows, place] = np.maximum(needed[member.rows, place], member.high)
+        slack = np.zeros(len(self.equalities))
+        for more in needed.T:
+            slack = np.where(more > 0, np.nextafter(slack + more, np.inf), slack)
+        return slack
+
+
+@dataclass(frozen=True)
+class _Bounded:
+    """Differences of some of the projected equalities, by their numbers, with upper bounds on a box."""
+
+    rows: Index
+    column: Index
+    keys: list[Key]
+    family: Polynomials
+    high: Array
 
 
 def _given(terms: list[tuple[float, float, list[int]]], removed: Index) -> tuple[int, float] | None:
@@ -277,13 +367,14 @@ def _with_fixed(family: Polynomials, variables: Index, ends: Array) -> Polynomia
     return Polynomials(moved.n_rows, moved.rows[kept], moved.factors[kept], moved.coefficients[kept])
 
 
-def _excess(family: Polynomials, variables: Index, sign: int, ends: Array, lower: Array, upper: Array) -> Array:
-    """Return for each row a number that is at least ``sign (h(v) - h(end))`` on the box; -1 is no variable.
+def _differences(
+    family: Polynomials, variables: Index, sign: int, ends: Array, limits: Array
+) -> Iterator[tuple[Index, int, Polynomials]]:
+    """Yield rows, j, and their polynomials ``sign (b_j - h(end))``; one variable v for each row, -1 for none.
 
     With ``v = -d + 2 d t`` and ``h = sum_m a_m t^m`` of degree n the Bernstein coefficients are
     ``b_j = sum_m a_m C(j, m) / C(n, m)``.
     """
-    found = np.zeros(family.n_rows)
     own = variables[family.rows]
     powers = ((family.factors == own[:, None]) & (own >= 0)[:, None]).sum(axis=1)
     degree = np.zeros(family.n_rows, dtype=np.int64)
@@ -292,18 +383,14 @@ def _excess(family: Polynomials, variables: Index, sign: int, ends: Array, lower
         rows = np.flatnonzero(degree == n)
         at = variables[rows]
         centre, scale = np.zeros(len(ends)), np.ones(len(ends))
-        centre[at], scale[at] = -upper[at], 2 * upper[at]
+        centre[at], scale[at] = -limits[at], 2 * limits[at]
         part = family.take(rows).substitute_affine(centre, scale)
-        of_row = at[part.rows]
-        power = (part.factors == of_row[:, None]).sum(axis=1)
-        rest = np.sort(np.where(part.factors == of_row[:, None], -1, part.factors), axis=1)
+        is_own = part.factors == at[part.rows][:, None]
+        power, rest = is_own.sum(axis=1), np.sort(np.where(is_own, -1, part.factors), axis=1)
         place = np.rint(np.sign(ends[at])).astype(np.int64)[part.rows]  # -1, 0, 1: t is 0, 1/2, 1
         for j in range(n + 1):
             weights = _weights(n, j)[place + 1, power]
-            differences = Polynomials(len(rows), part.rows, rest, part.coefficients * weights)
-            high = value_ranges(_signed(differences, sign).collect(), lower, upper)[1]
-            found[rows] = np.maximum(found[rows], high)
-    return found
+            yield rows, j, _signed(Polynomials(len(rows), part.rows, rest, part.coefficients * weights), sign).collect()
 
 
 def _weights(n: int, j: int) -> Balls:

@@ -94,9 +94,11 @@ def _bound(
 def _try_witness(task: Task, ends: Ends, point: Array, k: int, sign: int) -> None:
     """Look for a verified point that pushes an end outwards, from the relaxation's point and the best one known."""
     starts = [point, *([min(ends.pool, key=lambda p: sign * p[k])] if ends.pool else [])]
-    box = ends.box(task.problem)
     for start in starts:
-        found = find_witness(box, task.problem, task.problem.variable(k, sign), task.plan.complicating, start)
+        box, problem = ends.box(task.problem), task.problem
+        if task.points is not None:
+            box = problem = task.points(ends.lower, ends.upper, start)
+        found = find_witness(box, problem, task.problem.variable(k, sign), task.plan.complicating, start)
         if found is not None:
             ends.pool.append(found.point)
             return

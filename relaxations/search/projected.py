@@ -10,15 +10,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array, Index
-from relaxations.points.witness import find_witness
-from relaxations.proof.proof_steps import Fixed, Quotient, Step
-from relaxations.reductions.projection import Projection
+from relaxations.algebra.arrays import Array
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import relax
+from relaxations.proof.proof_steps import Bound, Fixed, Quotient, Step
+from relaxations.reductions.projection import Key, Projected, Projection
 from relaxations.search.enclosure import Enclosure, Reason
 from relaxations.search.interval_state import Ends, shrinkage
+from relaxations.search.plan import Plan
 from relaxations.search.tightener import Task
 
 FAST = 0.3  # a pass of one round that takes more off some width than this is followed by another
@@ -38,13 +41,12 @@ def through_projection(
     pool = [point[kept] for point in ends.pool]
     start = None if task.start is None else task.start[kept]
     status: dict[tuple[int, int], str] = {}
+    caps: dict[Key, float] = {}
     solves, whole = 0, False
     for _ in range(PASSES):
         _narrow(projection, task, ends)
-        part = projection.on(ends.lower, ends.upper)
+        part = projection.on(ends.lower, ends.upper, caps)
         whole = whole or part.exact
-        if whole and task.witnesses and not part.exact:
-            pool += _points(projection, ends, own_targets, plan.complicating, pool, start)
         steps: list[Step] = []
         found_ends = Ends(
             part.problem.lower.copy(), part.problem.upper.copy(), ends.tolerance, ends.absolute, pool, status
@@ -57,7 +59,8 @@ def through_projection(
                 # Cuts verify points with the rows that they bound; a slack would let too many pass.
                 plan=plan if part.exact else plan.without_cuts,
                 rounds=task.rounds if whole else 1,
-                witnesses=task.witnesses and part.exact,
+                witnesses=task.witnesses and whole,
+                points=None if part.exact else partial(_inner, projection, ends),
                 start=start,
                 record=steps.append if task.record else None,
             ),
@@ -71,10 +74,15 @@ def through_projection(
         before = (ends.upper - ends.lower)[targets]
         ends.lower[kept], ends.upper[kept] = found_ends.lower, found_ends.upper
         shrunk = shrinkage(before, (ends.upper - ends.lower)[targets])
-        if part.exact or found.reason in (*ENDED, Reason.TIGHT) or (whole and shrunk < STALLED):
+        if part.exact or found.reason in (*ENDED, Reason.TIGHT):
             break
+        if whole:
+            again = _cap(projection, part, ends, task, plan, caps, shrunk >= STALLED)
+            solves += again
+            if not again:
+                break
         whole = whole or shrunk < FAST
-    return _in_all_variables(projection, task, ends, replace(found, solves=solves), time.perf_counter() - started)
+    return _in_all_variables(projection, task, replace(found, solves=solves), time.perf_counter() - started)
 
 
 def _narrow(projection: Projection, task: Task, ends: Ends) -> None:
@@ -85,23 +93,36 @@ def _narrow(projection: Projection, task: Task, ends: Ends) -> None:
             task.record(Quotient(projection.problem, equality, variable))
 
 
-def _points(
-    projection: Projection, ends: Ends, targets: list[int], complicating: Index, pool: list[Array], start: Array | None
-) -> list[Array]:
-    """Return verified points far out towards all ends."""
-    inner = projection.inner(ends.lower, ends.upper)
-    found = list[Array]()
-    first = 0.5 * inner.lower + 0.5 * inner.upper if start is None else np.clip(start, inner.lower, inner.upper)
-    for k in targets:
-        for sign in (1, -1):
-            begin = min([*pool, *found], key=lambda point: sign * point[k], default=first)
-            point = find_witness(inner, inner, inner.variable(k, sign), complicating, begin)
-            if point is not None:
-                found.append(point.point)
-    return found
+def _cap(
+    projection: Projection, part: Projected, ends: Ends, task: Task, plan: Plan, caps: dict[Key, float], again: bool
+) -> int:
+    """Bound the differences that leave a slack by the relaxation, which may decide their sign; return their number.
+
+    Those that have a bound by now are bounded ``again`` where the box has shrunk.
+    """
+    relaxed = relax(part.problem, plan.method, plan.least, task.solver)
+    steps: list[Step] = []
+    todo = [d for d in projection.differences(ends.lower, ends.upper, caps) if again or d.key not in caps]
+    for difference in todo:
+        certified = relaxed.bound(difference.objective)
+        if certified.certificate is not None and np.isfinite(certified.bound):
+            bound = float(np.nextafter(difference.error - certified.bound, np.inf))
+            caps[difference.key] = min(bound, caps.get(difference.key, bound))
+            steps.append(Bound.of(relaxed, difference.objective, certified))
+    if task.record and steps:
+        task.record(Fixed(part, tuple(steps)))
+    return len(todo)
 
 
-def _in_all_variables(projection: Projection, task: Task, ends: Ends, found: Enclosure, seconds: float) -> Enclosure:
+def _inner(projection: Projection, ends: Ends, lower: Array, upper: Array, near: Array) -> PolynomialProblem:
+    """Return the problem whose points count, near a point, on a box of the variables that are kept."""
+    box = [ends.lower.copy(), ends.upper.copy()]
+    for own, end in zip(box, (lower, upper), strict=True):
+        own[projection.kept] = end
+    return projection.inner(box[0], box[1], near)
+
+
+def _in_all_variables(projection: Projection, task: Task, found: Enclosure, seconds: float) -> Enclosure:
     """Return an enclosure with the points, the ends and the weights of all variables and equalities."""
     problem = task.problem
     intervals = tuple(
@@ -113,5 +134,5 @@ def _in_all_variables(projection: Projection, task: Task, ends: Ends, found: Enc
         weights = np.zeros(problem.equalities.n_rows)
         weights[projection.left] = empty.weights
         empty = replace(empty, weights=weights)
-    points = tuple(projection.recover(point, ends.lower, ends.upper) for point in found.witnesses)
+    points = tuple(projection.recover(point) for point in found.witnesses)
     return replace(found, intervals=intervals, witnesses=points, empty=empty, seconds=seconds)

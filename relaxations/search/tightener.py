@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Protocol
@@ -16,12 +16,16 @@ from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 
+Points = Callable[[Array, Array, Array], PolynomialProblem]
 BOXES = 500  # for each end and stage of branching with cuts
 
 
 @dataclass(frozen=True)
 class Task:
-    """The intervals that are asked for, as :func:`relaxations.search.hierarchy.intervals` documents them."""
+    """The intervals that are asked for, as :func:`relaxations.search.hierarchy.intervals` documents them.
+
+    Where the problem is a relaxation, ``points`` returns the problem whose points count, on a box and near a point.
+    """
 
     problem: PolynomialProblem
     targets: Sequence[int]
@@ -34,6 +38,7 @@ class Task:
     executor: Executor | None
     say: Progress
     record: Recorder | None
+    points: Points | None = None
 
 
 class Tightener(Protocol):

@@ -8,7 +8,9 @@ first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x
 its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
 ``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, which
 add up to one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and at most an upper
-bound of these polynomials on the box. The slack is at least the sum of such bounds, or of zero where they are lower. ∎
+bound of these polynomials on the set. The slack is at least the sum of such bounds, or of zero where they are lower.
+An upper bound of a polynomial D is that on the box, or that of ``D + T`` on the box minus b, for a step before this one
+that proved ``T >= b``. ∎
 """
 
 from __future__ import annotations
@@ -57,5 +59,17 @@ def _excess(h: Polynomial, after: Polynomial, v: int, context: Context) -> End:
             if weight:
                 term = Polynomial({key: in_t.mid.get(m, ZERO)}, {key: in_t.rad[m]} if in_t.rad.get(m) else {})
                 difference.add(term, weight)
-        bounds.append(value_range(difference, context.box, context.work)[1])
+        bounds.append(_upper_bound(difference, context))
     return max(bounds)
+
+
+def _upper_bound(difference: Polynomial, context: Context) -> End:
+    """Return an upper bound of a polynomial, by the box or by a theorem about the same monomials."""
+    best = value_range(difference, context.box, context.work)[1]
+    monomials = difference.monomials - {()}
+    context.work.spend(len(context.proven))
+    for theorem in context.proven:
+        if best > 0 and theorem.objective.monomials - {()} == monomials:
+            rest = difference.plus(Polynomial(theorem.objective.mid))
+            best = min(best, value_range(rest, context.box, context.work)[1] - theorem.bound)
+    return best
