@@ -8,7 +8,7 @@ first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x
 its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
 ``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, which
 add up to one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and at most an upper
-bound of these polynomials on the set. The slack is at least the sum of such bounds, or of zero where they are lower.
+bound of these polynomials on the set. In ``h_i`` t is a number, so that each is a sum over the a_m. The slack is at least the sum of such bounds, or of zero where they are lower.
 An upper bound of a polynomial D is that on the box, or that of ``D + T`` on the box minus b, for a step before this one
 that proved ``T >= b``. ∎
 """
@@ -38,27 +38,25 @@ def _row(place: str, row: FixedRow, context: Context) -> Polynomial:
     h = context.stated.row("equality", row.equality, context.where).scaled(Fraction(row.sign))
     needed: End = ZERO
     for v, value in row.values:
-        after = substituted(h, {v: constant(value)}, context.work)
-        needed += max(_excess(h, after, v, context), ZERO)
-        h = after
+        needed += max(_excess(h, v, value, context), ZERO)
+        h = substituted(h, {v: constant(value)}, context.work)
     context.require(needed <= row.slack, f"{place}: slack >= {shown(needed)} fails: {shown(row.slack)}")
     return h.plus(constant(row.slack))
 
 
-def _excess(h: Polynomial, after: Polynomial, v: int, context: Context) -> End:
-    """Return an upper bound of ``h(x) - after(x)`` on the box, where v is fixed in the latter."""
+def _excess(h: Polynomial, v: int, value: Fraction, context: Context) -> End:
+    """Return an upper bound of ``h(x) - h(x; v = value)`` on the set."""
     low, high = context.ends(v)
+    context.require(low < high, f"the box of {context.name(v)} is a point")
     in_t = substituted(h, {v: affine(low, high - low, v)}, context.work)
-    n = max((m.count(v) for m in in_t.monomials), default=0)
+    n, t = max((m.count(v) for m in in_t.monomials), default=0), (value - low) / (high - low)
     bounds: list[End] = []
     for j in range(n + 1):
-        difference = after.scaled(-ONE)
+        difference = Polynomial()
         for m in in_t.monomials:
             power, key = m.count(v), tuple(w for w in m if w != v)
-            weight = Fraction(comb(j, power), comb(n, power))
-            if weight:
-                term = Polynomial({key: in_t.mid.get(m, ZERO)}, {key: in_t.rad[m]} if in_t.rad.get(m) else {})
-                difference.add(term, weight)
+            own = Polynomial({key: in_t.mid.get(m, ZERO)}, {key: in_t.rad.get(m, ZERO)})
+            difference.add(own, Fraction(comb(j, power), comb(n, power)) - t**power)
         bounds.append(_upper_bound(difference, context))
     return max(bounds)
 
