@@ -44,6 +44,7 @@ from relaxations.algebra.value_ranges import value_ranges
 from relaxations.problem.problem import PolynomialProblem
 
 WORTH = 0.9  # a range that shrinks to less than this share
+PINCHED = 1e-3  # a slope below this share of the sum of its terms
 HALVINGS = 80  # of the segment on which private variables are recovered
 
 
@@ -220,13 +221,32 @@ class Projection:
                         found.append(Difference(member.keys[k], objective, float(member.high[k]), float(errors[k])))
         return sorted(found, key=lambda one: -one.high)
 
-    def inner(self, lower: Array, upper: Array, near: Array | None = None) -> PolynomialProblem:
+    def inner(
+        self, lower: Array, upper: Array, near: Array | None = None, turned: Index | None = None
+    ) -> PolynomialProblem:
         """Return the projection with inner rows, on a box: each of its points belongs to a feasible point.
 
-        The rows suit points ``near`` one of the variables that are kept, by default the centre of the box.
+        The rows suit points ``near`` one of the variables that are kept, by default the centre of the box. Those
+        ``turned``, by their numbers, suit the other side, where h falls with v and not rises.
         """
-        rows = [self._fixed(sign, self._ends(sign, self._middle(lower, upper, near))) for sign in (1, -1)]
+        ends = [self._ends(sign, self._middle(lower, upper, near)) for sign in (1, -1)]
+        if turned is not None:
+            variables = self.private[turned].ravel()
+            variables = variables[variables >= 0]
+            for own in ends:
+                own[variables] = -own[variables]
+        rows = [self._fixed(sign, own) for sign, own in zip((1, -1), ends, strict=True)]
         return self.problem.with_box(lower, upper).with_inequalities(Polynomials.join(rows)).without(self.removed)[0]
+
+    def pinched(self, near: Array) -> list[int]:
+        """Return the numbers of the projected equalities in which h hardly moves with v at a point.
+
+        Inner rows keep a point on one side of where the slope changes its sign. At the change both sides are feasible.
+        """
+        _, columns, values = self._family.jacobian(self._middle(self.problem.lower, self.problem.upper, near))
+        slope, size = (np.bincount(columns, v, self.problem.n_variables) for v in (values, np.abs(values)))
+        flat = (self.private >= 0) & (np.abs(slope) < PINCHED * size)[self.private]
+        return np.flatnonzero(flat.any(axis=1)).tolist()
 
     def recover(self, point: Array) -> Array:
         """Return a point of all variables, shape (n_variables,), from one that is verified with inner rows.

@@ -95,10 +95,12 @@ def _try_witness(task: Task, ends: Ends, point: Array, k: int, sign: int) -> Non
     """Look for a verified point that pushes an end outwards, from the relaxation's point and the best one known."""
     starts = [point, *([min(ends.pool, key=lambda p: sign * p[k])] if ends.pool else [])]
     for start in starts:
-        box, problem = ends.box(task.problem), task.problem
-        if task.points is not None:
-            box = problem = task.points(ends.lower, ends.upper, start)
-        found = find_witness(box, problem, task.problem.variable(k, sign), task.plan.complicating, start)
+        if task.search is not None:
+            found = task.search(ends.lower, ends.upper, start, k, sign)
+        else:
+            box, objective = ends.box(task.problem), task.problem.variable(k, sign)
+            found = find_witness(box, task.problem, objective, task.plan.complicating, start)
         if found is not None:
             ends.pool.append(found.point)
-            return
+            if task.search is None or ends.end_tight(k, sign):  # a search within a part may end far inside
+                return

@@ -14,8 +14,8 @@ from functools import partial
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
-from relaxations.problem.problem import PolynomialProblem
+from relaxations.algebra.arrays import Array, Index
+from relaxations.points.witness import Witness, find_witness
 from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Fixed, Quotient, Step
 from relaxations.reductions.projection import Key, Projected, Projection
@@ -27,6 +27,7 @@ from relaxations.search.tightener import Task
 FAST = 0.3  # a pass of one round that takes more off some width than this is followed by another
 STALLED = 0.01
 PASSES = 30
+GAINED = 1e-3  # share of the width: a turn of rows that moves a point by less is not taken
 ENDED = (Reason.EMPTY, Reason.TIME, Reason.INTERRUPTED, Reason.MEMORY)
 
 
@@ -60,7 +61,7 @@ def through_projection(
                 plan=plan if part.exact else plan.without_cuts,
                 rounds=task.rounds if whole else 1,
                 witnesses=task.witnesses and whole,
-                points=None if part.exact else partial(_inner, projection, ends),
+                search=None if part.exact else partial(_search, projection, ends, plan.complicating),
                 start=start,
                 record=steps.append if task.record else None,
             ),
@@ -114,12 +115,28 @@ def _cap(
     return len(todo)
 
 
-def _inner(projection: Projection, ends: Ends, lower: Array, upper: Array, near: Array) -> PolynomialProblem:
-    """Return the problem whose points count, near a point, on a box of the variables that are kept."""
+def _search(
+    projection: Projection, ends: Ends, complicating: Index, lower: Array, upper: Array, start: Array, k: int, sign: int
+) -> Witness | None:
+    """Look for a verified point with inner rows that suit the start, and turn those that the point is pinched by."""
     box = [ends.lower.copy(), ends.upper.copy()]
     for own, end in zip(box, (lower, upper), strict=True):
         own[projection.kept] = end
-    return projection.inner(box[0], box[1], near)
+
+    def found_from(point: Array, turned: Index) -> Witness | None:
+        inner = projection.inner(box[0], box[1], point, turned)
+        return find_witness(inner, inner, inner.variable(k, sign), complicating, point)
+
+    best = found_from(start, np.zeros(0, dtype=np.int64))
+    pinched: list[int] = [] if best is None else projection.pinched(best.point)
+    turns = [pinched, *([one] for one in pinched if len(pinched) > 1)]
+    while best is not None and turns and turns[0]:
+        other = found_from(best.point, np.array(turns.pop(0)))
+        if other is not None and other.value < best.value - GAINED * (upper[k] - lower[k]):
+            best = other
+            pinched = projection.pinched(best.point)
+            turns = [pinched, *([one] for one in pinched if len(pinched) > 1)]
+    return best
 
 
 def _in_all_variables(projection: Projection, task: Task, found: Enclosure, seconds: float) -> Enclosure:

@@ -9,6 +9,7 @@ from typing import Protocol
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress
+from relaxations.points.witness import Witness
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Recorder
 from relaxations.search.enclosure import Reason
@@ -16,7 +17,7 @@ from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 
-Points = Callable[[Array, Array, Array], PolynomialProblem]
+Search = Callable[[Array, Array, Array, int, int], Witness | None]
 BOXES = 500  # for each end and stage of branching with cuts
 
 
@@ -24,7 +25,8 @@ BOXES = 500  # for each end and stage of branching with cuts
 class Task:
     """The intervals that are asked for, as :func:`relaxations.search.hierarchy.intervals` documents them.
 
-    Where the problem is a relaxation, ``points`` returns the problem whose points count, on a box and near a point.
+    Where the problem is a relaxation, ``search`` looks for points in its place: on a box (lower and upper ends), from a
+    start, for a small variable, or a large one with sign -1.
     """
 
     problem: PolynomialProblem
@@ -38,7 +40,7 @@ class Task:
     executor: Executor | None
     say: Progress
     record: Recorder | None
-    points: Points | None = None
+    search: Search | None = None
 
 
 class Tightener(Protocol):

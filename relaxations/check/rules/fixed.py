@@ -8,9 +8,9 @@ first i of them, ``sign h(x; v = e) = sign h(x) - sum_i sign (h_{i-1}(x) - h_i(x
 its box [l, u], so ``v = l + (u - l) t`` with t in [0, 1], and ``h_{i-1} = sum_m a_m t^m`` of degree n. There
 ``h_{i-1} = sum_j b_j B_j(t)`` with ``b_j = sum_m a_m C(j, m) / C(n, m)`` and the Bernstein polynomials B_j >= 0, which
 add up to one. So ``sign (h_{i-1}(x) - h_i(x))`` is at most the largest ``sign (b_j(x) - h_i(x))``, and at most an upper
-bound of these polynomials on the set. In ``h_i`` t is a number, so that each is a sum over the a_m. The slack is at least the sum of such bounds, or of zero where they are lower.
-An upper bound of a polynomial D is that on the box, or that of ``D + T`` on the box minus b, for a step before this one
-that proved ``T >= b``. ∎
+bound of these polynomials on the set. In ``h_i`` t is a number, so that each is a sum over the a_m. The slack is at
+least the sum of such bounds, or of zero where they are lower. An upper bound of a polynomial D is that on the box, or
+that of ``D + T`` on the box minus b, for a step before this one that proved ``T >= b``. ∎
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dataclasses import replace
 from fractions import Fraction
 from math import comb
 
-from relaxations.check.arithmetic import ONE, ZERO, End, Polynomial, constant, substituted, value_range
+from relaxations.check.arithmetic import ZERO, End, Polynomial, constant, substituted, value_range
 from relaxations.check.rules.bound import affine
 from relaxations.check.statement import Context, Prove, Theorem, emptiness, shown
 from relaxations.check.steps import Fixed, FixedRow
