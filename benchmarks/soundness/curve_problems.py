@@ -22,7 +22,7 @@ def curve_problem(seed: int, kind: str | None = None, n_samples: int | None = No
     """Draw a problem; its length, parameters, input and noises all come from the seed."""
     rng = np.random.default_rng([seed, 4])
     kind = kind or KINDS[seed % len(KINDS)]
-    return _MAKERS[kind](rng, n_samples or int(rng.integers(6, 15)))
+    return _MAKERS[kind](rng, n_samples or int(rng.integers(8, 15)))
 
 
 def farthest(problem: RandomProblem, at: int) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from enum import Enum
 from functools import partial
 
 import numpy as np
@@ -25,10 +26,20 @@ from relaxations.search.plan import Plan
 from relaxations.search.tightener import Task
 
 FAST = 0.3  # a pass of one round that takes more off some width than this is followed by another
-STALLED = 0.01
-PASSES = 30
+STALLED = 0.05
+PASSES = 20
+SINGLES = 3  # rows that are turned one by one
 GAINED = 1e-3  # share of the width: a turn of rows that moves a point by less is not taken
 ENDED = (Reason.EMPTY, Reason.TIME, Reason.INTERRUPTED, Reason.MEMORY)
+
+
+class _Stage(Enum):
+    """What a pass is for: to shrink the box, look for points, shrink slacks too, look again and end."""
+
+    BOX = 0
+    LOOK = 1
+    CAP = 2
+    END = 3
 
 
 def through_projection(
@@ -43,11 +54,12 @@ def through_projection(
     start = None if task.start is None else task.start[kept]
     status: dict[tuple[int, int], str] = {}
     caps: dict[Key, float] = {}
-    solves, whole = 0, False
-    for _ in range(PASSES):
+    solves, stage = 0, _Stage.BOX
+    for last in (*[False] * PASSES, True):
         _narrow(projection, task, ends)
         part = projection.on(ends.lower, ends.upper, caps)
-        whole = whole or part.exact
+        final = part.exact or last or stage is _Stage.END
+        look = final or stage is _Stage.LOOK
         steps: list[Step] = []
         found_ends = Ends(
             part.problem.lower.copy(), part.problem.upper.copy(), ends.tolerance, ends.absolute, pool, status
@@ -59,8 +71,8 @@ def through_projection(
                 targets=own_targets,
                 # Cuts verify points with the rows that they bound; a slack would let too many pass.
                 plan=plan if part.exact else plan.without_cuts,
-                rounds=task.rounds if whole else 1,
-                witnesses=task.witnesses and whole,
+                rounds=task.rounds if look else 1,
+                witnesses=task.witnesses and look,
                 search=None if part.exact else partial(_search, projection, ends, plan.complicating),
                 start=start,
                 record=steps.append if task.record else None,
@@ -75,14 +87,14 @@ def through_projection(
         before = (ends.upper - ends.lower)[targets]
         ends.lower[kept], ends.upper[kept] = found_ends.lower, found_ends.upper
         shrunk = shrinkage(before, (ends.upper - ends.lower)[targets])
-        if part.exact or found.reason in (*ENDED, Reason.TIGHT):
+        if final or found.reason in (*ENDED, Reason.TIGHT):
             break
-        if whole:
-            again = _cap(projection, part, ends, task, plan, caps, shrunk >= STALLED)
-            solves += again
-            if not again:
-                break
-        whole = whole or shrunk < FAST
+        if stage is _Stage.BOX:
+            stage = stage if shrunk > FAST else _Stage.LOOK
+        else:
+            capped = _cap(projection, part, ends, task, plan, caps, shrunk > STALLED)
+            solves += capped
+            stage = _Stage.CAP if capped else _Stage.END
     return _in_all_variables(projection, task, replace(found, solves=solves), time.perf_counter() - started)
 
 
@@ -128,15 +140,19 @@ def _search(
         return find_witness(inner, inner, inner.variable(k, sign), complicating, point)
 
     best = found_from(start, np.zeros(0, dtype=np.int64))
-    pinched: list[int] = [] if best is None else projection.pinched(best.point)
-    turns = [pinched, *([one] for one in pinched if len(pinched) > 1)]
-    while best is not None and turns and turns[0]:
+    turns = [] if best is None else _turns(projection.pinched(best.point))
+    while best is not None and turns:
         other = found_from(best.point, np.array(turns.pop(0)))
         if other is not None and other.value < best.value - GAINED * (upper[k] - lower[k]):
             best = other
-            pinched = projection.pinched(best.point)
-            turns = [pinched, *([one] for one in pinched if len(pinched) > 1)]
+            turns = _turns(projection.pinched(best.point))
     return best
+
+
+def _turns(pinched: list[int]) -> list[list[int]]:
+    """Return the rows to be turned, in turn: all together, then some one by one."""
+    singles = [[one] for one in pinched[:SINGLES]] if len(pinched) > 1 else []
+    return [pinched, *singles] if pinched else []
 
 
 def _in_all_variables(projection: Projection, task: Task, found: Enclosure, seconds: float) -> Enclosure:
