@@ -27,7 +27,7 @@ from relaxations.search.tightener import Task
 
 FAST = 0.3  # a pass of one round that takes more off some width than this is followed by another
 STALLED = 0.05
-PASSES = 20
+PASSES = 2  # for each round that is allowed
 SINGLES = 3  # rows that are turned one by one
 GAINED = 1e-3  # share of the width: a turn of rows that moves a point by less is not taken
 ENDED = (Reason.EMPTY, Reason.TIME, Reason.INTERRUPTED, Reason.MEMORY)
@@ -55,7 +55,7 @@ def through_projection(
     status: dict[tuple[int, int], str] = {}
     caps: dict[Key, float] = {}
     solves, stage = 0, _Stage.BOX
-    for last in (*[False] * PASSES, True):
+    for last in (*[False] * PASSES * task.rounds, True):
         _narrow(projection, task, ends)
         part = projection.on(ends.lower, ends.upper, caps)
         final = part.exact or last or stage is _Stage.END
