@@ -31,7 +31,7 @@ class Run:
 
 def one(kind: str, n_samples: int) -> Run:
     """Identify one record."""
-    known = curve_problem(SEED, kind, n_samples)
+    known = curve_problem(SEED, kind, n_samples, inside=True)
     started = time.perf_counter()
     estimate = identify(known.model, known.data, known.noise_bound, tolerance=TOLERANCE)
     seconds = time.perf_counter() - started
@@ -42,7 +42,7 @@ def one(kind: str, n_samples: int) -> Run:
 
 def certificate(kind: str) -> tuple[float, float]:
     """Return the size of a certificate in MB, and the seconds that `smid verify` takes."""
-    known = curve_problem(SEED, kind, CERTIFIED)
+    known = curve_problem(SEED, kind, CERTIFIED, inside=True)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "proof.json"
         identify(known.model, known.data, known.noise_bound, tolerance=TOLERANCE, certificate=file)
@@ -56,8 +56,8 @@ def run() -> str:
     lines = [
         "## Noisy curves",
         "",
-        f"Random problems of `benchmarks.soundness.curve_problems`, seed {SEED}. Asked for is a gap of {TOLERANCE:g} of the "
-        "width of each interval. The gap is measured to verified points, noises included.",
+        f"Random problems of `benchmarks.soundness.curve_problems`, seed {SEED}. Asked for is a gap of {TOLERANCE:g} "
+        "of the width of each interval. The gap is measured to verified points, noises included.",
         "",
         "| model | N | s | gap / width | truth inside | method |",
         "|---|---|---|---|---|---|",

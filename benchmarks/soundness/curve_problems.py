@@ -18,11 +18,16 @@ SLOPE = 0.86  # least slope of a sensor curve, over all of the box of its parame
 CURVE = {"s2": (-0.2, 0.2), "s3": (0.1, 0.5)}
 
 
-def curve_problem(seed: int, kind: str | None = None, n_samples: int | None = None) -> RandomProblem:
-    """Draw a problem; its length, parameters, input and noises all come from the seed."""
+def curve_problem(
+    seed: int, kind: str | None = None, n_samples: int | None = None, inside: bool = False
+) -> RandomProblem:
+    """Draw a problem; its length, parameters, input and noises all come from the seed.
+
+    Noise is uniform, or sits on its bound, where a long record determines the parameters; ``inside`` it is uniform.
+    """
     rng = np.random.default_rng([seed, 4])
     kind = kind or KINDS[seed % len(KINDS)]
-    return _MAKERS[kind](rng, n_samples or int(rng.integers(8, 15)))
+    return _MAKERS[kind](rng, n_samples or int(rng.integers(8, 15)), inside)
 
 
 def farthest(problem: RandomProblem, at: int) -> float:
@@ -48,11 +53,11 @@ def _recursion(pole: np.ndarray | float, added: np.ndarray) -> np.ndarray:
     return w
 
 
-def _noisy(rng: np.random.Generator, values: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return measured values and a noise bound; with every other draw the noise sits on its bound."""
+def _noisy(rng: np.random.Generator, values: np.ndarray, inside: bool) -> tuple[np.ndarray, float]:
+    """Return measured values and a noise bound."""
     bound = float(rng.uniform(0.1, 1) * SHARE * max(np.abs(values).max(), 0.1))
     n = len(values)
-    noise = rng.uniform(-1, 1, n) if rng.random() < 0.5 else (1 - 1e-9) * rng.choice([-1.0, 1.0], n)
+    noise = rng.uniform(-1, 1, n) if inside or rng.random() < 0.5 else (1 - 1e-9) * rng.choice([-1.0, 1.0], n)
     return values + bound * noise, bound
 
 
@@ -75,24 +80,26 @@ def _problem(
     return RandomProblem(kind, model, data, bounds, truth)
 
 
-def _wiener(rng: np.random.Generator, n: int) -> RandomProblem:
+def _wiener(rng: np.random.Generator, n: int, inside: bool) -> RandomProblem:
     u, pole, gain, curve = rng.uniform(-1, 1, n), rng.uniform(-0.5, 0.9), rng.uniform(0.5, 2), _sensor(rng)
     z = _behind(_recursion(pole, gain * u), **curve)
     model = Wiener(1, (2, 3), stable=True, bounds={"beta": (-BOX, BOX), **CURVE})
-    return _problem("wiener", model, {"alpha": -pole, "beta": gain, **curve}, {"u": (u, None), "y": _noisy(rng, z)})
+    return _problem(
+        "wiener", model, {"alpha": -pole, "beta": gain, **curve}, {"u": (u, None), "y": _noisy(rng, z, inside)}
+    )
 
 
-def _hammerstein(rng: np.random.Generator, n: int) -> RandomProblem:
+def _hammerstein(rng: np.random.Generator, n: int, inside: bool) -> RandomProblem:
     u, pole = rng.uniform(-1, 1, n), float(rng.uniform(-0.5, 0.9))
     gammas = {"gamma1": float(rng.uniform(0.5, 1.5)), "gamma2": float(rng.uniform(-1.5, 1.5))}  # may turn inside
     w = _recursion(pole, (1 - pole) * (gammas["gamma1"] * u + gammas["gamma2"] * u**2))
     boxes = dict.fromkeys(gammas, (-BOX, BOX))
     model = Hammerstein(1, (1, 2), stable=True, input_noise=True, bounds=boxes)
-    measured = {"u": _noisy(rng, u), "y": _noisy(rng, w)}
+    measured = {"u": _noisy(rng, u, inside), "y": _noisy(rng, w, inside)}
     return _problem("hammerstein, noisy input", model, {"alpha": -pole, **gammas}, measured)
 
 
-def _hammerstein_wiener(rng: np.random.Generator, n: int) -> RandomProblem:
+def _hammerstein_wiener(rng: np.random.Generator, n: int, inside: bool) -> RandomProblem:
     u, pole, curve = rng.uniform(-1, 1, n), float(rng.uniform(-0.5, 0.9)), _sensor(rng)
     gains = {"c1": float(rng.uniform(0.5, 1.5)), "c3": float(rng.uniform(-0.5, 1.5))}
     z = _behind(_recursion(pole, gains["c1"] * u + gains["c3"] * u**3), **curve)
@@ -103,11 +110,11 @@ def _hammerstein_wiener(rng: np.random.Generator, n: int) -> RandomProblem:
     lines = (Line(x[t], c1 * source[t] + c3 * source[t] ** 3), Line(w[t], -a * w[t - 1] + x[t - 1]))
     inverse: sympy.Expr = VALUE + s2 * VALUE**2 + s3 * VALUE**3
     model = Model("Hammerstein-Wiener", tuple(parameters.values()), lines, (Measurement("y", "w", "eta", inverse),))
-    measured = {"u": _noisy(rng, u), "y": _noisy(rng, z)}
+    measured = {"u": _noisy(rng, u, inside), "y": _noisy(rng, z, inside)}
     return _problem("hammerstein-wiener", model.with_input_noise("u"), {"a": -pole, **gains, **curve}, measured)
 
 
-def _lpv(rng: np.random.Generator, n: int) -> RandomProblem:
+def _lpv(rng: np.random.Generator, n: int, inside: bool) -> RandomProblem:
     u, rho = rng.uniform(-1, 1, n), 0.7 * np.sin(np.arange(n) * rng.uniform(0.1, 1)) + rng.uniform(-0.2, 0.2, n)
     truth = {"a0": float(rng.uniform(-0.7, 0.3)), "a1": float(rng.uniform(-0.25, 0.25))}
     truth |= {"b0": float(rng.uniform(0.5, 1.5)), "b1": float(rng.uniform(-1, 1))}
@@ -118,11 +125,11 @@ def _lpv(rng: np.random.Generator, n: int) -> RandomProblem:
     y, r, source = signal("w"), signal("r"), signal("u")
     line = Line(y[t], -(a0 + a1 * r[t - 1]) * y[t - 1] + (b0 + b1 * r[t - 1]) * source[t - 1])
     model = Model("LPV", tuple(parameters.values()), (line,), (Measurement("y", "w", "eta"),)).with_input_noise("r")
-    measured = {"u": (u, None), "r": _noisy(rng, rho), "y": _noisy(rng, w)}
+    measured = {"u": (u, None), "r": _noisy(rng, rho, inside), "y": _noisy(rng, w, inside)}
     return _problem("lpv, noisy schedule", model, truth, measured)
 
 
-_MAKERS: dict[str, Callable[[np.random.Generator, int], RandomProblem]] = {
+_MAKERS: dict[str, Callable[[np.random.Generator, int, bool], RandomProblem]] = {
     "wiener": _wiener,
     "hammerstein, noisy input": _hammerstein,
     "hammerstein-wiener": _hammerstein_wiener,

@@ -33,7 +33,7 @@ def test_the_truth_is_inside_and_inner_ends_within_outer_ones(first: int) -> Non
 @pytest.mark.parametrize("kind", CURVES)
 def test_verified_points_satisfy_every_equation_and_bound(kind: str) -> None:
     """The points hold the noises of the curves too, within rounding."""
-    known = curve_problem(4, kind, 12)
+    known = curve_problem(4, kind, 12, inside=True)
     feasible = FeasibleSet(known.model, known.data, known.noise_bound)
     enclosure = identify(known.model, known.data, known.noise_bound, tolerance=0.2).enclosure
     assert enclosure is not None
@@ -48,7 +48,7 @@ def test_verified_points_satisfy_every_equation_and_bound(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", CURVES)
 def test_the_proof_is_checked_and_follows_from_model_and_record(kind: str, tmp_path: Path) -> None:
-    known = curve_problem(4, kind, 8)
+    known = curve_problem(4, kind, 8, inside=True)
     file = tmp_path / "proof.json"
     estimate = identify(known.model, known.data, known.noise_bound, tolerance=0.5, order=1, rounds=2, certificate=file)
     found = verify(file, known.data, known.model, known.noise_bound)
@@ -100,8 +100,8 @@ def test_an_output_out_of_reach_proves_the_set_empty(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "complicating"), [("wiener", ("alpha",)), ("lpv, noisy schedule", ("a0", "a1"))])
-def test_two_hundred_samples_have_tight_ends(kind: str, complicating: tuple[str, ...]) -> None:
-    known = curve_problem(4, kind, 200)
+def test_a_hundred_samples_have_tight_ends(kind: str, complicating: tuple[str, ...]) -> None:
+    known = curve_problem(4, kind, 100, inside=True)
     found = identify(known.model, known.data, known.noise_bound, tolerance=0.05)
     assert found.enclosure is not None
     assert found.enclosure.complicating == complicating
