@@ -100,8 +100,8 @@ def test_an_output_out_of_reach_proves_the_set_empty(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "complicating"), [("wiener", ("alpha",)), ("lpv, noisy schedule", ("a0", "a1"))])
-def test_a_hundred_samples_have_tight_ends(kind: str, complicating: tuple[str, ...]) -> None:
-    known = curve_problem(4, kind, 100, inside=True)
+def test_fifty_samples_have_tight_ends(kind: str, complicating: tuple[str, ...]) -> None:
+    known = curve_problem(4, kind, 50, inside=True)
     found = identify(known.model, known.data, known.noise_bound, tolerance=0.05)
     assert found.enclosure is not None
     assert found.enclosure.complicating == complicating
