@@ -65,7 +65,7 @@ def _upper_bound(difference: Polynomial, context: Context) -> End:
     """Return an upper bound of a polynomial, by the box or by a theorem about the same monomials."""
     best = value_range(difference, context.box, context.work)[1]
     monomials = difference.monomials - {()}
-    context.work.spend(len(context.proven))
+    context.work.spend(4 * len(context.proven))
     for theorem in context.proven:
         if best > 0 and theorem.objective.monomials - {()} == monomials:
             rest = difference.plus(Polynomial(theorem.objective.mid))
