@@ -262,7 +262,8 @@ class Projection:
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             share = middle[row_of[self.removed]]
-            whole[self.removed] = (1 - share) * ends[0][self.removed] + share * ends[1][self.removed]
+            first, other = (end[self.removed] for end in ends)
+            whole[self.removed] = np.where(first == other, first, (1 - share) * first + share * other)
             above = self._family.evaluate(whole) > 0
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         return whole
