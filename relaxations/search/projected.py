@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
+from relaxations.deadline import STOPS, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.proof.bounding import relax
 from relaxations.proof.proof_steps import Bound, Fixed, Quotient, Step
@@ -92,7 +93,11 @@ def through_projection(
         if stage is _Stage.BOX:
             stage = stage if shrunk > FAST else _Stage.LOOK
         else:
-            capped = _cap(projection, part, ends, task, plan, caps, shrunk > STALLED)
+            try:
+                capped = _cap(projection, part, ends, task, plan, caps, shrunk > STALLED)
+            except STOPS as stop:  # the ends are proven
+                found = replace(found, reason=Reason[stopped_by(stop)])
+                break
             solves += capped
             stage = _Stage.CAP if capped else _Stage.END
     return _in_all_variables(projection, task, replace(found, solves=solves), time.perf_counter() - started)
