@@ -9,6 +9,7 @@ from benchmarks.pages import write
 NAMES = (
     "growth",
     "windows",
+    "curves",
     "exercise",
     "order_studies",
     "named_problems",

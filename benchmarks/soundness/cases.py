@@ -15,12 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.soundness import mixed_problems, piecewise_problems, random_problems
+from benchmarks.soundness import curve_problems, mixed_problems, piecewise_problems, random_problems
 from benchmarks.soundness.emptiness import Record, least_noise_bound
 from smid import Dataset, ErrorsInVariables, Hammerstein, Model, OutputError
 
 SMOOTH, PIECEWISE, MIXED = random_problems.KINDS, piecewise_problems.KINDS, mixed_problems.KINDS
-KINDS = (*SMOOTH, *PIECEWISE, *MIXED)
+CURVES = curve_problems.KINDS
+KINDS = (*SMOOTH, *PIECEWISE, *MIXED, *CURVES)
 STATIC = ("dead zone", "two-sided dead zone", "saturation", "gap and limit", "relay", "hammerstein, hinge")
 LEVELS = 4
 BOX = 3.0
@@ -57,6 +58,8 @@ def feasible_case(seed: int) -> Case:
 def empty_case(seed: int) -> Case:
     """Draw a set without any point."""
     kind = KINDS[seed % len(KINDS)]
+    if kind in CURVES:
+        return _curve_outlier(seed, kind)
     if seed // len(KINDS) % 2 and (kind in SMOOTH or kind in STATIC):
         return _small_bound(_boxed(drawn(kind, seed, LEVELS)), seed)
     return _outlier(_boxed(drawn(kind, seed, 0)), seed)
@@ -73,6 +76,9 @@ def long_case(feasible: bool, seed: int) -> Case:
 def drawn(kind: str, seed: int, levels: int) -> Case:
     """Draw a feasible set of a kind; with ``levels`` a longer one, its input held to so many where it is static."""
     rng = np.random.default_rng([seed, 1])
+    if kind in CURVES:
+        curve = curve_problems.curve_problem(seed, kind)
+        return Case(kind, "feasible", curve.model, curve.data, curve.noise_bound, curve.truth)
     if kind in SMOOTH:
         plain = random_problems.random_problem(
             seed, kind, int(rng.integers(10, 17 if kind == "output error 2" else 31))
@@ -117,6 +123,17 @@ def _outlier(case: Case, seed: int) -> Case:
         past = 2 * past + abs(y[at - 2]) + bound
     y[at] = rng.choice([-1, 1]) * (past + added + bound) * (1 + rng.choice([0.01, 0.1, 1.0]))
     return replace(case, construction="outlier", data=_with_output(case.data, y))
+
+
+def _curve_outlier(seed: int, kind: str) -> Case:
+    """Return a set of a noisy curve with one output farther out than its predecessor allows."""
+    rng = np.random.default_rng([seed, 2])
+    plain = curve_problems.curve_problem(seed, kind)
+    y, at = plain.data.values("y").copy(), int(rng.integers(1, plain.data.n_samples))
+    y[at] = rng.choice([-1, 1]) * curve_problems.farthest(plain, at) * (1 + rng.choice([0.01, 0.1, 1.0]))
+    inputs = {name: plain.data.values(name) for name in plain.data.inputs}
+    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    return Case(kind, "outlier", plain.model, data, plain.noise_bound, plain.truth)
 
 
 def _small_bound(case: Case, seed: int) -> Case:

@@ -9,6 +9,7 @@ from relaxations.check import steps
 from relaxations.check.rules.bound import bound
 from relaxations.check.rules.branches import branches
 from relaxations.check.rules.cuts import cuts
+from relaxations.check.rules.fixed import fixed
 from relaxations.check.rules.hull import hull
 from relaxations.check.rules.level import level
 from relaxations.check.rules.quotient import quotient
@@ -22,6 +23,7 @@ RULES: dict[type, Rule] = {
     steps.Bound: bound,
     steps.Branches: branches,
     steps.Cuts: cuts,
+    steps.Fixed: fixed,
     steps.Hull: hull,
     steps.Level: level,
     steps.Quotient: quotient,

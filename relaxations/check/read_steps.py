@@ -27,6 +27,7 @@ def _step(reader: Reader, step: Any, where: str) -> Any:
         "reach": _reach,
         "quotient": _division,
         "sides": _sides,
+        "fixed": _fixed,
         "hull": _hull,
         "level": _level,
         "parts": _branches,
@@ -159,3 +160,15 @@ def _sides(reader: Reader, step: Any, where: str) -> steps.Sides:
         rows.append(steps.Row(row[0], reader.index(row[1], place, MANY), ends))
     defined = [_quotient(reader, entry, where) for entry in reader.items(fields["defined"], f"{where}, defined")]
     return steps.Sides(sides, rows, defined, read_proof(reader, fields["steps"], f"{where}, "))
+
+
+def _fixed(reader: Reader, step: Any, where: str) -> steps.Fixed:
+    fields = reader.fields(step, where, ("fixed", "steps"))
+    rows = []
+    for k, entry in enumerate(reader.items(fields["fixed"], f"{where}, fixed")):
+        place = f"{where}, row {k}"
+        row = reader.fields(entry, place, ("equality", "sign", "slack", "values"))
+        equality, sign = reader.index(row["equality"], place, MANY), reader.side(row["sign"], place)
+        values = reader.pairs(row["values"], place, reader.count)
+        rows.append(steps.FixedRow(equality, sign, reader.number(row["slack"], place), values))
+    return steps.Fixed(rows, read_proof(reader, fields["steps"], f"{where}, "))

@@ -127,6 +127,24 @@ class Reach:
 
 
 @dataclass(frozen=True)
+class FixedRow:
+    """The inequality ``sign h + slack >= 0`` for an equality h in which some variables have given values."""
+
+    equality: int
+    sign: int
+    slack: Fraction
+    values: list[tuple[int, Fraction]]
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Steps with further inequalities, from equalities with fixed variables."""
+
+    rows: list[FixedRow]
+    steps: Proof
+
+
+@dataclass(frozen=True)
 class Row:
     """An inequality between a kink and its argument."""
 

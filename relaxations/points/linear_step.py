@@ -76,7 +76,7 @@ def linear_step(
 
     found = _condensed(program, order)
     smaller, whole = (program, np.eye(0)) if found is None else found
-    solved = _solve(smaller, bool(problem.equalities.n_rows))
+    solved = _solve(smaller)
     if solved is None:
         return None
     step, violation = solved
@@ -126,7 +126,7 @@ def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[
     return smaller, whole
 
 
-def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
+def _solve(program: _Program) -> tuple[Array, float] | None:
     """Return the step and its violation, which is zero if the constraints can be satisfied."""
     check_time()
     options = {**_HIGHS, "time_limit": min(_LONGEST, remaining())}
@@ -145,7 +145,7 @@ def _solve(program: _Program, may_relax: bool) -> tuple[Array, float] | None:
     )
     if plain.status == 0:
         return plain.x, 0.0
-    if plain.status != 2 or not may_relax:
+    if plain.status != 2:
         return None
     # If infeasible, minimise one elastic variable that relaxes every constraint.
     matrix = sparse.vstack([equal, -equal, sparse.csr_matrix(rows)])

@@ -21,7 +21,20 @@ from relaxations.errors import ProblemError
 from relaxations.points.recognition import equality_multipliers, product_multipliers
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.problem.statement import listed, statement
-from relaxations.proof.proof_steps import Bound, Branches, Cut, Hull, Kinks, Level, Part, Quotient, Reach, Sides, Step
+from relaxations.proof.proof_steps import (
+    Bound,
+    Branches,
+    Cut,
+    Fixed,
+    Hull,
+    Kinks,
+    Level,
+    Part,
+    Quotient,
+    Reach,
+    Sides,
+    Step,
+)
 
 
 def write_certificate(
@@ -98,7 +111,7 @@ def write_certificate(
 def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:
     """Leave out the steps after a proof that no point is feasible: their boxes are arbitrary."""
     for number, step in enumerate(steps, start=1):
-        if isinstance(step, Reach | Quotient | Sides | Hull):
+        if isinstance(step, Reach | Quotient | Sides | Fixed | Hull):
             continue
         if step.bound > 0 and not step.objective.coefficients.magnitude().any():
             return steps[:number]
@@ -219,6 +232,8 @@ def _step(step: Step, places: _Places) -> dict[str, Any]:
         return _cut(step, places)
     if isinstance(step, Sides):
         return _sides(step, places)
+    if isinstance(step, Fixed):
+        return _fixed(step, places)
     if isinstance(step, Level):
         return _level(step, places)
     if isinstance(step, Hull):
@@ -272,6 +287,23 @@ def _sides(step: Sides, places: _Places) -> dict[str, Any]:
         "sides": [[number(name), side] for name, side in step.known],
         "rows": [[row.kind, number(row.kink), *(end.hex() for end in row.ends)] for row in step.rows],
         "defined": [{"equality": k, "variable": places.variable(name)} for k, name in step.defined],
+        "steps": [_step(each, own) for each in step.steps],
+    }
+
+
+def _fixed(step: Fixed, places: _Places) -> dict[str, Any]:
+    made = step.projected
+    place, own = places.of(made.stated), places.on(made.whole)
+    return {
+        "fixed": [
+            {
+                "equality": place.equalities[row.equality],
+                "sign": row.sign,
+                "slack": row.slack.hex(),
+                "values": [[place.variables[v], value.hex()] for v, value in row.values],
+            }
+            for row in made.rows
+        ],
         "steps": [_step(each, own) for each in step.steps],
     }
 

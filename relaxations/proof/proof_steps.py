@@ -16,6 +16,7 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import CertifiedBound, Relaxed
 from relaxations.proof.certificate import Certificate
+from relaxations.reductions.projection import Projected
 
 
 @dataclass(frozen=True)
@@ -190,6 +191,14 @@ class Sides:
 
 
 @dataclass(frozen=True)
+class Fixed:
+    """Steps on the outer rows of a projection (:mod:`relaxations.reductions.projection`)."""
+
+    projected: Projected
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
 class Hull:
     """Some variables lie in the hull of the boxes that the steps of the parts prove."""
 
@@ -212,5 +221,5 @@ class Level:
     steps: tuple[Step, ...]
 
 
-Step = Bound | Cut | Branches | Quotient | Reach | Sides | Hull | Level
+Step = Bound | Cut | Branches | Quotient | Reach | Sides | Fixed | Hull | Level
 Recorder = Callable[[Step], None]

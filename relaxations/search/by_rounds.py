@@ -94,9 +94,13 @@ def _bound(
 def _try_witness(task: Task, ends: Ends, point: Array, k: int, sign: int) -> None:
     """Look for a verified point that pushes an end outwards, from the relaxation's point and the best one known."""
     starts = [point, *([min(ends.pool, key=lambda p: sign * p[k])] if ends.pool else [])]
-    box = ends.box(task.problem)
     for start in starts:
-        found = find_witness(box, task.problem, task.problem.variable(k, sign), task.plan.complicating, start)
+        if task.search is not None:
+            found = task.search(ends.lower, ends.upper, start, k, sign)
+        else:
+            box, objective = ends.box(task.problem), task.problem.variable(k, sign)
+            found = find_witness(box, task.problem, objective, task.plan.complicating, start)
         if found is not None:
             ends.pool.append(found.point)
-            return
+            if task.search is None or ends.end_tight(k, sign):  # a search within a part may end far inside
+                return

@@ -4,6 +4,8 @@
 - rounds of relaxation and contraction (:mod:`relaxations.search.by_rounds`);
 - branch and bound (:mod:`relaxations.search.by_branches`), where a gap is left and nodes are allowed.
 
+Noises of curves are eliminated before (:mod:`relaxations.search.projected`).
+
 They stop when all ends meet their witnesses. Whatever happens, interruption included, the ends returned are certified.
 """
 
@@ -28,6 +30,7 @@ from relaxations.search.by_rounds import by_rounds
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from relaxations.search.interval_state import Ends
 from relaxations.search.plan import Plan
+from relaxations.search.projected import through_projection
 from relaxations.search.tightener import Task, Tightener
 from relaxations.solvers import Solver, check_solver
 
@@ -107,20 +110,27 @@ def intervals(
     >>> round(found.lower, 4), round(found.upper, 4), found.gap < 1e-4
     (0.25, 2.0, True)
     """
-    started = time.perf_counter()
     # Refuse a wrong call before any work.
     check_solver(solver)
     if rounds < 1:
         raise ProblemError(f"rounds is {rounds}: at least one is needed")
-    plan = Plan.of(problem, method, order)
+    plan = Plan.of(problem, method, order, targets=targets)
     Scaling.of_box(problem)
     task = Task(
         problem, targets, plan, solver, rounds, witnesses, nodes, start, executor, progress or _say_nothing, record
     )
     ends = Ends(problem.lower.copy(), problem.upper.copy(), tolerance, absolute, list(known))
+    if plan.projection is not None:
+        return through_projection(plan.projection, task, ends, tightened)
+    return tightened(task, ends)
+
+
+def tightened(task: Task, ends: Ends) -> Enclosure:
+    """Return what the tighteners prove; they update the ends."""
+    started = time.perf_counter()
     reason: Reason | None = None
     try:
-        plan.check(problem)
+        task.plan.check(task.problem)
         for tighten in _tighteners(task):
             reason = tighten(task, ends) or reason
             if reason not in (None, Reason.STALLED):

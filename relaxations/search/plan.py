@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from relaxations.algebra.arrays import Index
 from relaxations.algebra.polynomial import Polynomials
@@ -10,6 +13,7 @@ from relaxations.errors import ProblemError
 from relaxations.moments.parametric_lift import complicating_variables, nonlinear_variables
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_of
+from relaxations.reductions.projection import Projection
 from relaxations.reductions.scaling import Scaling
 from relaxations.search.benders.enclose import check_cuts
 
@@ -31,6 +35,8 @@ class Plan:
         local search for points only.
     cuts, only_cuts
         Whether cuts go before the relaxations, or in their place.
+    projection
+        Eliminates the noises of curves; then the plan is one for the problem without them.
 
     Examples
     --------
@@ -49,6 +55,7 @@ class Plan:
     complicating: Index
     cuts: bool
     only_cuts: bool
+    projection: Projection | None = None
 
     @staticmethod
     def of(
@@ -56,8 +63,12 @@ class Plan:
         method: str | Method | Cuts | Plan = "auto",
         order: int | None = None,
         objective: Polynomials | None = None,
+        targets: Sequence[int] | None = None,
     ) -> Plan:
         """Return what a call means for a problem.
+
+        With ``targets``, the variables that are asked for, noises that would complicate the problem are eliminated
+        where that is possible (:mod:`relaxations.reductions.projection`); methods without a lift keep them.
 
         ``"auto"`` is the lift where it applies, the sparse hierarchy elsewhere. On a long record whose order is not
         asked for, cuts go first: they bound the variables that complicate, and the lift bounds the others. (The
@@ -74,6 +85,11 @@ class Plan:
         chosen = method_of(method)
         order = order if order is not None or chosen is None else chosen.order
         few = complicating_variables(problem)
+        lifts = chosen is None or isinstance(chosen, (*LIFTS, Cuts))
+        projection = None if targets is None or not lifts else _projection(problem, few, targets)
+        if projection is not None:
+            problem = projection.inner(problem.lower, problem.upper)
+            few = complicating_variables(problem)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = few is not None and len(few) > 0 and (1 + len(few)) * problem.n_variables >= LONG
@@ -87,12 +103,21 @@ class Plan:
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
         complicating = nonlinear_variables(problem) if few is None else few
-        return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, isinstance(chosen, Cuts))
+        only_cuts = isinstance(chosen, Cuts)
+        return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, only_cuts, projection)
 
     @property
     def lifts(self) -> bool:
         """Return whether the method treats the complicating variables apart."""
         return isinstance(self.method, LIFTS)
+
+    def points(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem in which points are searched and verified, on the same box."""
+        return problem if self.projection is None else self.projection.inner(problem.lower, problem.upper)
+
+    def bounds(self, problem: PolynomialProblem) -> PolynomialProblem:
+        """Return the problem that is relaxed, on the same box."""
+        return problem if self.projection is None else self.projection.on(problem.lower, problem.upper).problem
 
     @property
     def without_cuts(self) -> Plan:
@@ -110,3 +135,12 @@ class Plan:
             check_cuts(problem, self.complicating)
         else:
             self.method.check(Scaling.of_box(problem).apply(problem), self.order)
+
+
+def _projection(problem: PolynomialProblem, few: Index | None, targets: Sequence[int]) -> Projection | None:
+    """Return the projection that leaves few complicating variables; None where it is of no use."""
+    projection = Projection.of(problem, targets)
+    if projection is None or (few is not None and not np.isin(few, projection.removed).any()):
+        return None
+    left = complicating_variables(projection.inner(problem.lower, problem.upper))
+    return None if left is None else projection

@@ -127,6 +127,13 @@ class FeasibleSet:
         object.__setattr__(other, "problem", problem)
         object.__setattr__(other, "samples", self.samples[kept])
         object.__setattr__(other, "missing", np.array(missing, dtype=np.int64))
+        rows = {int(row): k for k, row in enumerate(kept)}
+        pairs = [
+            [(rows[int(r)], place[self.problem.names[v]]) for r, v in zip(*given, strict=True) if int(r) in rows]
+            for given in self.definitions
+        ]
+        definitions = tuple((np.array(found).reshape(-1, 2).astype(np.int64)) for found in pairs)
+        object.__setattr__(other, "definitions", tuple((found[:, 0], found[:, 1]) for found in definitions))
         return other
 
     @property

@@ -6,12 +6,14 @@ Equations that read a missing sample are left out.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 from scipy.optimize import least_squares
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
 from smid.feasible.feasible_set import FeasibleSet
 
+_NOTHING = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
 _STARTS = 4
 _NARROW = 1e-9  # relative width of a box that counts as a point
 
@@ -24,19 +26,22 @@ def equation_error_fit(feasible: FeasibleSet) -> tuple[Array, float]:
     lower, upper = problem.lower[:count], problem.upper[:count]
     point = np.zeros(problem.n_variables)
     equalities = problem.equalities
+    # Signals behind a curve are given explicitly, in terms of the parameters and the data.
+    defining, given = (np.concatenate(part) for part in zip(_NOTHING, *feasible.definitions, strict=True))
 
     def residual(theta: Array) -> Array:
         check_time()
         point[:count] = theta
+        point[given] = 0.0
+        point[given] = -equalities.evaluate(point)[defining]
         return equalities.evaluate(point)
 
     def jacobian(theta: Array) -> Array:
-        point[:count] = theta
+        residual(theta)
         rows, columns, values = equalities.jacobian(point)
-        kept = columns < count
-        dense = np.zeros((equalities.n_rows, count))
-        np.add.at(dense, (rows[kept], columns[kept]), values[kept])
-        return dense
+        whole = sparse.csr_matrix((values, (rows, columns)), shape=(equalities.n_rows, problem.n_variables))
+        own = whole[:, :count].toarray()
+        return np.asarray(own - whole[:, given] @ own[defining], dtype=np.float64)
 
     low, high = np.where(np.isfinite(lower), lower, -1.0), np.where(np.isfinite(upper), upper, 1.0)
     generator = np.random.default_rng(0)

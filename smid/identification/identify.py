@@ -16,6 +16,7 @@ from relaxations.proof.bounding import Emptiness
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
 from relaxations.search.enclosure import Interval
+from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
 from smid.data.given import Given, as_dataset
@@ -271,9 +272,14 @@ def _proven_empty(found: Enclosed, empty: Emptiness, data: Dataset, settings: Se
     given = feasible.bounds[channel]
     unit = feasible.data.channel(channel).unit
     proven = f"proven: no parameters explain the data within {given:g} {unit} on {channel}. ".replace("  ", " ")
-    samples_text = f"Most influential samples: {carried}"
-    if feasible.templates.hinges:
-        return EmptyFeasibleSetError(f"{proven}Raise the bound or extend the model. {samples_text}", None, samples)
+    samples_text = f"Most influential samples: {carried}" if carried else ""
+    parameters = range(len(feasible.model.parameters))
+    plan = Plan.of(feasible.problem, settings.method, settings.order, targets=parameters)
+    # With kinks or noisy curves the least bound is not available, or would take long.
+    if feasible.templates.hinges or plan.projection is not None:
+        return EmptyFeasibleSetError(
+            f"{proven}Raise the bound or extend the model. {samples_text}".rstrip(), None, samples
+        )
     # Enclose the least noise bound, so that the user knows how far to raise the given one.
     least: ErrorBound | None = None
     with suppress(ModelError):  # no point could be verified for any bound; what is proven stays so

@@ -38,9 +38,13 @@ class Polynomial:
 
     def __post_init__(self) -> None:
         problem = self.feasible.problem
-        self.plan = Plan.of(problem, self.settings.method, self.settings.order)
+        self.plan = self._plan_of(problem)
         present = self.feasible.without(self.feasible.missing)
         self.boxed = Boxed(present, (), present.problem.unbounded, problem)
+
+    def _plan_of(self, problem: PolynomialProblem) -> Plan:
+        parameters = range(len(self.feasible.model.parameters))
+        return Plan.of(problem, self.settings.method, self.settings.order, targets=parameters)
 
     def enclose(self) -> Enclosed:
         """Return the intervals of the parameters."""
@@ -65,10 +69,11 @@ class Polynomial:
     def _intervals(self, record: Recorder | None) -> Enclosure:
         """Return the intervals of the parameters over the set with its box; look for a first feasible point before."""
         settings, feasible = self.settings, self.boxed.feasible
-        # The plan depends on the polynomials alone. Cuts begin from a guess, and not from a point.
+        # The plan depends on the polynomials alone. Cuts and projections begin from a guess, and not from a point.
         if len(self.feasible.missing):
-            self.plan = Plan.of(feasible.problem, settings.method, settings.order)
-        known = [] if self.plan.cuts else _first_witness(feasible, self.plan)
+            self.plan = self._plan_of(feasible.problem)
+        guessed = self.plan.cuts or self.plan.projection is not None
+        known = [] if guessed else _first_witness(feasible, self.plan)
         return intervals(
             feasible.problem,
             range(len(feasible.model.parameters)),
@@ -78,7 +83,7 @@ class Polynomial:
             rounds=settings.rounds,
             nodes=settings.nodes,
             known=known,
-            start=_start(feasible)[0] if self.plan.cuts else None,
+            start=_start(feasible)[0] if guessed else None,
             executor=settings.executor,
             progress=settings.progress,
             record=record,
@@ -117,11 +122,13 @@ def centre_status(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan, 
     lower, upper = problem.lower.copy(), problem.upper.copy()
     lower[:count] = upper[:count] = centre
     fixed = problem.with_box(lower, upper)
-    start = np.clip(np.concatenate([centre, np.zeros(problem.n_variables - count)]), lower, upper)
+    points = plan.points(fixed)
+    start = np.clip(np.concatenate([centre, np.zeros(points.n_variables - count)]), points.lower, points.upper)
     others = np.setdiff1d(plan.complicating, np.arange(count))
-    if find_witness(fixed, fixed, NOTHING, others, start) is not None:
+    if find_witness(points, points, NOTHING, others, start) is not None:
         return CentreStatus.FEASIBLE
-    empty = proven_infeasible(fixed, Plan.of(fixed, plan.method if plan.lifts else "auto"), solver)
+    relaxed = plan.bounds(fixed)
+    empty = proven_infeasible(relaxed, Plan.of(relaxed, plan.method if plan.lifts else "auto"), solver)
     return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED
 
 
@@ -131,7 +138,13 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan) -> Ar
     if begin is None:
         return None
     centre = np.array([i.centre for i in enclosure.intervals])
-    count, last = len(centre), problem.n_variables
+    count = len(centre)
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    lower[:count] = [i.lower for i in enclosure.intervals]
+    upper[:count] = [i.upper for i in enclosure.intervals]
+    problem = plan.points(problem.with_box(lower, upper))
+    begin = begin if plan.projection is None else begin[plan.projection.kept]
+    last = problem.n_variables
     width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
     # distance - |theta_k - centre_k| / width_k >= 0, the distance being one more variable
     closeness = Polynomials.from_terms(
@@ -141,14 +154,11 @@ def _nearest(problem: PolynomialProblem, enclosure: Enclosure, plan: Plan) -> Ar
             for sign in (1.0, -1.0)
         ]
     )
-    lower, upper = problem.lower.copy(), problem.upper.copy()
-    lower[:count] = [i.lower for i in enclosure.intervals]
-    upper[:count] = [i.upper for i in enclosure.intervals]
     extended = replace(
         problem,
         names=(*problem.names, "distance"),
-        lower=np.append(lower, 0.0),
-        upper=np.append(upper, 1.0),
+        lower=np.append(problem.lower, 0.0),
+        upper=np.append(problem.upper, 1.0),
     ).with_inequalities(closeness)
     # Minimise the distance from the nearest witness.
     found = find_witness(extended, extended, extended.variable(last), plan.complicating, np.append(begin, 1.0))

@@ -200,7 +200,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
     ),
     "no round": (lambda _: identify(MODEL, data_of(), 0.1, rounds=0), ProblemError, "rounds is 0", "at least one"),
     "an order too low": (
-        lambda _: identify(Wiener(1, (2,), stable=True), data_of(), 0.1, order=1),
+        lambda _: identify(Wiener(1, (2,), stable=True), data_of(), 0.1, method="sparse", order=1),
         ProblemError,
         "order 1 is too low for the degrees",
         "the least order is 2",

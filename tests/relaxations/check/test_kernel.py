@@ -159,10 +159,10 @@ def code_lines(path):
     return sum(n not in without and bool(line.split("#")[0].strip()) for n, line in lines)
 
 
-def test_the_kernel_fits_in_600_lines_and_every_rule_has_its_proof():
+def test_the_kernel_fits_in_640_lines_and_every_rule_has_its_proof():
     rules = [path for path in FOLDER.glob("rules/*.py") if path.stem != "__init__"]
     kernel = [FOLDER / "arithmetic.py", FOLDER / "statement.py", FOLDER / "proof.py", *rules]
-    assert sum(map(code_lines, kernel)) <= 600
+    assert sum(map(code_lines, kernel)) <= 640
     for path in rules:
         head = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
         assert "Claim: " in head

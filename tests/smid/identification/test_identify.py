@@ -181,7 +181,7 @@ def test_a_wiener_model_by_the_sparse_hierarchy() -> None:
     z = (np.sqrt(1 + 4 * 0.2 * x) - 1) / (2 * 0.2)  # x = z + 0.2 z^2
     data = Dataset.from_arrays(input={"u": u}, output={"y": z + rng.uniform(-0.02, 0.02, n)}, sampling_time=1.0)
     model = Wiener(1, (2,), stable=True, bounds={"beta": (0, 2), "s2": (-1, 1)})
-    found = identify(model, data, 0.02, rounds=1)
+    found = identify(model, data, 0.02, rounds=1, method="sparse")
     assert found.enclosure is not None
     assert found.enclosure.method == "sparse"
     for name, true in truth.items():
