@@ -11,9 +11,9 @@
 # %% [markdown]
 # # A day of data at 10 Hz
 #
-# A historian keeps every sample: a day at 10 Hz is 864,000 of them. Each end of an interval rests on a handful of these
-# samples. So the intervals are proven on a few *windows* of the record, and hold for all of it. Points at their ends are
-# verified on every sample.
+# A historian keeps every sample: a day at 10 Hz is 864,000 of them. Each end of an interval rests on a handful of
+# these samples. So the intervals are proven on a few *windows* of the record, and hold for all of it. Points at their
+# ends are verified on every sample.
 
 # %%
 # %matplotlib inline
@@ -31,8 +31,8 @@ import smid
 # %% [markdown]
 # ## The record
 #
-# A valve sets the pressure in a small vessel. The command changes now and then; the pressure follows within a fraction of
-# a second, and its sensor errs by at most 0.02 bar. The record is simulated, and written as a text file.
+# A valve sets the pressure in a small vessel. The command changes now and then; the pressure follows within a fraction
+# of a second, and its sensor errs by at most 0.02 bar. The record is simulated, and written as a text file.
 
 # %%
 SAMPLES, BOUND = 864_000, 0.02
@@ -82,8 +82,8 @@ for name, true in TRUTH.items():
 # %% [markdown]
 # ## The windows
 #
-# The proof reads the samples in the windows, and no others. Fewer equations make the set of parameters larger: what holds
-# for this larger set holds for the set of the whole record too.
+# The proof reads the samples in the windows, and no others. Fewer equations make the set of parameters larger: what
+# holds for this larger set holds for the set of the whole record too.
 
 # %%
 held = sum(len(window) for window in estimate.windows)

@@ -40,12 +40,17 @@ class Reason(Enum):
     TIGHT = "every end meets a verified point within the tolerance"
     STALLED = "the bounds no longer improve at this order; raise the order to tighten"
     ROUNDS = "all rounds are used"
+    OUTLIERS = "more outliers are allowed than were found, so the bounds are those of parts of the record"
     WINDOWS = "longer windows of the record would tighten the bounds: the model remembers for long"
     EMPTY = "the feasible set is certified empty"
     TIME = "the time limit was reached; the ends proven so far are returned"
     INTERRUPTED = "interrupted; the ends proven so far are returned"
     MEMORY = "out of memory; the ends proven so far are returned"
     UNBOUNDED = "no finite box could be proven, so there are no bounds: give bounds, or data with more excitation"
+
+
+STOPPED = {Reason.TIME: TimeIsUp, Reason.INTERRUPTED: KeyboardInterrupt, Reason.MEMORY: MemoryError}
+"""What ended a computation early."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +165,8 @@ class Enclosure:
 
 def uninterrupted(enclosure: Enclosure) -> Enclosure:
     """Return an enclosure that ran to its end; raise again what stopped it otherwise."""
-    stops = {Reason.TIME: TimeIsUp, Reason.INTERRUPTED: KeyboardInterrupt, Reason.MEMORY: MemoryError}
-    if enclosure.reason in stops:
-        raise stops[enclosure.reason]
+    if enclosure.reason in STOPPED:
+        raise STOPPED[enclosure.reason]
     return enclosure
 
 

@@ -66,6 +66,13 @@ class Accuracy:
         show_default="windows",
         help="Prove the intervals of a long record on the windows that hold their ends, or on all samples.",
     )
+    outliers: int = option(
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        metavar="Q",
+        help="The intervals hold if at most so many samples of each output break the noise bound.",
+    )
 
 
 @dataclass(frozen=True)
@@ -165,6 +172,8 @@ def load_task(
     data = load_record(record, given)
     model, input_bounds = load_problem(given, problem, data, solve.solver)
     asked = stated_bounds("--noise-bound", noisy_outputs(model), noise_bound or (DEFAULT,))
+    if accuracy.outliers and any(bound.relative for bound in asked.values()):
+        raise click.UsageError("--outliers needs --noise-bound as a number: the least bound reaches every outlier")
     return Task(model, data, input_bounds, asked, solve, accuracy)
 
 

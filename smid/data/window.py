@@ -24,6 +24,15 @@ class Window:
     def __len__(self) -> int:
         return self.last - self.first + 1
 
+    def without(self, others: Sequence[Window]) -> list[Window]:
+        """Return the parts of this window that lie in none of the others."""
+        first, left = self.first, []
+        for other in sorted((w for w in others if w.experiment == self.experiment), key=lambda w: w.first):
+            if first < other.first <= self.last:
+                left.append(Window(self.experiment, first, other.first - 1))
+            first = max(first, other.last + 1)
+        return [*left, *([Window(self.experiment, first, self.last)] if first <= self.last else [])]
+
     def to_dict(self) -> dict[str, int]:
         """Return plain data."""
         return asdict(self)

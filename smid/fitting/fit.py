@@ -19,13 +19,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import sympy
 from scipy.optimize import least_squares
 
-from relaxations.algebra.arrays import Array, Mask
+from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
 from smid.data.gaps import bridged, missing_samples
@@ -247,6 +248,13 @@ class Fitting:
     def residual(self, vector: Array) -> Array:
         """Return simulated minus measured over the fitted samples, scaled."""
         return self._evaluate(vector, False)[0]
+
+    @cached_property
+    def places(self) -> Index:
+        """Return experiment and sample of each entry of `residual`, shape (n, 2), where all samples are fitted."""
+        runs = enumerate(self.there)
+        there = [(e, np.flatnonzero(mine[m.channel])) for e, mine in runs for m in self.outputs]
+        return np.concatenate([np.stack([np.full(len(samples), e), samples], axis=1) for e, samples in there])
 
     def jacobian(self, vector: Array) -> Array:
         """Return the derivative of `residual`, shape (n, n_free)."""

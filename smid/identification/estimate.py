@@ -183,6 +183,8 @@ class Estimate(Tabular):
         How the bounds were computed; None where the computation ended before them.
     windows
         The parts of the record that they are proven on; empty for the whole record.
+    outliers
+        So many samples of each output may break the noise bound.
     """
 
     SCHEMA: ClassVar = "smid.estimate/1"
@@ -198,10 +200,22 @@ class Estimate(Tabular):
     reason: Reason
     enclosure: Enclosure | None
     windows: tuple[Window, ...] = ()
+    outliers: int = 0
 
     @property
     def proven_on(self) -> Dataset:
-        """Return the samples that carry the proof: the windows, each an experiment of its own, or the whole record."""
+        """Return the samples that carry the proof: the windows, each an experiment of its own, or the whole record.
+
+        Raises
+        ------
+        ModelError
+            If outliers are allowed: then no samples are known to be within the noise bound.
+        """
+        if self.outliers:
+            raise ModelError(
+                "the intervals allow outliers, and no samples are known to be free of them: identify without outliers, "
+                "on the samples that you trust"
+            )
         return cut_all(self.data, self.windows) if self.windows else self.data
 
     @property
@@ -259,7 +273,8 @@ class Estimate(Tabular):
         """Return a row for each parameter; printed ends are rounded outwards."""
         units = {c: self.data.channel(c).unit for c in self.noise_bound}
         bounds = ", ".join(f"|noise of {c}| <= {b:g} {units[c]}".rstrip() for c, b in self.noise_bound.items())
-        return interval_table(f"{self.model.name} on {self.data.n_samples} samples, {bounds}", self.intervals)
+        but = f" in all but {self.outliers} samples of each output" if self.outliers else ""
+        return interval_table(f"{self.model.name} on {self.data.n_samples} samples, {bounds}{but}", self.intervals)
 
     def _content(self) -> Iterator[Part]:
         yield self.table
@@ -303,6 +318,7 @@ class Estimate(Tabular):
                 "after_cuts": e.after_cuts,
             },
             "windows": [window.to_dict() for window in self.windows],
+            "outliers": self.outliers,
             "data": identity(self.data),
         }
 
@@ -323,6 +339,7 @@ class Estimate(Tabular):
             reason,
             None if told is None else _enclosure(told, reason),
             read(content, "windows", tuple[Window, ...]),
+            read(content, "outliers", int),
         )
 
     def to_control(self) -> TransferFunction:

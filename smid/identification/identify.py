@@ -15,7 +15,7 @@ from relaxations.deadline import STOPS, limited
 from relaxations.proof.bounding import Emptiness
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
-from relaxations.search.enclosure import Interval
+from relaxations.search.enclosure import Interval, Reason
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 from smid.data import Dataset
@@ -30,6 +30,7 @@ from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
+from smid.identification.outliers import WithOutliers, check_outliers
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.identification.windows.windowed import Windowed, has_windows
@@ -110,6 +111,7 @@ def identify(
     progress: Shows = None,
     certificate: str | Path | None = None,
     windows: bool = True,
+    outliers: int = 0,
 ) -> Estimate:
     """Compute the parameter uncertainty intervals of a model.
 
@@ -151,6 +153,9 @@ def identify(
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
+    outliers
+        The intervals hold if at most so many samples of each output break the noise bound, wherever they are
+        (:mod:`smid.identification.outliers`). Gross ones cost little; those that are allowed and not there cost width.
 
     Raises
     ------
@@ -175,12 +180,20 @@ def identify(
     model, kept = bind(model, data), certificate is not None
     check_data(model, data)
     bounds = check_noise_bound(model, noise_bound, None)
-    encloser: Encloser
-    if windows and method == "auto" and order is None and has_windows(model, data):
-        encloser = Windowed(model, data, bounds, settings, kept)
-    else:
+
+    def encloser_of(model: Model, data: Dataset) -> Encloser:
+        if windows and method == "auto" and order is None and has_windows(model, data):
+            return Windowed(model, data, bounds, settings, kept)
         feasible = FeasibleSet(model, data, bounds)
-        encloser = (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
+        return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
+
+    if outliers and kept:
+        raise ModelError(
+            "intervals with outliers rest on several proofs, and no file holds them: leave certificate out"
+        )
+    encloser: Encloser = encloser_of(model, data)
+    if outliers:
+        encloser = WithOutliers(model, data, bounds, settings, check_outliers(outliers), encloser_of)
     if certificate:
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.
@@ -191,14 +204,16 @@ def identify(
         if steps:
             origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
+    if isinstance(encloser, WithOutliers) and found.reason is Reason.EMPTY:
+        raise EmptyFeasibleSetError(encloser.contradiction, None, ())
     if enclosure is not None and enclosure.empty is not None:
         raise _proven_empty(found, enclosure.empty, data, settings)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.
     status, nearest = CentreStatus.UNDECIDED, None
-    if enclosure is not None and found.boxed is not None and not found.boxed.unbounded:
+    if enclosure is not None and not (found.boxed and found.boxed.unbounded):
         with suppress(*STOPS):
             status, nearest = encloser.centre(enclosure)
-    return _estimate(model, data, bounds, found, status, nearest)
+    return _estimate(model, data, bounds, found, status, nearest, outliers)
 
 
 def _estimate(
@@ -208,6 +223,7 @@ def _estimate(
     found: Enclosed,
     status: CentreStatus,
     nearest: Array | None,
+    outliers: int,
 ) -> Estimate:
     """Return the result with its central model; without proven bounds it holds the box alone."""
     derived = () if found.boxed is None else found.boxed.derived
@@ -242,6 +258,7 @@ def _estimate(
         found.reason,
         enclosure,
         found.windows,
+        outliers,
     )
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -108,25 +107,18 @@ class Scan:
         reach = np.array([problem.scale.get(channels.get(problem.run.states[k][0], ""), 0.0) for k in problem.begun])
         runs = len(problem.used)
         changed = np.abs(problem.jacobian(self.inside)[:, count:]) @ np.tile(reach, runs)
-        lasting = self._places[changed > least, 1]
+        lasting = self.problem.places[changed > least, 1]
         return int(lasting.max(initial=0)) + 1
 
     def places(self, rows: Index) -> Index:
         """Return the experiment and the sample of some errors, shape (n, 2)."""
-        return self._places[rows]
+        return self.problem.places[rows]
 
     def beyond(self, values: Mapping[str, float]) -> Index:
         """Return the errors that are most beyond the bound with some parameters, from the initial states inside."""
         vector = self.inside.copy()
         vector[: len(self.problem.run.parameters)] = [values[name] for name in self.problem.run.parameters]
         return largest(np.abs(self.problem.residual(vector)), 1.0, _OBJECTING)
-
-    @cached_property
-    def _places(self) -> Index:
-        """Return the experiment and the sample of each error."""
-        runs = enumerate(self.problem.there)
-        there = [(e, np.flatnonzero(mine[m.channel])) for e, mine in runs for m in self.problem.outputs]
-        return np.concatenate([np.stack([np.full(len(samples), e), samples], axis=1) for e, samples in there])
 
     def _pulled_back(self, vector: Array) -> Array:
         """Return the run nearest to a vector, on the way to the run inside, whose errors are within the bounds."""

@@ -1,0 +1,259 @@
+"""Intervals that hold although some samples break the noise bound: at most so many outputs, wherever they are.
+
+Which samples are outliers is not known, and there are too many choices to try them all. But of disjoint parts of the
+record, one more than outliers, at least one is free of them (pigeonhole principle). So the parameters lie in the hull
+of the sets of the parts.
+
+1. Cut the record into such parts. The hull of their intervals is a box that holds for every choice of the outliers.
+2. Look within this box for *spoilt* stretches: a few samples in a row that no parameters of the box fit. Each holds at
+   least one outlier, and is left out. Of what remains, fewer samples are outliers.
+3. Cut the rest into parts again, of which fewer are needed, until no more spoilt stretches are found. Where each
+   allowed outlier has its stretch, the rest has none, and is one part.
+
+Outliers that are allowed and not there cost width: the parts are shorter than the record.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array, Mask
+from relaxations.deadline import STOPS, Progress, stopped_by
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.proof_steps import Kinks, Step
+from relaxations.search.enclosure import STOPPED, Enclosure, Reason, uninterrupted
+from relaxations.search.interval_state import allowed_gap
+from smid.data import DataError, Dataset
+from smid.data.window import Window, cut_all
+from smid.feasible.template import Templates
+from smid.fitting.fit import Fitting
+from smid.identification.encloser import Enclosed, Encloser, Settings, nearest_witness
+from smid.identification.estimate import CentreStatus
+from smid.identification.windows.scan import best_run
+from smid.identification.windows.whole_record import WholeRecord, suits
+from smid.identification.windows.windowed import inputs_are_noisy
+from smid.models import Model, ModelError
+
+_SUSPECTS = 4  # stretches that are tried for each outlier that is left
+_REACHES = (2, 4, 12)  # of a stretch to both sides, in lags of the model
+
+Enclose = Callable[[Model, Dataset], Encloser]
+Box = dict[str, tuple[float, float]]
+
+
+def check_outliers(outliers: int) -> int:
+    """Return a number of outliers; ModelError if it is none."""
+    if isinstance(outliers, bool) or not isinstance(outliers, int) or outliers < 0:
+        raise ModelError(f"outliers={outliers!r}: give how many samples of each output may break the noise bound")
+    return outliers
+
+
+class WithOutliers:
+    """Encloses the parameters that fit all but some samples.
+
+    Parameters
+    ----------
+    outliers
+        At most so many of each output.
+    encloser
+        Makes what encloses the parameters that fit every sample of a record.
+
+    Raises
+    ------
+    ModelError
+        If the parts would be too short for the model.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: Dataset,
+        bounds: Mapping[str, float],
+        settings: Settings,
+        outliers: int,
+        encloser: Enclose,
+    ) -> None:
+        self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
+        self._outliers, self._encloser = outliers, encloser
+        self._allowed = outliers * len(model.output_channels)
+        self._say: Progress = settings.progress or (lambda _: None)
+        self.spoilt: list[Window] = []
+        needed = (self._allowed + 1) * (model.max_lag + len(model.parameters) + 1)
+        if data.n_samples < needed:
+            raise ModelError(
+                f"{self._allowed} outliers leave no information in {data.n_samples} samples: the record is cut into "
+                f"{self._allowed + 1} parts, which needs {needed} samples; allow fewer, or take a longer record"
+            )
+
+    def enclose(self) -> Enclosed:
+        """Return the hull of the parts; its inner ends are verified to fit all but the outliers."""
+        began, box = time.perf_counter(), {p.name: (float(p.lower), float(p.upper)) for p in self.model.parameters}
+        found: list[Enclosure] = []
+        points: list[Array] = []
+        reason = Reason.ROUNDS
+        try:
+            while True:
+                # The hull of the parts, of which one is free of outliers.
+                found = [one for part in self._parts() if (one := self._enclosed(box, part)).empty is None]
+                box = {name: (max(box[name][0], low), min(box[name][1], high)) for name, (low, high) in _hull(found)}
+                if not found or any(low > high for low, high in box.values()):
+                    return Enclosed(None, Reason.EMPTY)
+                # Leave out what no parameters of the hull fit.
+                new = self._spoilt(box)
+                self.spoilt += new
+                self._say(f"{len(self.spoilt)} of at most {self._allowed} outliers found")
+                if len(self.spoilt) > self._allowed:
+                    return Enclosed(None, Reason.EMPTY)
+                if not new:
+                    break
+            reason = Reason.OUTLIERS if len(self.spoilt) < self._allowed else _open(found[-1].reason)
+            points = self._verified([w[: len(box)] for one in found for w in one.witnesses])
+        except STOPS as stop:
+            reason = Reason[stopped_by(stop)]
+        if not found:
+            return Enclosed(None, reason)
+        inner = np.array(points or [np.full(len(box), np.nan)])
+        ends = zip(
+            found[-1].intervals, box.values(), inner.min(axis=0).tolist(), inner.max(axis=0).tolist(), strict=True
+        )
+        intervals = tuple(
+            replace(i, lower=low, upper=high, inner_lower=first, inner_upper=last)
+            for i, (low, high), first, last in ends
+        )
+        if all(i.gap <= allowed_gap(i.lower, i.upper, self.settings.tolerance) for i in intervals):
+            reason = Reason.TIGHT
+        seconds, solves = time.perf_counter() - began, sum(one.solves for one in found)
+        whole = replace(
+            found[-1], intervals=intervals, witnesses=tuple(points), reason=reason, solves=solves, seconds=seconds
+        )
+        return Enclosed(None, reason, whole)
+
+    @property
+    def contradiction(self) -> str:
+        """Return in words what is proven where no parameters fit."""
+        stretches = ", ".join(
+            f"{w.first} to {w.last} of {self.data.experiments[w.experiment].name}" for w in self.spoilt[:5]
+        )
+        where = f" Samples that no parameters fit: {stretches}." if stretches else ""
+        return (
+            f"proven: no parameters explain the data even if {self._outliers} samples of each output break the noise "
+            f"bound.{where} Allow more outliers, raise the bound or extend the model."
+        )
+
+    def _enclosed(self, box: Box, part: Dataset) -> Enclosure:
+        """Return the intervals on a part of the record, within a box.
+
+        ModelError if a parameter has none.
+        """
+        found = self._encloser(self.model.bound(**box), part).enclose()
+        if found.enclosure is not None:
+            return uninterrupted(found.enclosure)
+        if found.reason in STOPPED:
+            raise STOPPED[found.reason]
+        lost = ", ".join(found.boxed.unbounded) if found.boxed else "the parameters"
+        raise ModelError(
+            f"no box could be proven for {lost} from {part.n_samples} of {self.data.n_samples} samples: give bounds, "
+            "or allow fewer outliers"
+        )
+
+    def _parts(self) -> Iterator[Dataset]:
+        """Yield as many parts of the record as outliers may be left, and one more; what is spoilt is missing."""
+        masked = self._with_missing(self._spoilt_samples())
+        count, total = self._allowed - len(self.spoilt) + 1, self.data.n_samples
+        before = 0
+        windows: list[list[Window]] = [[] for _ in range(count)]
+        for e, run in enumerate(self.data.experiments):
+            # Sample number k of the record belongs to part k * count // total.
+            part = (before + np.arange(run.n_samples)) * count // total
+            for k in np.unique(part).tolist():
+                own = np.flatnonzero(part == k)
+                windows[k].append(Window(e, int(own[0]), int(own[-1])))
+            before += run.n_samples
+        yield from (cut_all(masked, part) for part in windows)
+
+    def _spoilt(self, box: Box) -> list[Window]:
+        """Return stretches that no parameters of a box fit, around the largest errors of the run at its centre."""
+        left = self._allowed - len(self.spoilt)
+        centre = {name: (0.5 * low + 0.5 * high,) * 2 for name, (low, high) in box.items()}
+        everything = [np.ones(run.n_samples, bool) for run in self.data.experiments]
+        problem = Fitting(self.model.bound(**centre), self.data, everything, scale=self.bounds)
+        errors = np.abs(problem.residual(problem.start({})))
+        suspects = np.argsort(errors)[::-1][: _SUSPECTS * left]
+        found: list[Window] = []
+        for e, sample in problem.places[suspects[errors[suspects] > 1]].tolist():
+            run = Window(e, 0, self.data.experiments[e].n_samples - 1)
+            near = [piece for piece in run.without([*self.spoilt, *found]) if piece.first <= sample <= piece.last]
+            for piece in near:
+                reaches = (lags * self.model.max_lag for lags in _REACHES)
+                stretches = (Window(e, max(sample - r, piece.first), min(sample + r, piece.last)) for r in reaches)
+                found += [*islice((s for s in stretches if self._fits_nothing(box, s)), 1)]
+        return found
+
+    def _fits_nothing(self, box: Box, stretch: Window) -> bool:
+        """Return whether it is proven that no parameters of a box fit a stretch."""
+        with suppress(DataError, ModelError):  # too short, an input that stands still, or nothing is proven
+            return self._enclosed(box, cut_all(self.data, [stretch])).empty is not None
+        return False
+
+    def _verified(self, points: Sequence[Array]) -> list[Array]:
+        """Return points a little inside the given ones that are verified to fit all but the allowed outliers."""
+        if not len(points):
+            return []
+        middle, share = np.mean(points, axis=0), self.settings.tolerance / 4
+        return [p for point in points if self._fits(p := point + share * (middle - point))]
+
+    def _fits(self, parameters: Array) -> bool:
+        """Return whether parameters are verified to fit all but the allowed outliers of each output."""
+        templates = Templates.of(self.model)
+        if not suits(templates) or inputs_are_noisy(self.model):
+            return False
+        values = {p.name: float(v) for p, v in zip(self.model.parameters, parameters, strict=True)}
+        best = best_run(self.model, self._with_missing(self._spoilt_samples()), self.bounds, values)
+        beyond = [
+            {c: np.abs(run.values[c] - found[c]) > self.bounds[c] for c in self.model.output_channels}
+            for run, found in zip(self.data.experiments, best, strict=True)
+        ]
+        if any(sum(int(own[c].sum()) for own in beyond) > self._outliers for c in self.model.output_channels):
+            return False
+        whole = WholeRecord(templates, self._with_missing(beyond))
+        return whole.holds(values, whole.noises(best), self.bounds)
+
+    def _spoilt_samples(self) -> list[dict[str, Mask]]:
+        """Return the samples of each output that are left out, per experiment."""
+        masks = [np.zeros(run.n_samples, bool) for run in self.data.experiments]
+        for w in self.spoilt:
+            masks[w.experiment][w.first : w.last + 1] = True
+        return [dict.fromkeys(self.model.output_channels, mask) for mask in masks]
+
+    def _with_missing(self, lost: Sequence[Mapping[str, Mask]]) -> Dataset:
+        """Return the record without some samples of its outputs."""
+        runs = [
+            replace(run, values={**run.values, **{c: np.where(gone, np.nan, run.values[c]) for c, gone in own.items()}})
+            for run, own in zip(self.data.experiments, lost, strict=True)
+        ]
+        return self.data.with_experiments(runs)
+
+    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
+        """Raise an error: the proof has several parts, and no file holds them."""
+        raise NotImplementedError
+
+    def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
+        """Decide whether the centres fit all but the outliers."""
+        fits = self._fits(np.array([i.centre for i in enclosure.intervals]))
+        return (CentreStatus.FEASIBLE, None) if fits else (CentreStatus.UNDECIDED, nearest_witness(enclosure))
+
+
+def _hull(found: Sequence[Enclosure]) -> Iterator[tuple[str, tuple[float, float]]]:
+    for intervals in zip(*(one.intervals for one in found), strict=True):
+        yield intervals[0].name, (min(i.lower for i in intervals), max(i.upper for i in intervals))
+
+
+def _open(reason: Reason) -> Reason:
+    """Return why an end may be open although the proof met points that it took for inner ones."""
+    return Reason.ROUNDS if reason is Reason.TIGHT else reason
