@@ -217,6 +217,15 @@ def test_products_of_constraints_cut_no_feasible_point_off(seed):
             assert more.inequalities.evaluate(point).min() >= -1e-12
 
 
+def test_products_of_constraints_are_all_there():
+    problem, _ = from_sympy(None, [3 - X - Y], [], [X, Y], {X: (0, 2), Y: (0, 2)})
+    more = with_products(problem).inequalities
+    x, y = point = np.array([0.5, 0.75])
+    row, ends = 3 - x - y, ((x, 2 - x), (y, 2 - y))
+    expected = [row, *(row * end for pair in ends for end in pair), *(a * b for a in ends[0] for b in ends[1])]
+    np.testing.assert_allclose(np.sort(more.evaluate(point)), np.sort(expected))
+
+
 def test_products_tighten_the_least_order():
     problem, objective = from_sympy(-X * Y, [3 - X - Y], [], [X, Y], {X: (0, 2), Y: (0, 2)})
     plain = relax(problem, "sparse", 1, objective=objective).bound(objective).bound
