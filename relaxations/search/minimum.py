@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from html import escape
@@ -31,7 +31,6 @@ from relaxations.proof.bounding import CertifiedBound, Relaxed, relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Dense, Method, Order, Sparse, relaxation_method
 from relaxations.proof.proof_steps import Bound, Level, Recorder, Step
-from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import products, settle
 from relaxations.search.branching import branch_and_bound
@@ -44,6 +43,7 @@ from relaxations.solvers import Solver, check_solver
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
 STARTS = 8  # of the local search, beside the points of the relaxations
+WORTH_PRODUCTS = 0.1  # of the gap: products of constraints that close less are left out of the branches
 CONTRACTIONS = 5  # of the box before branching
 SEARCHING = 0.9  # of the time allowed; the rest is for the verification of points
 VERIFYING = 0.3  # seconds that this gets at least
@@ -129,6 +129,7 @@ class _Search:
     lower: float
     record: Recorder | None
     order: int
+    method: Method  # the plan's, with products of linear constraints once they have raised the bound
     branches: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
 
@@ -146,11 +147,12 @@ class _Search:
         """Raise the order, then branch, until the bound meets a point."""
         problem, objective = self.points.problem, self.points.objective
         check_orders(self.plan, problem, objective)
-        # Seeded, so that a run can be repeated.
-        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
-            self.points.search(problem.lower + share * (problem.upper - problem.lower))
-        for order, steps in ways(self.plan, problem, objective, lambda: self.not_flat()):
+        for number, (order, steps) in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
             self._raise(order, steps)
+            if order == 1 and not self.hoped and self.lower < np.inf and isinstance(self.method, Sparse | Dense):
+                self._multiply()
+            if not number and not self.hoped and self.lower < np.inf:
+                self._scatter()
             if self.lower == np.inf:
                 return
             self.say(f"order {self.order}: bound {self.lower:.9g}, best point {self.points.hope:.9g}")
@@ -161,6 +163,21 @@ class _Search:
             if self.lower < self.goal:
                 self.nodes = min(self.nodes, MORE_BRANCHES) if self.hoped else self.nodes
                 _branch(self)
+
+    def _multiply(self) -> None:
+        """Bound the objective once more at order 1, with products of linear constraints; keep them if they help."""
+        before, plain = self.lower, self.method
+        assert isinstance(plain, Sparse | Dense)
+        self.method = replace(plain, products=True)
+        self._raise(1, 1)
+        if self.lower - before <= WORTH_PRODUCTS * (self.points.hope - before):
+            self.method = plain
+
+    def _scatter(self) -> None:
+        """Search for points from random starts, seeded, so that a run can be repeated."""
+        problem = self.points.problem
+        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+            self.points.search(problem.lower + share * (problem.upper - problem.lower))
 
     def _raise(self, order: Order, steps: int) -> None:
         """Bound the objective by the relaxation of an order, and search for points from its moments."""
@@ -177,20 +194,14 @@ class _Search:
 
     def relaxed(self, problem: PolynomialProblem, order: Order, steps: int = 1) -> Relaxed:
         """Return the relaxation of an order on a problem that may have a smaller box."""
-        tightened = self.tightened(problem, order)
-        return relax(tightened, self.plan.method, order, self.solver, self.points.objective, steps)
-
-    def tightened(self, problem: PolynomialProblem, order: Order) -> PolynomialProblem:
-        """Return the problem with products of linear constraints, where they help and no file needs a proof."""
-        apply = order == 1 and isinstance(self.plan.method, Sparse | Dense) and self.record is None
-        return with_products(problem, self.points.objective) if apply else problem
+        return relax(problem, self.method, order, self.solver, self.points.objective, steps)
 
 
 def minimise(
     problem: PolynomialProblem,
     objective: Polynomials,
     *,
-    method: str | Method = "sparse",
+    method: str | Method = "auto",
     order: int | None = None,
     tolerance: float = 1e-6,
     nodes: int = BRANCHES,
@@ -220,7 +231,7 @@ def minimise(
         points.
     certificate
         File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
-        written where the box alone proves as much. Products of linear constraints are not used then.
+        written where the box alone proves as much.
 
     Raises
     ------
@@ -254,6 +265,7 @@ def minimise(
         _least_on_box(problem, objective),
         proof.append if certificate else None,
         plan.least,
+        plan.method,
     )
     reason = MinimumReason.ORDERS
     try:
@@ -317,9 +329,9 @@ def _branch(search: _Search) -> None:
     # Contract the box of the better points.
     found = uninterrupted(
         intervals(
-            search.tightened(better, whole),
+            better,
             range(problem.n_variables),
-            method=plan.method,
+            method=search.method,
             order=whole,
             solver=search.solver,
             rounds=CONTRACTIONS,
