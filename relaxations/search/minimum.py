@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
@@ -36,12 +36,13 @@ from relaxations.reductions.vanishing import products, settle
 from relaxations.search.branching import branch_and_bound
 from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
-from relaxations.search.orders import check_orders, node_order, not_flat, ways
+from relaxations.search.orders import NODE_WIDEST, check_orders, node_order, not_flat, ways
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
+EARLY = 40  # before an order whose blocks are wide
 STARTS = 8  # of the local search, beside the points of the relaxations
 WORTH_PRODUCTS = 0.1  # of the gap: products of constraints that close less are left out of the branches
 CONTRACTIONS = 5  # of the box before branching
@@ -147,8 +148,15 @@ class _Search:
         """Raise the order, then branch, until the bound meets a point."""
         problem, objective = self.points.problem, self.points.objective
         check_orders(self.plan, problem, objective)
-        for number, (order, steps) in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
-            self._raise(order, steps)
+        early = True
+        for number, way in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
+            order = way.order
+            if number and early and way.width > NODE_WIDEST:
+                early = False
+                self._branch_early()
+                if self.hoped:
+                    break
+            self._raise(order, way.steps)
             if order == 1 and not self.hoped and self.lower < np.inf and isinstance(self.method, Sparse | Dense):
                 self._multiply()
             if not number and not self.hoped and self.lower < np.inf:
@@ -191,6 +199,56 @@ class _Search:
         if self.lower < np.inf:
             for point in (certified.point, *_extracted(relaxed, certified)):
                 self.points.search(point)
+
+    def _branch_early(self) -> None:
+        """Branch a little before the next order, whose relaxation costs as much as many parts of the box."""
+        self.points.prove()
+        curved = nonlinear_variables(self.points.problem.with_inequalities(self.points.objective))
+        if self.lower >= self.goal or not len(curved) or not np.isfinite(self.points.best):
+            return
+        steps: list[Step] = []
+        bound = self.split(self.points.problem, curved, np.inf, min(EARLY, self.nodes), steps.append)
+        if bound > self.lower and self.record and bound >= self.goal:
+            for step in steps:
+                self.record(step)
+        if self.record is None or bound >= self.goal:
+            self.lower = max(self.lower, bound)
+
+    def split(
+        self, problem: PolynomialProblem, curved: Index, best: float, nodes: int, record: Recorder | None
+    ) -> float:
+        """Return a bound by branching on a box outside of which the objective is at least ``best``."""
+        points, objective = self.points, self.points.objective
+        order = node_order(self.plan, points.problem, objective)
+
+        def bounded(part: PolynomialProblem) -> Relaxed:
+            self.branches += 1
+            return self.relaxed(part, order)
+
+        def goal(certified: CertifiedBound | None) -> float:
+            """Search and prove a point from each certified bound; return the bound that is enough."""
+            point = None if certified is None else certified.point
+            if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
+                points.search(point)
+                points.prove()
+            return self.goal
+
+        def report(bound: float, enough: float) -> None:
+            if self.record is None:  # what is recorded is proven in the end
+                self.lower = max(self.lower, min(bound, best))
+            self.say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
+
+        return branch_and_bound(
+            problem,
+            objective,
+            curved,
+            bounded,
+            start=self.lower,
+            goal=goal,
+            nodes=nodes,
+            report=report,
+            record=record,
+        )
 
     def relaxed(self, problem: PolynomialProblem, order: Order, steps: int = 1) -> Relaxed:
         """Return the relaxation of an order on a problem that may have a smaller box."""
@@ -352,36 +410,7 @@ def _branch(search: _Search) -> None:
     if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
 
-    order = node_order(plan, problem, objective)
-
-    def bounded(part: PolynomialProblem) -> Relaxed:
-        search.branches += 1
-        return search.relaxed(part, order)
-
-    def goal(certified: CertifiedBound | None) -> float:
-        """Search and prove a point from each certified bound; return the bound that is enough."""
-        point = None if certified is None else certified.point
-        if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
-            points.search(point)
-            points.prove()
-        return search.goal
-
-    def report(bound: float, enough: float) -> None:
-        if record is None:  # what is recorded is proven in the end
-            search.lower = max(search.lower, min(bound, best))
-        search.say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
-
-    bound = branch_and_bound(
-        smaller,
-        objective,
-        curved,
-        bounded,
-        start=search.lower,
-        goal=goal,
-        nodes=search.nodes,
-        report=report,
-        record=record,
-    )
+    bound = search.split(smaller, curved, best, search.nodes, record)
     if bound > search.lower:
         prove(bound)
 
