@@ -63,11 +63,11 @@ class _OfLift:
         """Refuse a lift that does not apply or does not fit the memory."""
         lifted_variables(problem, order, self.name)
 
-    def build(self, problem: PolynomialProblem, order: Order, *_: object) -> Relaxation:
-        """Return the lift; it serves every linear objective."""
+    def build(self, problem: PolynomialProblem, order: Order, objective: Polynomials | None, _: int) -> Relaxation:
+        """Return the lift; it serves every linear objective, and the one that is given."""
         if not isinstance(order, int):
             raise ProblemError(f"the {self.name} has one order: {order} are {len(order)}")
-        return lift(problem, order, self.name)
+        return lift(problem, order, self.name, objective)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
 from relaxations.moments.parametric_lift import METHODS as LIFTS
-from relaxations.moments.parametric_lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
 from relaxations.points.feasible_points import FeasiblePoints
 from relaxations.problem.problem import PolynomialProblem
@@ -203,7 +202,7 @@ class _Search:
     def _branch_early(self) -> None:
         """Branch a little before the next order, whose relaxation costs as much as many parts of the box."""
         self.points.prove()
-        curved = nonlinear_variables(self.points.problem.with_inequalities(self.points.objective))
+        curved = self.plan.complicating
         if self.lower >= self.goal or not len(curved) or not np.isfinite(self.points.best):
             return
         steps: list[Step] = []
@@ -371,7 +370,7 @@ def _branch(search: _Search) -> None:
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
     whole = node_order(plan, better, objective)  # the objective as a constraint may couple all variables
-    curved = nonlinear_variables(problem.with_inequalities(objective))
+    curved = plan.complicating
     steps: list[Step] = []
     record = steps.append if search.record else None
 

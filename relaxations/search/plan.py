@@ -11,6 +11,7 @@ from relaxations.moments.parametric_lift import complicating_variables, nonlinea
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_of
 from relaxations.reductions.scaling import Scaling
+from relaxations.reductions.sparsity import cliques
 from relaxations.search.benders.enclose import check_cuts
 
 LONG = 300  # variables from which cuts are faster than a relaxation of the whole record
@@ -59,7 +60,8 @@ class Plan:
     ) -> Plan:
         """Return what a call means for a problem.
 
-        ``"auto"`` is the lift where it applies, the sparse hierarchy elsewhere. On a long record whose order is not
+        ``"auto"`` is the lift where few variables complicate, fewer than a clique of the sparse hierarchy has, and
+        the sparse hierarchy elsewhere. An objective counts as a constraint. On a long record whose order is not
         asked for, cuts go first: they bound the variables that complicate, and the lift bounds the others. (The
         multipliers of other variables follow those that complicate. A relaxation's multipliers are polynomials and can
         follow them; cuts would have to be many.)
@@ -73,20 +75,17 @@ class Plan:
             return method
         chosen = method_of(method)
         order = order if order is not None or chosen is None else chosen.order
-        few = complicating_variables(problem)
+        whole = problem if objective is None else problem.with_inequalities(objective)
+        few = complicating_variables(whole)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = problem.n_variables >= LONG and few is not None and len(few) > 0
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
-        relaxation = (
-            chosen if chosen is not None and not isinstance(chosen, Cuts) else Sparse() if few is None else Lift()
-        )
-        least, usual = relaxation.orders(problem)
-        if objective is not None:
-            least = max(least, -(-objective.degree // 2))
+        relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few)
+        least, usual = relaxation.orders(whole)
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-        complicating = nonlinear_variables(problem) if few is None else few
+        complicating = nonlinear_variables(whole) if few is None else few
         return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, isinstance(chosen, Cuts))
 
     @property
@@ -110,3 +109,11 @@ class Plan:
             check_cuts(problem, self.complicating)
         else:
             self.method.check(Scaling.of_box(problem).apply(problem), self.order)
+
+
+def _usual(problem: PolynomialProblem, few: Index | None) -> Method:
+    """Return the method of ``"auto"``."""
+    # Where all variables of a clique complicate, the lift is the hierarchy on them, and has no products of constraints.
+    if few is None or (len(few) and len(few) >= max(map(len, cliques(problem)))):
+        return Sparse()
+    return Lift()
