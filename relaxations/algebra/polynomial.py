@@ -254,8 +254,21 @@ class Polynomials:
 
     def evaluate(self, point: Array) -> Array:
         """Return the values at a point, in plain floating-point arithmetic."""
-        values = self.coefficients.mid * np.prod(np.where(self.factors >= 0, point[self.factors], 1.0), axis=1)
+        values = self.coefficients.mid * np.prod(np.append(point, 1.0)[self.factors], axis=1)  # -1 is the last entry
         return np.asarray(np.bincount(self.rows, values, self.n_rows), dtype=np.float64)
+
+    def derivatives(self, n_variables: int) -> Polynomials:
+        """Return the derivative of each polynomial by each variable: row ``i * n_variables + k``.
+
+        >>> Polynomials.from_terms([{(0, 0, 1): 2.0}]).derivatives(2).evaluate(np.array([3.0, 5.0]))
+        array([60., 18.])
+        """
+        term, column = np.nonzero(self.factors >= 0)
+        left = self.factors[term]
+        rows = self.rows[term] * n_variables + left[np.arange(len(term)), column]
+        left[np.arange(len(term)), column] = -1
+        count = self.n_rows * n_variables
+        return Polynomials(count, rows, trim(np.sort(left, axis=1)), self.coefficients[term]).collect()
 
     def jacobian(self, point: Array) -> tuple[Index, Index, Array]:
         """Return the derivatives at a point as triplets (row, variable, value); a pair may occur more than once."""
