@@ -134,13 +134,13 @@ def _proofs_near(problem: PolynomialProblem, objective: Polynomials, point: Arra
     defined = definition_order(problem.equalities) is not None
     if defined:  # a simulation takes a hundredth of the time of Newton's method in fractions
         yield verify(problem, objective, point)
+        for margin in MARGINS:
+            moved = local_minimum(problem, objective, point, margin)
+            yield None if moved is None else verify(problem, objective, moved)
         yield find_witness(problem, problem, objective, nonlinear_variables(problem), point)
     yield newton_point(problem, objective, point)
     if not defined:
         return
-    for margin in MARGINS:
-        moved = local_minimum(problem, objective, point, margin)
-        yield None if moved is None else verify(problem, objective, moved)
     # Last: keep all variables of nonlinear monomials within a trust region.
     high = [f.factors[f.term_degrees > 1].ravel() for f in (problem.equalities, problem.inequalities, objective)]
     yield find_witness(problem, problem, objective, np.setdiff1d(np.concatenate(high), [-1]), point)
