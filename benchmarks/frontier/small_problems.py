@@ -50,7 +50,7 @@ def crescent() -> Stated:
     """Return a cubic over the part of a disc that lies outside of another one."""
     x, y = variables("x y")
     return problem_of(
-        x**3 + y - x * y, [x**2 - 4 * x + y**2 <= 0, (x - 1) ** 2 + y**2 >= 1, y >= 0]
+        x**3 - 3 * x * y, [x**2 - 4 * x + y**2 <= 0, (x - 1) ** 2 + y**2 >= 1, y >= 0]
     )
 
 

@@ -37,6 +37,7 @@ from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
 from relaxations.search.orders import NODE_WIDEST, check_orders, node_order, not_flat, ways
 from relaxations.search.plan import Plan
+from relaxations.search.presolve import beyond, presolve
 from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
@@ -119,8 +120,9 @@ class Minimum:
 
 @dataclass
 class _Search:
-    """What is known so far: points, the certified bound, and the work done."""
+    """What is known so far of a problem after presolve: points, the certified bound, and the work done."""
 
+    problem: PolynomialProblem
     plan: Plan
     points: FeasiblePoints
     solver: Solver
@@ -145,7 +147,7 @@ class _Search:
 
     def run(self) -> None:
         """Raise the order, then branch, until the bound meets a point."""
-        problem, objective = self.points.problem, self.points.objective
+        problem, objective = self.problem, self.points.objective
         check_orders(self.plan, problem, objective)
         early = True
         for number, way in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
@@ -182,14 +184,14 @@ class _Search:
 
     def _scatter(self) -> None:
         """Search for points from random starts, seeded, so that a run can be repeated."""
-        problem = self.points.problem
+        problem = self.problem
         for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
             self.points.search(problem.lower + share * (problem.upper - problem.lower))
 
     def _raise(self, order: Order, steps: int) -> None:
         """Bound the objective by the relaxation of an order, and search for points from its moments."""
         objective = self.points.objective
-        relaxed = self.relaxed(self.points.problem, order, steps)
+        relaxed = self.relaxed(self.problem, order, steps)
         certified = relaxed.bound(objective)
         if self.record and certified.bound > self.lower:
             self.record(Bound.of(relaxed, objective, certified))
@@ -206,7 +208,7 @@ class _Search:
         if self.lower >= self.goal or not len(curved) or not np.isfinite(self.points.best):
             return
         steps: list[Step] = []
-        bound = self.split(self.points.problem, curved, np.inf, min(EARLY, self.nodes), steps.append)
+        bound = self.split(self.problem, curved, np.inf, min(EARLY, self.nodes), steps.append)
         if bound > self.lower and self.record and bound >= self.goal:
             for step in steps:
                 self.record(step)
@@ -218,7 +220,7 @@ class _Search:
     ) -> float:
         """Return a bound by branching on a box outside of which the objective is at least ``best``."""
         points, objective = self.points, self.points.objective
-        order = node_order(self.plan, points.problem, objective)
+        order = node_order(self.plan, self.problem, objective)
 
         def bounded(part: PolynomialProblem) -> Relaxed:
             self.branches += 1
@@ -307,13 +309,22 @@ def minimise(
     # Refuse a wrong call before any work.
     check_seconds(seconds)
     check_solver(solver)
-    Scaling.of_box(problem)
-    plan = Plan.of(problem, method if method == "auto" else relaxation_method(method), order, objective)
+    chosen = method if method == "auto" else relaxation_method(method)
     if certificate:
         Path(certificate).unlink(missing_ok=True)  # an old file would prove something else
-    points = FeasiblePoints(problem, objective, products(problem), tolerance)
     proof: list[Step] = []
+    stated, presolved = problem, presolve(problem, proof.append)
+    if presolved is None:
+        if certificate:
+            write_certificate(certificate, stated, proof)
+        seconds = time.perf_counter() - started
+        return Minimum(stated, objective, np.inf, np.nan, (), 0, 0, MinimumReason.EMPTY, seconds)
+    problem = presolved
+    Scaling.of_box(problem)
+    plan = Plan.of(problem, chosen, order, objective)
+    points = FeasiblePoints(beyond(stated, problem), objective, products(problem), tolerance)
     search = _Search(
+        problem,
         plan,
         points,
         solver,
@@ -340,9 +351,9 @@ def minimise(
     elif reason is MinimumReason.ORDERS and not verified:
         reason = MinimumReason.UNVERIFIED
     if certificate and proof:
-        write_certificate(certificate, problem, proof)
+        write_certificate(certificate, stated, proof)
     return Minimum(
-        problem,
+        stated,
         objective,
         search.lower,
         points.best if verified else float("nan"),
@@ -366,7 +377,7 @@ def _extracted(relaxed: Relaxed, certified: CertifiedBound) -> list[Array]:
 def _branch(search: _Search) -> None:
     """Close the remaining gap by branch and bound, on the box of the points better than the best one."""
     points, objective, plan = search.points, search.points.objective, search.plan
-    problem, best = points.problem, points.best
+    problem, best = search.problem, points.best
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
     whole = node_order(plan, better, objective)  # the objective as a constraint may couple all variables
