@@ -11,6 +11,7 @@ NAMES = (
     "windows",
     "exercise",
     "order_studies",
+    "small",
     "named_problems",
     "analytic",
     "named_verdicts",

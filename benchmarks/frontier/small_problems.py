@@ -49,9 +49,7 @@ def disc() -> Stated:
 def crescent() -> Stated:
     """Return a cubic over the part of a disc that lies outside of another one."""
     x, y = variables("x y")
-    return problem_of(
-        x**3 - 3 * x * y, [x**2 - 4 * x + y**2 <= 0, (x - 1) ** 2 + y**2 >= 1, y >= 0]
-    )
+    return problem_of(x**3 - 3 * x * y, [x**2 - 4 * x + y**2 <= 0, (x - 1) ** 2 + y**2 >= 1, y >= 0])
 
 
 def zeros_and_ones() -> Stated:
@@ -77,9 +75,7 @@ def _quadratic(n: int, seed: int, concave: bool) -> Stated:
     cost = sum(float(matrix[i, j]) * own[i] * own[j] for i in range(n) for j in range(n))
     cost = cost + sum(float(c) * v for c, v in zip(rng.integers(-9, 10, n), own, strict=True))
     rows = rng.integers(0, 6, (3, n))
-    constraints = [
-        sum(float(c) * v for c, v in zip(row, own, strict=True)) <= float(row.sum()) / 2 for row in rows
-    ]
+    constraints = [sum(float(c) * v for c, v in zip(row, own, strict=True)) <= float(row.sum()) / 2 for row in rows]
     return problem_of(cost, [*constraints, *_boxed(own, 0, 1)])
 
 

@@ -78,7 +78,11 @@ class LocalSearch:
             equal = equal.take(independent_rows(equal.jacobian(np.clip(begin, -reach, reach))))
         # Constraints in the form of SLSQP.
         constraints = [
-            {"type": kind, "fun": lambda t, family=family, shift=shift: family.values(t) - shift, "jac": family.jacobian}
+            {
+                "type": kind,
+                "fun": lambda t, family=family, shift=shift: family.values(t) - shift,
+                "jac": family.jacobian,
+            }
             for kind, family, shift in (("eq", equal, 0.0), ("ineq", unequal, margin))
             if family.n_rows
         ]

@@ -21,7 +21,20 @@ from relaxations.errors import ProblemError
 from relaxations.points.recognition import equality_multipliers, product_multipliers
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.problem.statement import listed, statement
-from relaxations.proof.proof_steps import Bound, Branches, Consequence, Cut, Hull, Kinks, Level, Part, Quotient, Reach, Sides, Step
+from relaxations.proof.proof_steps import (
+    Bound,
+    Branches,
+    Consequence,
+    Cut,
+    Hull,
+    Kinks,
+    Level,
+    Part,
+    Quotient,
+    Reach,
+    Sides,
+    Step,
+)
 
 
 def write_certificate(
@@ -328,7 +341,12 @@ def _consequence(step: Consequence, place: _Place) -> dict[str, Any]:
         }
         for square in step.squares
     ]
-    own = {"of": [["inequality", rows]], "weight": weight, "basis": [[]], "factor": [["1"]]}
+    one: dict[str, Any] = {"basis": [[]], "factor": [["1"]]}
+    own = {"of": [["inequality", rows]], "weight": weight, **one}
+    squares += [
+        {"of": [["above" if side > 0 else "below", place.variables[v]]], "weight": str(size), **one}
+        for v, side, size in step.ends
+    ]
     return {
         "objective": place.objective(step.objective),
         "bound": float(step.bound).hex(),

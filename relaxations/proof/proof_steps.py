@@ -126,7 +126,7 @@ class Square:
 
 @dataclass(frozen=True)
 class Consequence:
-    """A bound that follows from one row: ``objective >= bound + weight * row + squares`` on the box.
+    """A bound that follows from one row: ``objective >= bound + weight * row + ends + squares`` on the box.
 
     Parameters
     ----------
@@ -137,6 +137,8 @@ class Consequence:
         other term of the difference: their terms cancel.
     equality, row
         Whether the row is an equality, and its number.
+    ends
+        Variable, side (1 for ``1 + t``, -1 for ``1 - t``) and weight of further terms.
     """
 
     problem: PolynomialProblem
@@ -147,6 +149,7 @@ class Consequence:
     equality: bool
     row: int
     weight: Fraction
+    ends: tuple[tuple[int, int, Fraction], ...]
     squares: tuple[Square, ...]
 
 

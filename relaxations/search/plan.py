@@ -60,11 +60,11 @@ class Plan:
     ) -> Plan:
         """Return what a call means for a problem.
 
-        ``"auto"`` is the lift where few variables complicate, fewer than a clique of the sparse hierarchy has, and
-        the sparse hierarchy elsewhere. An objective counts as a constraint. On a long record whose order is not
-        asked for, cuts go first: they bound the variables that complicate, and the lift bounds the others. (The
-        multipliers of other variables follow those that complicate. A relaxation's multipliers are polynomials and can
-        follow them; cuts would have to be many.)
+        ``"auto"`` is the lift where few variables complicate, the sparse hierarchy elsewhere. An objective counts as
+        a constraint; where one is given, few are at most half of those in a clique of the sparse hierarchy. On a long
+        record whose order is not asked for, cuts go first: they bound the variables that complicate, and the lift
+        bounds the others. (The multipliers of other variables follow those that complicate. A relaxation's multipliers
+        are polynomials and can follow them; cuts would have to be many.)
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Plan:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = problem.n_variables >= LONG and few is not None and len(few) > 0
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
-        relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few)
+        relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few, objective)
         least, usual = relaxation.orders(whole)
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
@@ -111,9 +111,9 @@ class Plan:
             self.method.check(Scaling.of_box(problem).apply(problem), self.order)
 
 
-def _usual(problem: PolynomialProblem, few: Index | None) -> Method:
-    """Return the method of ``"auto"``."""
-    # Where all variables of a clique complicate, the lift is the hierarchy on them, and has no products of constraints.
-    if few is None or (len(few) and len(few) >= max(map(len, cliques(problem)))):
+def _usual(problem: PolynomialProblem, few: Index | None, objective: Polynomials | None) -> Method:
+    """Return the method of ``"auto"`` for a problem that has the objective as a row."""
+    # The hierarchy on an objective of its own is exact at order 1 or 2 on most small problems. The lift need not be.
+    if few is None or (objective is not None and 2 * len(few) > max(map(len, cliques(problem)))):
         return Sparse()
     return Lift()

@@ -31,6 +31,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls, outwards
@@ -119,29 +120,56 @@ def _worth(problem: PolynomialProblem, k: int, gain: float) -> bool:
 def _from_linear_terms(problem: PolynomialProblem) -> Iterator[Consequence]:
     """Yield the bounds of variables by rows in which they occur in one linear term only."""
     scaling = Scaling.of_box(problem, np.ones(problem.n_variables))
-    loose = ~np.isfinite(problem.upper - problem.lower)
     for family, signs in ((problem.equalities, (1, -1)), (problem.inequalities, (1,))):
-        if not len(family.rows):
+        if family.degree < 1:
             continue
-        # Estimate all bounds at once, in floats.
+        alone = _linear_terms(family, problem.n_variables)
         scaled = scaling.polynomials(family)
-        size, free = np.abs(scaled.coefficients.mid), np.append(loose, False)[scaled.factors].any(axis=1)
-        constant = scaled.term_degrees == 0
-        middle = np.bincount(scaled.rows[constant], scaled.coefficients.mid[constant], family.n_rows)
-        reach = np.bincount(scaled.rows, np.where(constant | free, 0.0, size), family.n_rows)
-        unbounded = np.bincount(scaled.rows[free], minlength=family.n_rows)
-        for term in _linear_terms(family, problem.n_variables).tolist():
-            row, k, slope = int(family.rows[term]), int(family.factors[term, -1]), family.coefficients.mid[term]
-            if not slope or unbounded[row] > loose[k]:
-                continue
-            own = 0.0 if loose[k] else abs(slope) * scaling.scale[k]
-            for sign in signs:
-                most = sign * (middle[row] - slope * scaling.centre[k]) + reach[row] - own
-                end = -sign * most / slope
+        for sign in signs:
+            most = _most(problem, family, scaled, alone, sign)
+            for term in alone.tolist():
+                row, k, slope = int(family.rows[term]), int(family.factors[term, -1]), family.coefficients.mid[term]
+                own = _end(problem, k, sign * slope)
+                others = most.sums[row] - (own if np.isfinite(own) else 0.0)
+                if not slope or most.unbounded[row] > np.isinf(own):
+                    continue
+                end = -others / (sign * slope)
                 if _worth(problem, k, end - problem.lower[k] if sign * slope > 0 else problem.upper[k] - end):
-                    found = _linear(problem, scaling, family, term, sign)
+                    found = _linear(problem, scaling, family, alone, term, sign)
                     if found is not None:
                         yield found
+
+
+@dataclass(frozen=True)
+class _Most:
+    """Estimates of the largest value of each row, and how many of its terms have none; each of shape (n_rows,)."""
+
+    sums: Array
+    unbounded: Index
+
+
+def _most(problem: PolynomialProblem, family: Polynomials, scaled: Polynomials, alone: Index, sign: int) -> _Most:
+    """Return the largest values of rows, or minus the least for sign -1, in floats."""
+    n = problem.n_variables
+    loose = np.append(~np.isfinite(problem.upper - problem.lower), False)
+    # Terms of variables with a box, about its middle; then linear terms of variables with one end.
+    free = loose[scaled.factors].any(axis=1)
+    value = np.where(scaled.term_degrees == 0, sign * scaled.coefficients.mid, np.abs(scaled.coefficients.mid))
+    sums = np.bincount(scaled.rows, np.where(free, 0.0, value), family.n_rows)
+    open_ = free & ~np.isin(scaled.rows * n + scaled.factors[:, -1], (family.rows * n + family.factors[:, -1])[alone])
+    unbounded = np.bincount(scaled.rows[open_], minlength=family.n_rows)
+    for term in alone[loose[family.factors[alone, -1]]].tolist():
+        row, end = family.rows[term], _end(problem, int(family.factors[term, -1]), sign * family.coefficients.mid[term])
+        if np.isfinite(end):
+            sums[row] += end
+        else:
+            unbounded[row] += 1
+    return _Most(np.asarray(sums, dtype=np.float64), unbounded)
+
+
+def _end(problem: PolynomialProblem, k: int, slope: float) -> float:
+    """Return the largest value of ``slope x_k`` on the box."""
+    return float(slope * (problem.upper[k] if slope > 0 else problem.lower[k])) if slope else 0.0
 
 
 def _linear_terms(family: Polynomials, n_variables: int) -> Index:
@@ -150,33 +178,48 @@ def _linear_terms(family: Polynomials, n_variables: int) -> Index:
     key = family.rows[:, None] * n_variables + family.factors
     counts = np.bincount(key[real], minlength=family.n_rows * n_variables)
     linear = np.flatnonzero(family.term_degrees == 1)
-    return linear[counts[key[linear, -1]] == 1]
+    return np.asarray(linear[counts[key[linear, -1]] == 1], dtype=np.int64)
 
 
 def _linear(
-    problem: PolynomialProblem, scaling: Scaling, family: Polynomials, term: int, sign: int
+    problem: PolynomialProblem, scaling: Scaling, family: Polynomials, alone: Index, term: int, sign: int
 ) -> Consequence | None:
     """Return the bound of one variable by one row, rounding accounted for."""
     row, k = int(family.rows[term]), int(family.factors[term, -1])
-    ball = family.coefficients[np.array([term])]
-    if ball.rad[0] and not np.isfinite(problem.upper[k] - problem.lower[k]):
-        return None
+    loose = ~np.isfinite(problem.upper - problem.lower)
     others = (family.rows == row) & (np.arange(len(family.rows)) != term)
+    # A variable with one end: the factor x - lower, or upper - x, cancels its linear term.
+    centre, scale, most = scaling.centre.copy(), np.where(loose, 1.0, scaling.scale), Fraction(0)
+    ends: list[tuple[int, int, Fraction]] = []
+    for other in alone[others[alone]].tolist():
+        v = int(family.factors[other, -1])
+        if loose[v]:
+            slope, side = sign * family.coefficients.mid[other], 1 if sign * family.coefficients.mid[other] < 0 else -1
+            centre[v] = _beyond(problem.lower[v] if side > 0 else problem.upper[v], side)
+            most += Fraction(slope) * (Fraction(centre[v]) - side)
+            ends.append((v, side, abs(Fraction(slope))))
+            others[other] = False
+            if family.coefficients.rad[other]:
+                return None
     rest = Polynomials(1, np.zeros(others.sum(), dtype=np.int64), family.factors[others], family.coefficients[others])
+    # The radius of the variable's own coefficient.
+    ball = family.coefficients[np.array([term])]
+    if ball.rad[0] and loose[k]:
+        return None
     wide = Polynomials(1, np.zeros(1, dtype=np.int64), np.array([[k]]), Balls(np.zeros(1), ball.rad))
-    most = _greatest(Polynomials.join([rest, wide]), sign, scaling)
+    most += _greatest(Polynomials.join([rest, wide]), sign, scaling)
     objective = problem.variable(k, sign * float(ball.mid[0]))
+    equality = family is problem.equalities
     return Consequence(
-        problem,
-        objective,
-        outwards(-most, -1),
-        scaling.centre,
-        scaling.scale,
-        family is problem.equalities,
-        row,
-        Fraction(sign),
-        (),
+        problem, objective, outwards(-most, -1), centre, scale, equality, row, Fraction(sign), tuple(ends), ()
     )
+
+
+def _beyond(end: float, side: int) -> float:
+    """Return a centre whose cube of half width 1 begins at an end, or outside of it."""
+    centre = end + side
+    outside = Fraction(centre) * side - 1 <= Fraction(end) * side
+    return centre if outside else float(np.nextafter(centre, -side * np.inf))
 
 
 def _greatest(polynomials: Polynomials, sign: int, scaling: Scaling) -> Fraction:
@@ -229,25 +272,28 @@ def _side(equality: bool, row: int, sign: int, one: Polynomials) -> _Ellipsoid |
         groups = [g for g in groups if not g & together] + [together.union(*(g for g in groups if g & together))]
     variables: list[int] = []
     for group in map(sorted, groups):
-        own = np.isin(one.factors, group).any(axis=1)
+        own = _terms_with(one, group)
         quadratic = _matrix(one, own, group, sign)
         exact = not one.coefficients.rad[own].any() and int(one.term_degrees[own].max()) == 2
         if exact and _factor(quadratic) is not None:
             variables += group
     if not variables:
         return None
-    own = np.isin(one.factors, variables).any(axis=1)
+    own = _terms_with(one, variables)
     linear = np.zeros(len(variables))
     place = {v: k for k, v in enumerate(variables)}
     for term in np.flatnonzero(own & (one.term_degrees == 1)).tolist():
         linear[place[int(one.factors[term, -1])]] = sign * one.coefficients.mid[term]
     rest = Polynomials(1, one.rows[~own], one.factors[~own], one.coefficients[~own])
-    return _Ellipsoid(
-        equality, row, sign, np.array(variables), _matrix(one, own, variables, sign), linear, rest
-    )
+    return _Ellipsoid(equality, row, sign, np.array(variables), _matrix(one, own, variables, sign), linear, rest)
 
 
-def _matrix(one: Polynomials, own: Array, variables: list[int], sign: int) -> Array:
+def _terms_with(one: Polynomials, variables: list[int]) -> NDArray[np.bool_]:
+    """Return which terms hold some variables."""
+    return np.asarray(np.isin(one.factors, variables).any(axis=1), dtype=np.bool_)
+
+
+def _matrix(one: Polynomials, own: NDArray[np.bool_], variables: list[int], sign: int) -> Array:
     """Return the matrix A of ``-x' A x``; halving a coefficient is exact."""
     place = {v: k for k, v in enumerate(variables)}
     found = np.zeros((len(variables), len(variables)))
@@ -262,7 +308,7 @@ def _matrix(one: Polynomials, own: Array, variables: list[int], sign: int) -> Ar
 
 
 def _factor(matrix: Array) -> Array | None:
-    """Return a triangular F with ``F F'`` near a positive definite matrix less a small part of its diagonal, or None."""
+    """Return F with ``F F'`` near a matrix less a small part of its diagonal; None if that is not positive definite."""
     size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     if not size.all() or not np.isfinite(matrix).all():
         return None
@@ -331,6 +377,7 @@ def _tangent(
         side.equality,
         side.row,
         Fraction(weight) * side.sign,
+        (),
         squares,
     )
 
@@ -348,12 +395,14 @@ def _squares(matrix: Array, exact: list[list[Fraction]], basis: list[tuple[int, 
     ]
     found = [Square(Fraction(1), tuple(basis), tuple(map(tuple, numbers)))]
     one = Fraction(1)
+    # Powers of two bring all entries to one size, so that the diagonal dominates whatever the units.
+    unit = [Fraction(2) ** int(e) for e in np.frexp(np.sqrt(np.diag(matrix)))[1]]
     for i in range(size):
         for j in range(i):
             if left[i][j]:
-                pair = ((one,), (one if left[i][j] > 0 else -one,))
-                found.append(Square(abs(left[i][j]), (basis[i], basis[j]), pair))
-        own = left[i][i] - sum(abs(left[i][j]) for j in range(size) if j != i)
+                pair = ((unit[i],), (unit[j] if left[i][j] > 0 else -unit[j],))
+                found.append(Square(abs(left[i][j]) / (unit[i] * unit[j]), (basis[i], basis[j]), pair))
+        own = left[i][i] - sum(abs(left[i][j]) * unit[i] / unit[j] for j in range(size) if j != i)
         if own < 0:
             return None
         found.append(Square(own, (basis[i],), ((one,),)))

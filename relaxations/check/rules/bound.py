@@ -8,9 +8,9 @@ point c_i. So there is a t with ``x_i = c_i + s_i t_i``. At this t let
 
     r = objective - sum_k p_k h_k - sum_j w_j sigma_j g_j,       h_k the equalities, all polynomials written in t.
 
-For every variable that occurs in r, or whose ``1 - t_i``, ``1 + t_i`` or ``1 - t_i^2`` is used, the box lies in
-``[c_i - s_i, c_i + s_i]``, so that ``-1 <= t_i <= 1``. (Other variables need no box: a disc bounds both of its own.)
-There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of r lies in [-1, 1],
+For every variable that occurs in r, the box lies in ``[c_i - s_i, c_i + s_i]``, so that ``-1 <= t_i <= 1``. Where
+``1 + t_i`` is used, the box begins at ``c_i - s_i`` or later, and where ``1 - t_i`` is, it ends at ``c_i + s_i`` or before;
+``1 - t_i^2`` needs both. (Other variables need no box: a disc bounds both of its own.) There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of r lies in [-1, 1],
 ``r >= r_0 - sum_{i > 0} |r_i|``, and the claimed bound is at most this number, for all coefficients in their balls. ∎
 """
 
@@ -26,7 +26,7 @@ from relaxations.check.steps import Bound
 def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
     """Return the theorem of a step."""
     work, known = context.work, dict[tuple[str, int], Polynomial]()
-    occurring, boxed = set(step.objective.variables), set[int]()
+    occurring, begins, ends = set(step.objective.variables), set[int](), set[int]()
 
     def in_t(polynomial: Polynomial) -> Polynomial:
         occurring.update(polynomial.variables)
@@ -53,21 +53,20 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
         occurring.update(total.variables)
         for kind, number in product.of:
             own = factor(kind, number)
-            if kind != "inequality":
-                boxed.add(number)
+            begins |= {number} if kind in ("above", "inside") else set()
+            ends |= {number} if kind in ("below", "inside") else set()
             total = own.times(total, work)
         residual.add(total, -product.weight)
 
-    # The box of every variable that is left lies in [centre - scale, centre + scale].
-    boxed |= residual.variables
-    for k in sorted(occurring | boxed):
+    # Where -1 <= t or t <= 1 was used, the box begins at centre - scale, or ends at centre + scale.
+    for k in sorted(occurring | begins | ends):
         centre, scale, name = step.centre[k], step.scale[k], context.name(k)
         context.require(scale >= 0, f"scale >= 0 fails for {name}: {shown(scale)}")
-        if scale and k not in boxed:
-            continue
-        low, high = context.ends(k)
-        at_most(context, centre - scale, low, "centre - scale <= lower", name)
-        at_most(context, high, centre + scale, "upper <= centre + scale", name)
+        whole = not scale or k in residual.variables
+        if whole or k in begins:
+            at_most(context, centre - scale, context.end(k, 0), "centre - scale <= lower", name)
+        if whole or k in ends:
+            at_most(context, context.end(k, 1), centre + scale, "upper <= centre + scale", name)
     return [reached(context, step.objective, step.bound, residual)]
 
 

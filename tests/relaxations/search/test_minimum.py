@@ -133,7 +133,7 @@ def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
 
     monkeypatch.setattr(minimum, "relax", recorded)
     found = minimise(problem, objective, nodes=0, tolerance=1e-5)
-    assert orders == [1, 2, (3, 2, 2)]
+    assert orders == [1, 1, 2, (3, 2, 2)]  # order 1 once more with products of constraints
     assert found.order == 3
     assert found.reason is MinimumReason.TIGHT
     assert optimum - 1e-5 < found.lower < optimum + 1e-6
