@@ -1,8 +1,8 @@
 """Fifteen small problems of mixed kind, certified to 1e-6, beside SCIP in the same run.
 
-Both get the problem as it is stated, without a box where the constraints imply one. smid's time counts presolve,
-relaxations, the certified bound and the verified point. SCIP works in floating point and proves nothing; it stops at the
-same gap. Each is run three times, and the least processor time counts.
+Both get the problem as it is stated. smid's time counts presolve, relaxations, the certified bound and the verified
+point. SCIP works in floating point and proves nothing; it stops at the same gap. Each is run three times, and the least
+processor time counts.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def run() -> str:
     lines = [
         "## Fifteen small problems",
         "",
-        f"`relaxations.search.minimise` with its defaults, to {GAP:g} of max(1, abs(minimum)), and SCIP to the same gap "
-        f"on the same statement, at most {LIMIT:g} s. Least processor time of {TIMES} runs. The bound of smid is "
+        f"`relaxations.search.minimise` with its defaults, to {GAP:g} of max(1, abs(minimum)), and SCIP to the same "
+        f"gap on the same statement, at most {LIMIT:g} s. Least processor time of {TIMES} runs. The bound of smid is "
         "certified, its point is verified, and its certificate is accepted by the checker in the time of the last "
         "column. SCIP works in floating point, without a proof.",
         "",

@@ -35,14 +35,15 @@ from relaxations.reductions.vanishing import products, settle
 from relaxations.search.branching import branch_and_bound
 from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
-from relaxations.search.orders import NODE_WIDEST, check_orders, node_order, not_flat, ways
+from relaxations.search.orders import check_orders, node_order, not_flat, ways
 from relaxations.search.plan import Plan
 from relaxations.search.presolve import beyond, presolve
 from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
-EARLY = 40  # before an order whose blocks are wide
+EARLY = 40  # branches before an order whose blocks cost as much as one of width EARLY_WIDTH
+EARLY_WIDTH = 15
 STARTS = 8  # of the local search, beside the points of the relaxations
 WORTH_PRODUCTS = 0.1  # of the gap: products of constraints that close less are left out of the branches
 CONTRACTIONS = 5  # of the box before branching
@@ -152,7 +153,7 @@ class _Search:
         early = True
         for number, way in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
             order = way.order
-            if number and early and way.width > NODE_WIDEST:
+            if number and early and way.width > EARLY_WIDTH:
                 early = False
                 self._branch_early()
                 if self.hoped:

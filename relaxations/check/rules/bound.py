@@ -3,14 +3,15 @@
 Claim: ``objective >= bound`` on the set. Given are a centre c and a scale s, polynomials p_k, weights w_j >= 0, sums of
 squares sigma_j, and g_j, each a product of inequalities and of ``1 - t_i``, ``1 + t_i`` or ``1 - t_i^2``.
 
-Proof. Let x be a point of the set. For every variable that occurs below, ``s_i >= 0``; where s_i is zero, the box is the
-point c_i. So there is a t with ``x_i = c_i + s_i t_i``. At this t let
+Proof. Let x be a point of the set. For every variable that occurs below, ``s_i >= 0``; where s_i is zero, the box is
+the point c_i. So there is a t with ``x_i = c_i + s_i t_i``. At this t let
 
     r = objective - sum_k p_k h_k - sum_j w_j sigma_j g_j,       h_k the equalities, all polynomials written in t.
 
 For every variable that occurs in r, the box lies in ``[c_i - s_i, c_i + s_i]``, so that ``-1 <= t_i <= 1``. Where
-``1 + t_i`` is used, the box begins at ``c_i - s_i`` or later, and where ``1 - t_i`` is, it ends at ``c_i + s_i`` or before;
-``1 - t_i^2`` needs both. (Other variables need no box: a disc bounds both of its own.) There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of r lies in [-1, 1],
+``1 + t_i`` is used, the box begins at ``c_i - s_i`` or later; where ``1 - t_i`` is, it ends at ``c_i + s_i`` or before;
+``1 - t_i^2`` needs both. (Other variables need no box: a disc bounds both of its own.)
+There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of r lies in [-1, 1],
 ``r >= r_0 - sum_{i > 0} |r_i|``, and the claimed bound is at most this number, for all coefficients in their balls. ∎
 """
 
