@@ -42,7 +42,7 @@ from relaxations.proof.proof_steps import Consequence, Recorder, Square
 from relaxations.reductions.scaling import Scaling
 
 ROUNDS = 8
-WORTH = 0.05  # a bound that takes less of a width off is not worth a step
+WORTH = 0.1  # a bound that takes less of a width off is not worth a step
 MOST_ROWS = 1000  # a problem with more is left to the methods for long records
 EPSILON = 1e-11  # share of the diagonal that stays outside of the factor
 
@@ -118,8 +118,9 @@ def _worth(problem: PolynomialProblem, k: int, gain: float) -> bool:
 
 
 def _from_linear_terms(problem: PolynomialProblem) -> Iterator[Consequence]:
-    """Yield the bounds of variables by rows in which they occur in one linear term only."""
+    """Yield the best bound of each end of a variable, by rows in which it occurs in one linear term only."""
     scaling = Scaling.of_box(problem, np.ones(problem.n_variables))
+    best: dict[tuple[int, bool], tuple[float, Polynomials, Index, int, int]] = {}
     for family, signs in ((problem.equalities, (1, -1)), (problem.inequalities, (1,))):
         if family.degree < 1:
             continue
@@ -133,11 +134,15 @@ def _from_linear_terms(problem: PolynomialProblem) -> Iterator[Consequence]:
                 others = most.sums[row] - (own if np.isfinite(own) else 0.0)
                 if not slope or most.unbounded[row] > np.isinf(own):
                     continue
-                end = -others / (sign * slope)
-                if _worth(problem, k, end - problem.lower[k] if sign * slope > 0 else problem.upper[k] - end):
-                    found = _linear(problem, scaling, family, alone, term, sign)
-                    if found is not None:
-                        yield found
+                end, below = -others / (sign * slope), sign * slope > 0
+                gain = end - problem.lower[k] if below else problem.upper[k] - end
+                known = best[k, below][0] if (k, below) in best else -np.inf
+                if _worth(problem, k, gain) and (end if below else -end) > known:
+                    best[k, below] = (end if below else -end), family, alone, term, sign
+    for _, family, alone, term, sign in best.values():
+        found = _linear(problem, scaling, family, alone, term, sign)
+        if found is not None:
+            yield found
 
 
 @dataclass(frozen=True)
