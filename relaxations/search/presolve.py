@@ -161,7 +161,8 @@ def _most(problem: PolynomialProblem, family: Polynomials, scaled: Polynomials, 
     free = loose[scaled.factors].any(axis=1)
     value = np.where(scaled.term_degrees == 0, sign * scaled.coefficients.mid, np.abs(scaled.coefficients.mid))
     sums = np.bincount(scaled.rows, np.where(free, 0.0, value), family.n_rows)
-    open_ = free & ~np.isin(scaled.rows * n + scaled.factors[:, -1], (family.rows * n + family.factors[:, -1])[alone])
+    last = pad(scaled.factors, max(1, scaled.factors.shape[1]))[:, -1]  # no column is left where all are fixed
+    open_ = free & ~np.isin(scaled.rows * n + last, (family.rows * n + family.factors[:, -1])[alone])
     unbounded = np.bincount(scaled.rows[open_], minlength=family.n_rows)
     for term in alone[loose[family.factors[alone, -1]]].tolist():
         row, end = family.rows[term], _end(problem, int(family.factors[term, -1]), sign * family.coefficients.mid[term])

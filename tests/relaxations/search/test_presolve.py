@@ -149,6 +149,14 @@ def test_a_set_without_a_box_is_refused(constraints):
         minimise(problem, objective)
 
 
+@pytest.mark.parametrize(("rows", "least"), [([x == 2, y == 3], 6), ([3 * x == 1, y**2 <= 1], -1 / 3)])
+def test_fixed_variables_are_fixed(tmp_path, rows, least):
+    problem, objective = stated_problem(x * y, [*rows, x * y <= 7], {"x": FREE, "y": FREE})
+    found = minimise(problem, objective, certificate=tmp_path / "c.json")
+    assert found.lower <= least == pytest.approx(found.lower, abs=1e-6)
+    assert found.upper == pytest.approx(least, abs=1e-6)
+
+
 def test_rows_bound_variables_that_have_one_end(tmp_path):
     found = presolved([3 * x + 2 * y <= 6], {"x": (0, None), "y": (0, None)}, tmp_path / "c.json")
     np.testing.assert_allclose(found.upper, [2.0, 3.0], atol=1e-12)
