@@ -209,19 +209,21 @@ class _Search:
         if self.lower >= self.goal or not len(curved) or not np.isfinite(self.points.best):
             return
         steps: list[Step] = []
-        bound = self.split(self.problem, curved, np.inf, min(EARLY, self.nodes), steps.append)
-        if bound > self.lower and self.record and bound >= self.goal:
-            for step in steps:
-                self.record(step)
+        order = min(node_order(self.plan, self.problem, self.points.objective), self.order)
+        record = steps.append if self.record else None
+        bound = self.split(self.problem, curved, order, np.inf, min(EARLY, self.nodes), record)
+        # A file holds the proof that closes the gap, and no tree that a higher order replaces.
         if self.record is None or bound >= self.goal:
             self.lower = max(self.lower, bound)
+            if self.record:
+                for step in steps:
+                    self.record(step)
 
     def split(
-        self, problem: PolynomialProblem, curved: Index, best: float, nodes: int, record: Recorder | None
+        self, problem: PolynomialProblem, curved: Index, order: int, best: float, nodes: int, record: Recorder | None
     ) -> float:
         """Return a bound by branching on a box outside of which the objective is at least ``best``."""
         points, objective = self.points, self.points.objective
-        order = node_order(self.plan, self.problem, objective)
 
         def bounded(part: PolynomialProblem) -> Relaxed:
             self.branches += 1
@@ -421,7 +423,8 @@ def _branch(search: _Search) -> None:
     if search.lower >= search.goal or not len(curved):  # what is linear gains nothing from smaller boxes
         return
 
-    bound = search.split(smaller, curved, best, search.nodes, record)
+    order = node_order(plan, problem, objective)
+    bound = search.split(smaller, curved, order, best, search.nodes, record)
     if bound > search.lower:
         prove(bound)
 

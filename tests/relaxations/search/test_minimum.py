@@ -273,5 +273,5 @@ def test_the_order_of_the_contraction_counts_the_objective_as_a_constraint(monke
         raise KeyboardInterrupt
 
     monkeypatch.setattr(minimum, "intervals", recorded)
-    minimise(problem, objective, order=4, tolerance=1e-14)
+    minimise(problem, objective, order=4, tolerance=1e-14, nodes=2)
     assert orders == [2]
