@@ -42,8 +42,8 @@ from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
-EARLY = 40  # branches before an order whose blocks cost as much as one of width EARLY_WIDTH
-EARLY_WIDTH = 15
+EARLY = 40  # branches before an order whose blocks cost as much as one of these widths: the first, the second, others
+EARLY_WIDTHS = (np.inf, 20, 15)
 STARTS = 8  # of the local search, beside the points of the relaxations
 WORTH_PRODUCTS = 0.1  # of the gap: products of constraints that close less are left out of the branches
 CONTRACTIONS = 5  # of the box before branching
@@ -153,7 +153,7 @@ class _Search:
         early = True
         for number, way in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
             order = way.order
-            if number and early and way.width > EARLY_WIDTH:
+            if early and way.width > EARLY_WIDTHS[min(number, 2)]:
                 early = False
                 self._branch_early()
                 if self.hoped:
@@ -206,7 +206,7 @@ class _Search:
         """Branch a little before the next order, whose relaxation costs as much as many parts of the box."""
         self.points.prove()
         curved = self.plan.complicating
-        if self.lower >= self.goal or not len(curved) or not np.isfinite(self.points.best):
+        if self.lower >= self.goal or not len(curved):
             return
         steps: list[Step] = []
         order = min(node_order(self.plan, self.problem, self.points.objective), self.order)
