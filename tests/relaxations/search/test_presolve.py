@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from relaxations import check
 from relaxations.errors import ProblemError
+from relaxations.formats.expressions import minimise as minimise_typed
 from relaxations.formats.expressions import problem_of, stated_problem, variables
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.search.minimum import MinimumReason, minimise
@@ -254,3 +255,10 @@ def test_zeros_and_ones_agree_with_enumeration():
     least = np.einsum("ki,ij,kj->k", corners, matrix, corners).min()
     assert found.lower <= least <= found.upper < least + 1e-9
     assert found.reason is MinimumReason.TIGHT
+
+
+def test_the_file_of_a_typed_problem_states_no_box_that_it_derives(tmp_path):
+    minimise_typed(x * y - x, [x**2 + y**2 <= 4, y >= -1], certificate=tmp_path / "c.json")
+    document = json.loads((tmp_path / "c.json").read_text())
+    assert document["box"] == [[None, None], [(-1.0).hex(), None]]
+    check.check(document)
