@@ -61,7 +61,7 @@ class Plan:
         """Return what a call means for a problem.
 
         ``"auto"`` is the lift where few variables complicate, the sparse hierarchy elsewhere. An objective counts as
-        a constraint; where one is given, few are at most half of those in a clique of the sparse hierarchy. On a long
+        a constraint; where one is given, few are less than half of those in a clique of the sparse hierarchy. On a long
         record whose order is not asked for, cuts go first: they bound the variables that complicate, and the lift
         bounds the others. (The multipliers of other variables follow those that complicate. A relaxation's multipliers
         are polynomials and can follow them; cuts would have to be many.)
@@ -114,6 +114,6 @@ class Plan:
 def _usual(problem: PolynomialProblem, few: Index | None, objective: Polynomials | None) -> Method:
     """Return the method of ``"auto"`` for a problem that has the objective as a row."""
     # The hierarchy on an objective of its own is exact at order 1 or 2 on most small problems. The lift need not be.
-    if few is None or (objective is not None and 2 * len(few) > max(map(len, cliques(problem)))):
+    if few is None or (objective is not None and 2 * len(few) >= max(map(len, cliques(problem)))):
         return Sparse()
     return Lift()
