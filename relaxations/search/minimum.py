@@ -1,9 +1,10 @@
 """The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
 
 The lower end is certified (:mod:`relaxations.proof.certificate`). The upper end is the objective at a point that is
-proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their blocks are
-small (:mod:`relaxations.search.orders`). Branch and bound closes the remaining gap, with the relaxation of the least
-order, tightened by products of linear constraints.
+proven to be feasible (:mod:`relaxations.points.witness`), where one was found. What costs least goes first, and the
+search stops as soon as the ends meet: bounds from single rows (:mod:`relaxations.search.presolve`), the least order,
+products of linear constraints at order 1, a few branches, higher orders while their blocks are small
+(:mod:`relaxations.search.orders`), and at last contraction and branch and bound.
 """
 
 from __future__ import annotations
@@ -159,7 +160,7 @@ class _Search:
                 if self.hoped:
                     break
             self._raise(order, way.steps)
-            if order == 1 and not self.hoped and self.lower < np.inf and isinstance(self.method, Sparse | Dense):
+            if order == 1 and not self.hoped and self.lower < np.inf:
                 self._multiply()
             if not number and not self.hoped and self.lower < np.inf:
                 self._scatter()
@@ -177,7 +178,8 @@ class _Search:
     def _multiply(self) -> None:
         """Bound the objective once more at order 1, with products of linear constraints; keep them if they help."""
         before, plain = self.lower, self.method
-        assert isinstance(plain, Sparse | Dense)
+        if not isinstance(plain, Sparse | Dense) or plain.products:
+            return
         self.method = replace(plain, products=True)
         self._raise(1, 1)
         if self.lower - before <= WORTH_PRODUCTS * (self.points.hope - before):
@@ -277,7 +279,7 @@ def minimise(
     Parameters
     ----------
     problem
-        With a finite box.
+        Variables without a finite box need rows that bound them, by :mod:`relaxations.search.presolve`.
     objective
         One row.
     method
