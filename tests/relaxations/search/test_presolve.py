@@ -262,3 +262,15 @@ def test_the_file_of_a_typed_problem_states_no_box_that_it_derives(tmp_path):
     document = json.loads((tmp_path / "c.json").read_text())
     assert document["box"] == [[None, None], [(-1.0).hex(), None]]
     check.check(document)
+
+
+def test_the_lift_serves_an_objective_with_products(tmp_path):
+    box = [end for v in (x, y, z) for end in (v >= -1, v <= 2)]
+    problem, objective = problem_of(x * y - x * z, [x + y + z <= 2, *box], ["x", "y", "z"])
+    found = minimise(problem, objective, method="lift", certificate=tmp_path / "c.json")
+    grid = np.stack(np.meshgrid(*[np.linspace(-1, 2, 31)] * 3), axis=-1).reshape(-1, 3)
+    inside = grid[grid.sum(axis=1) <= 2 + 1e-12]
+    least = (inside[:, 0] * (inside[:, 1] - inside[:, 2])).min()
+    assert found.lower <= least + 1e-9
+    assert found.lower == pytest.approx(least, abs=1e-2)
+    check.check(check.read(tmp_path / "c.json"))
