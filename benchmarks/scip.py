@@ -26,6 +26,30 @@ class ScipEnd:
     seconds: float
 
 
+def scip_minimum(problem: PolynomialProblem, objective: Polynomials, gap: float, limit: float) -> ScipEnd:
+    """Minimise a polynomial on the problem as stated, to a gap relative to ``max(1, |minimum|)`` or until a limit."""
+    model = pyscipopt.Model()
+    model.hideOutput()
+    model.setParam("limits/absgap", gap)
+    model.setParam("limits/gap", gap)
+    model.setParam("limits/time", limit)
+    model.setParam("parallel/maxnthreads", 1)
+    ends = np.stack([problem.lower, problem.upper], axis=1).tolist()
+    x = [model.addVar(lb=low if np.isfinite(low) else None, ub=up if np.isfinite(up) else None) for low, up in ends]
+    for member in _members(problem.equalities):
+        model.addCons(_sum(member, x) == 0)
+    for member in _members(problem.inequalities):
+        model.addCons(_sum(member, x) >= 0)
+    value = model.addVar(lb=None)
+    model.addCons(_sum(_members(objective)[0], x) <= value)
+    model.setObjective(value, "minimize")
+    started = time.process_time()
+    model.optimize()
+    seconds = time.process_time() - started
+    lower, upper = model.getDualbound(), model.getPrimalbound()
+    return ScipEnd(float(lower), float(upper - lower), seconds)
+
+
 def scip_end(problem: PolynomialProblem, variable: int, sign: float, gap: float, limit: float) -> ScipEnd:
     """Bound one variable from below (sign 1) or above (-1), to a gap in its unit or until a limit in seconds."""
     scaling = Scaling.of_box(problem)

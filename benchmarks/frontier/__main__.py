@@ -12,6 +12,7 @@ NAMES = (
     "curves",
     "exercise",
     "order_studies",
+    "small",
     "named_problems",
     "analytic",
     "named_verdicts",

@@ -24,8 +24,7 @@ def run() -> str:
     near = above = 0
     for name in bounded:
         case = load(name)
-        method = "auto" if name.startswith("smid_") else "sparse"
-        found = minimise(case.problem, case.objective, method=method, seconds=SECONDS)
+        found = minimise(case.problem, case.objective, seconds=SECONDS)
         size = max(1.0, abs(case.optimum))
         gap = (case.optimum - found.lower) / size
         near += gap < CLOSE

@@ -42,7 +42,6 @@ def _judged(
     cases: list[tuple[str, NamedProblem, PolynomialProblem]],
 ) -> Iterator[tuple[str, str, Minimum, tuple[str, ...]]]:
     for name, case, problem in cases:
-        method = "auto" if name.startswith("smid_") else "sparse"
-        found = minimise(problem, case.objective, method=method, tolerance=TOLERANCE, seconds=SECONDS)
+        found = minimise(problem, case.objective, tolerance=TOLERANCE, seconds=SECONDS)
         slack = Fraction(KNOWN) * max(Fraction(1), abs(Fraction(case.optimum)))
         yield "named problems", name, found, judged(found, Fraction(case.optimum), slack)

@@ -159,11 +159,23 @@ class Polynomials:
         return degrees
 
     def take(self, rows: Index) -> Polynomials:
-        """Return the polynomials with the given numbers, in that order."""
-        place = np.full(self.n_rows, -1, dtype=np.int64)
-        place[rows] = np.arange(len(rows))
-        kept = place[self.rows] >= 0
-        return Polynomials(len(rows), place[self.rows[kept]], trim(self.factors[kept]), self.coefficients[kept])
+        """Return the polynomials with the given numbers, in that order; a number may occur more than once.
+
+        >>> Polynomials.variables(np.array([0, 1])).take(np.array([1, 0, 1])).evaluate(np.array([2.0, 3.0]))
+        array([3., 2., 3.])
+        """
+        terms, places = self._terms_of(np.asarray(rows, dtype=np.int64))
+        return Polynomials(len(rows), places, trim(self.factors[terms]), self.coefficients[terms])
+
+    def _terms_of(self, rows: Index) -> tuple[Index, Index]:
+        """Return the terms of each row that is given, and for each term the place of its row among those given."""
+        order = np.argsort(self.rows, kind="stable")
+        counts = np.bincount(self.rows, minlength=self.n_rows)
+        first = (np.cumsum(counts) - counts)[rows]
+        repeat = counts[rows]
+        places = np.repeat(np.arange(len(rows)), repeat)
+        within = np.arange(len(places)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+        return order[first[places] + within], places
 
     def renumbered(self, numbers: Index) -> Polynomials:
         """Return the polynomials with variable k replaced by variable ``numbers[k]``."""
@@ -200,13 +212,7 @@ class Polynomials:
         array([4., 9.])
         """
         # Pair each term of a row with each term of the other factor's row.
-        order = np.argsort(other.rows, kind="stable")
-        counts = np.bincount(other.rows, minlength=other.n_rows)
-        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        repeat = counts[self.rows]
-        mine = np.repeat(np.arange(len(self.rows)), repeat)
-        within = np.arange(len(mine)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
-        theirs = order[first[self.rows[mine]] + within]
+        theirs, mine = other._terms_of(self.rows)
         return Polynomials(
             self.n_rows,
             self.rows[mine],
@@ -248,8 +254,21 @@ class Polynomials:
 
     def evaluate(self, point: Array) -> Array:
         """Return the values at a point, in plain floating-point arithmetic."""
-        values = self.coefficients.mid * np.prod(np.where(self.factors >= 0, point[self.factors], 1.0), axis=1)
+        values = self.coefficients.mid * np.prod(np.append(point, 1.0)[self.factors], axis=1)  # -1 is the last entry
         return np.asarray(np.bincount(self.rows, values, self.n_rows), dtype=np.float64)
+
+    def derivatives(self, n_variables: int) -> Polynomials:
+        """Return the derivative of each polynomial by each variable: row ``i * n_variables + k``.
+
+        >>> Polynomials.from_terms([{(0, 0, 1): 2.0}]).derivatives(2).evaluate(np.array([3.0, 5.0]))
+        array([60., 18.])
+        """
+        term, column = np.nonzero(self.factors >= 0)
+        left = self.factors[term]
+        rows = self.rows[term] * n_variables + left[np.arange(len(term)), column]
+        left[np.arange(len(term)), column] = -1
+        count = self.n_rows * n_variables
+        return Polynomials(count, rows, trim(np.sort(left, axis=1)), self.coefficients[term]).collect()
 
     def jacobian(self, point: Array) -> tuple[Index, Index, Array]:
         """Return the derivatives at a point as triplets (row, variable, value); a pair may occur more than once."""

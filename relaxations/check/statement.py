@@ -154,9 +154,13 @@ class Context:
 
     def ends(self, variable: int) -> tuple[Fraction, Fraction]:
         """Return both bounds of a variable, which must be finite."""
-        low, high = self.box[variable]
-        if isinstance(low, Fraction) and isinstance(high, Fraction):
-            return low, high
+        return self.end(variable, 0), self.end(variable, 1)
+
+    def end(self, variable: int, side: int) -> Fraction:
+        """Return the lower bound (side 0) or the upper one (side 1) of a variable, which must be finite."""
+        end = self.box[variable][side]
+        if isinstance(end, Fraction):
+            return end
         raise Refused(f"{self.where}: {self.name(variable)} has no finite box")
 
     def require(self, condition: bool, message: str) -> None:

@@ -29,6 +29,7 @@ from relaxations.formats.implied_box import Box, implied_box
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.search.minimum import Minimum
 from relaxations.search.minimum import minimise as minimise_problem
+from relaxations.search.presolve import presolve
 
 Names = tuple[str, ...]  # a monomial: names with repetition, sorted
 Number = int | float | Fraction
@@ -218,6 +219,17 @@ def problem_of(
     >>> problem.inequalities.n_rows  # x >= 0 is a bound now
     1
     """
+    goal, kept, ends = _rows_and_ends(objective, constraints, names, box)
+    return stated_problem(goal, kept, implied_box([(c.expression.terms, c.equality) for c in kept], ends))
+
+
+def _rows_and_ends(
+    objective: Expression | Number,
+    constraints: Sequence[Constraint],
+    names: Sequence[str] = (),
+    box: Mapping[str, tuple[Number | None, Number | None]] | None = None,
+) -> tuple[Expression, list[Constraint], Box]:
+    """Return the objective, the constraints that are no bounds of one variable, and those bounds."""
     goal = constant(objective)
     for k, c in enumerate(constraints):
         if not isinstance(c, Constraint):
@@ -234,7 +246,7 @@ def problem_of(
     for v, (low, high) in ends.items():
         if low is not None and high is not None and low > high:
             raise ProblemError(f"the constraints leave {v} the empty box [{float(low)}, {float(high)}]: correct them")
-    return stated_problem(goal, kept, implied_box([(c.expression.terms, c.equality) for c in kept], ends))
+    return goal, kept, ends
 
 
 def stated_problem(
@@ -281,7 +293,12 @@ def minimise(objective: Expression | Number, constraints: Sequence[Constraint] =
     >>> {name: round(value, 3) for name, value in found.point.items()}
     {'x': 0.5, 'y': 1.0}
     """
-    return minimise_problem(*problem_of(objective, constraints), **options)
+    goal, kept, ends = _rows_and_ends(objective, constraints)
+    stated = stated_problem(goal, kept, ends)
+    presolved = presolve(stated[0])
+    # Bounds that presolve does not prove are taken from the constraints here, and a certificate states them.
+    provable = presolved is None or not presolved.unbounded
+    return minimise_problem(*(stated if provable else problem_of(objective, constraints)), **options)
 
 
 def _polynomials(expressions: Sequence[Expression], names: Sequence[str]) -> Polynomials:

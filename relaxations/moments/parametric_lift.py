@@ -126,7 +126,9 @@ def least_order(problem: PolynomialProblem, complicating: Index) -> int:
     return max(1, -(-degree // 2))
 
 
-def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxation:
+def lift(
+    problem: PolynomialProblem, order: int, method: str = "lift", objective: Polynomials | None = None
+) -> Relaxation:
     """Return the parametric lift of a scaled problem (all variables in [-1, 1]), or its linear variant.
 
     Parameters
@@ -137,6 +139,8 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
         d >= 1.
     method
         One of {"lift", "rlt"}.
+    objective
+        In the scaled variables. The variables of its products complicate as well.
 
     Raises
     ------
@@ -154,7 +158,7 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
     >>> lift(problem, 2, "rlt").largest_block
     1
     """
-    complicating = lifted_variables(problem, order, method)
+    complicating = lifted_variables(problem, order, method, objective)
     equalities = []
     for degree, members in _by_degree(problem.equalities, complicating):
         equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
@@ -168,15 +172,18 @@ def lift(problem: PolynomialProblem, order: int, method: str = "lift") -> Relaxa
     return assemble(method, order, problem.n_variables, complicating, equalities, localisers, [singles])
 
 
-def lifted_variables(problem: PolynomialProblem, order: int, method: str = "lift") -> Index:
+def lifted_variables(
+    problem: PolynomialProblem, order: int, method: str = "lift", objective: Polynomials | None = None
+) -> Index:
     """Return the complicating variables of a lift; ProblemError if the lift cannot be built, as in :func:`lift`."""
-    complicating = complicating_variables(problem)
+    whole = problem if objective is None else problem.with_inequalities(objective)
+    complicating = complicating_variables(whole)
     if complicating is None:
         raise ProblemError(
             f"more than {MOST_COMPLICATING} variables would have to be complicating: the parametric lift does not "
             "apply; choose method='sparse'"
         )
-    least = least_order(problem, complicating)
+    least = least_order(whole, complicating)
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
     # Count terms, block widths and moments, and compare their memory with the machine's.

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
-from itertools import combinations_with_replacement
+from itertools import combinations, combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -200,7 +200,7 @@ def _first_rows(blocks: Blocks, monomials: list[Monomial]) -> list[list[Terms]]:
 
 
 def _product_table(relaxation: Relaxation, inequalities: Polynomials) -> _Table:
-    """List 1, the inequalities and the box, and their products with the box of the complicating variables."""
+    """List 1, the inequalities and the box, and the products of them that a relaxation may have as rows."""
     singles: list[tuple[Label, Terms]] = [((), {(): 1.0})]
     singles += [((("inequality", k),), terms) for k, terms in enumerate(_terms(inequalities))]
     for v in range(relaxation.n_variables):
@@ -210,6 +210,10 @@ def _product_table(relaxation: Relaxation, inequalities: Polynomials) -> _Table:
         table.add(label, terms)
         for parts, factor in _box_products(relaxation):
             table.add((*label, *parts), _times(terms, factor))
+    if relaxation.order == 1 and not len(relaxation.complicating):
+        linear = [(label, terms) for label, terms in singles if max(map(len, terms), default=0) == 1]
+        for (one, left), (other, right) in combinations(linear, 2):
+            table.add((*one, *other), _times(left, right))
     return table
 
 
@@ -237,7 +241,8 @@ def _box_factors(v: int) -> list[tuple[tuple[str, int], Terms]]:
 
 
 def _times(terms: Terms, factor: Terms) -> Terms:
-    # At most two terms have the same monomial, so these sums are rounded as in the relaxation.
+    # Both are linear, or one of them is a factor of the box: at most two terms have the same monomial, so these sums
+    # are rounded as in the relaxation.
     total: Terms = {}
     for m, c in terms.items():
         for n, sign in factor.items():

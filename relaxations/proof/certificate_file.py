@@ -24,6 +24,7 @@ from relaxations.problem.statement import listed, statement
 from relaxations.proof.proof_steps import (
     Bound,
     Branches,
+    Consequence,
     Cut,
     Fixed,
     Hull,
@@ -226,6 +227,8 @@ def _step(step: Step, places: _Places) -> dict[str, Any]:
     if isinstance(step, Quotient):
         place = places.of(step.problem)
         return {"quotient": {"equality": place.equalities[step.equality], "variable": place.variables[step.variable]}}
+    if isinstance(step, Consequence):
+        return _consequence(step, places.of(step.problem))
     if isinstance(step, Branches):
         return _branches(step, places)
     if isinstance(step, Cut):
@@ -346,6 +349,40 @@ def _reach(step: Reach, places: _Places) -> dict[str, Any]:
     return {"reach": document}
 
 
+def _consequence(step: Consequence, place: _Place) -> dict[str, Any]:
+    weight = str(step.weight)
+    rows = (place.equalities if step.equality else place.inequalities)[step.row]
+    squares = [
+        {
+            "of": [],
+            "weight": str(square.weight),
+            "basis": [place.monomial(b) for b in square.basis],
+            "factor": [[str(value) for value in line] for line in square.factor],
+        }
+        for square in step.squares
+    ]
+    one: dict[str, Any] = {"basis": [[]], "factor": [["1"]]}
+    own = {"of": [["inequality", rows]], "weight": weight, **one}
+    squares += [
+        {"of": [["above" if side > 0 else "below", place.variables[v]]], "weight": str(size), **one}
+        for v, side, size in step.ends
+    ]
+    return {
+        "objective": place.objective(step.objective),
+        "bound": float(step.bound).hex(),
+        **_map(step.centre, step.scale, place),
+        "equalities": [[rows, [[weight, []]]]] if step.equality else [],
+        "products": squares if step.equality else [own, *squares],
+    }
+
+
+def _map(centre: Array, scale: Array, place: _Place) -> dict[str, list[str]]:
+    """Return the map ``x = centre + scale t`` of a step over all variables of the file."""
+    whole = {"centre": np.zeros(place.n_variables), "scale": np.ones(place.n_variables)}
+    whole["centre"][place.variables], whole["scale"][place.variables] = centre, scale
+    return {key: [float(v).hex() for v in values] for key, values in whole.items()}
+
+
 def _bound(step: Bound, place: _Place) -> dict[str, Any]:
     if not np.isfinite(step.bound):
         raise ProblemError(f"the certificate's bound is {step.bound}: it proves nothing to be written")
@@ -354,15 +391,12 @@ def _bound(step: Bound, place: _Place) -> dict[str, Any]:
         name: relaxed.scaling.polynomials(family)
         for name, family in (("equality", relaxed.problem.equalities), ("inequality", relaxed.problem.inequalities))
     }
-    centre, scale = np.zeros(place.n_variables), np.ones(place.n_variables)
-    centre[place.variables], scale[place.variables] = relaxed.scaling.centre, relaxed.scaling.scale
     equalities = equality_multipliers(relaxation, scaled["equality"], step.certificate.multipliers.equalities)
     products = product_multipliers(relaxation, scaled["inequality"], step.certificate.multipliers.factors)
     return {
         "objective": place.objective(step.objective),
         "bound": float(step.bound).hex(),
-        "centre": [float(v).hex() for v in centre],
-        "scale": [float(v).hex() for v in scale],
+        **_map(relaxed.scaling.centre, relaxed.scaling.scale, place),
         "equalities": [
             [place.equalities[k], [[value, place.monomial(m)] for value, m in terms]] for k, terms in equalities
         ],

@@ -18,6 +18,7 @@ from relaxations.moments.lasserre_hierarchy import lasserre, plan
 from relaxations.moments.moment import Relaxation
 from relaxations.moments.parametric_lift import complicating_variables, least_order, lift, lifted_variables
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.reductions.products import with_products
 
 Order = int | tuple[int, ...]  # a tuple: one for each clique of the sparse hierarchy
 
@@ -62,18 +63,22 @@ class _OfLift:
         """Refuse a lift that does not apply or does not fit the memory."""
         lifted_variables(problem, order, self.name)
 
-    def build(self, problem: PolynomialProblem, order: Order, *_: object) -> Relaxation:
-        """Return the lift; it serves every linear objective."""
+    def build(self, problem: PolynomialProblem, order: Order, objective: Polynomials | None, _: int) -> Relaxation:
+        """Return the lift; it serves every linear objective, and the one that is given."""
         if not isinstance(order, int):
             raise ProblemError(f"the {self.name} has one order: {order} are {len(order)}")
-        return lift(problem, order, self.name)
+        return lift(problem, order, self.name, objective)
 
 
 @dataclass(frozen=True)
 class _OfLasserre:
-    """The methods of :mod:`relaxations.moments.lasserre_hierarchy`."""
+    """The methods of :mod:`relaxations.moments.lasserre_hierarchy`.
+
+    With ``products``, order 1 contains products of linear constraints (:mod:`relaxations.reductions.products`).
+    """
 
     order: int | None = None
+    products: bool = False
     name: ClassVar[str]
 
     def orders(self, problem: PolynomialProblem) -> tuple[int, int]:
@@ -87,7 +92,8 @@ class _OfLasserre:
 
     def build(self, problem: PolynomialProblem, order: Order, objective: Polynomials | None, steps: int) -> Relaxation:
         """Return the relaxation; it serves the objective alone where one is given."""
-        return lasserre(problem, order, self.name, objective, steps)
+        multiplied = with_products(problem, objective) if self.products and order == 1 else problem
+        return lasserre(multiplied, order, self.name, objective, steps)
 
 
 class Lift(_OfLift):

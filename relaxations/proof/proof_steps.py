@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -116,6 +117,44 @@ class Quotient:
 
 
 @dataclass(frozen=True)
+class Square:
+    """``weight`` times the sum over columns f of ``factor`` of the square of ``sum_i f_i basis_i``."""
+
+    weight: Fraction
+    basis: tuple[tuple[int, ...], ...]
+    factor: tuple[tuple[Fraction, ...], ...]
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """A bound that follows from one row: ``objective >= bound + weight * row + ends + squares`` on the box.
+
+    Parameters
+    ----------
+    objective
+        One row, in the problem's own variables.
+    centre, scale
+        Shape (n_variables,). The squares are in t, where ``x = centre + scale t``. Variables without a box occur in no
+        other term of the difference: their terms cancel.
+    equality, row
+        Whether the row is an equality, and its number.
+    ends
+        Variable, side (1 for ``1 + t``, -1 for ``1 - t``) and weight of further terms.
+    """
+
+    problem: PolynomialProblem
+    objective: Polynomials
+    bound: float
+    centre: Array
+    scale: Array
+    equality: bool
+    row: int
+    weight: Fraction
+    ends: tuple[tuple[int, int, Fraction], ...]
+    squares: tuple[Square, ...]
+
+
+@dataclass(frozen=True)
 class Reach:
     """A box for variables that have none (:mod:`relaxations.search.boxes`).
 
@@ -221,5 +260,5 @@ class Level:
     steps: tuple[Step, ...]
 
 
-Step = Bound | Cut | Branches | Quotient | Reach | Sides | Fixed | Hull | Level
+Step = Bound | Cut | Branches | Quotient | Consequence | Reach | Sides | Fixed | Hull | Level
 Recorder = Callable[[Step], None]

@@ -44,7 +44,9 @@ def with_products(problem: PolynomialProblem, objective: Polynomials | None = No
     4
     """
     linear = problem.inequalities.take(np.flatnonzero(problem.inequalities.row_degrees() == 1))
-    free = np.flatnonzero(problem.lower < problem.upper)
+    families = [problem.equalities, problem.inequalities, *([] if objective is None else [objective])]
+    free = Polynomials.join(families).occurring()
+    free = free[problem.lower[free] < problem.upper[free]]
     factors = Polynomials.join(
         [
             linear,

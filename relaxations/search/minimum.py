@@ -1,16 +1,17 @@
 """The minimum of a polynomial: raise the order, extract minimisers, branch, until a proven bound meets a point.
 
 The lower end is certified (:mod:`relaxations.proof.certificate`). The upper end is the objective at a point that is
-proven to be feasible (:mod:`relaxations.points.witness`), where one was found. Orders are raised while their blocks are
-small (:mod:`relaxations.search.orders`). Branch and bound closes the remaining gap, with the relaxation of the least
-order, tightened by products of linear constraints.
+proven to be feasible (:mod:`relaxations.points.witness`), where one was found. What costs least goes first, and the
+search stops as soon as the ends meet: bounds from single rows (:mod:`relaxations.search.presolve`), the least order,
+products of linear constraints at order 1, a few branches, higher orders while their blocks are small
+(:mod:`relaxations.search.orders`), and at last contraction and branch and bound.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from html import escape
@@ -18,12 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, Progress, check_seconds, stopped_by, time_limit
 from relaxations.moments.parametric_lift import METHODS as LIFTS
-from relaxations.moments.parametric_lift import nonlinear_variables
 from relaxations.points.extraction import minimisers
 from relaxations.points.feasible_points import FeasiblePoints
 from relaxations.problem.problem import PolynomialProblem
@@ -31,7 +31,6 @@ from relaxations.proof.bounding import CertifiedBound, Relaxed, relax
 from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Dense, Method, Order, Sparse, relaxation_method
 from relaxations.proof.proof_steps import Bound, Level, Recorder, Step
-from relaxations.reductions.products import with_products
 from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.vanishing import products, settle
 from relaxations.search.branching import branch_and_bound
@@ -39,11 +38,15 @@ from relaxations.search.enclosure import contracted, uninterrupted
 from relaxations.search.hierarchy import intervals
 from relaxations.search.orders import check_orders, node_order, not_flat, ways
 from relaxations.search.plan import Plan
+from relaxations.search.presolve import beyond, presolve
 from relaxations.solvers import Solver, check_solver
 
 BRANCHES = 400
 MORE_BRANCHES = 10  # where the bound has met a value that no proof confirms
+EARLY = 40  # branches before an order whose blocks cost as much as one of these widths: the first, the second, others
+EARLY_WIDTHS = (np.inf, 20, 15)
 STARTS = 8  # of the local search, beside the points of the relaxations
+WORTH_PRODUCTS = 0.1  # of the gap: products of constraints that close less are left out of the branches
 CONTRACTIONS = 5  # of the box before branching
 SEARCHING = 0.9  # of the time allowed; the rest is for the verification of points
 VERIFYING = 0.3  # seconds that this gets at least
@@ -119,8 +122,9 @@ class Minimum:
 
 @dataclass
 class _Search:
-    """What is known so far: points, the certified bound, and the work done."""
+    """What is known so far of a problem after presolve: points, the certified bound, and the work done."""
 
+    problem: PolynomialProblem
     plan: Plan
     points: FeasiblePoints
     solver: Solver
@@ -129,6 +133,7 @@ class _Search:
     lower: float
     record: Recorder | None
     order: int
+    method: Method  # the plan's, with products of linear constraints once they have raised the bound
     branches: int = 0
     not_flat: Callable[[], set[int]] = set  # cliques of the last relaxation
 
@@ -144,13 +149,21 @@ class _Search:
 
     def run(self) -> None:
         """Raise the order, then branch, until the bound meets a point."""
-        problem, objective = self.points.problem, self.points.objective
+        problem, objective = self.problem, self.points.objective
         check_orders(self.plan, problem, objective)
-        # Seeded, so that a run can be repeated.
-        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
-            self.points.search(problem.lower + share * (problem.upper - problem.lower))
-        for order, steps in ways(self.plan, problem, objective, lambda: self.not_flat()):
-            self._raise(order, steps)
+        early = True
+        for number, way in enumerate(ways(self.plan, problem, objective, lambda: self.not_flat())):
+            order = way.order
+            if early and way.width > EARLY_WIDTHS[min(number, 2)]:
+                early = False
+                self._branch_early()
+                if self.hoped:
+                    break
+            self._raise(order, way.steps)
+            if order == 1 and not self.hoped and self.lower < np.inf:
+                self._multiply()
+            if not number and not self.hoped and self.lower < np.inf:
+                self._scatter()
             if self.lower == np.inf:
                 return
             self.say(f"order {self.order}: bound {self.lower:.9g}, best point {self.points.hope:.9g}")
@@ -162,10 +175,26 @@ class _Search:
                 self.nodes = min(self.nodes, MORE_BRANCHES) if self.hoped else self.nodes
                 _branch(self)
 
+    def _multiply(self) -> None:
+        """Bound the objective once more at order 1, with products of linear constraints; keep them if they help."""
+        before, plain = self.lower, self.method
+        if not isinstance(plain, Sparse | Dense) or plain.products:
+            return
+        self.method = replace(plain, products=True)
+        self._raise(1, 1)
+        if self.lower - before <= WORTH_PRODUCTS * (self.points.hope - before):
+            self.method = plain
+
+    def _scatter(self) -> None:
+        """Search for points from random starts, seeded, so that a run can be repeated."""
+        problem = self.problem
+        for share in np.random.default_rng(0).random((STARTS, problem.n_variables)):
+            self.points.search(problem.lower + share * (problem.upper - problem.lower))
+
     def _raise(self, order: Order, steps: int) -> None:
         """Bound the objective by the relaxation of an order, and search for points from its moments."""
         objective = self.points.objective
-        relaxed = self.relaxed(self.points.problem, order, steps)
+        relaxed = self.relaxed(self.problem, order, steps)
         certified = relaxed.bound(objective)
         if self.record and certified.bound > self.lower:
             self.record(Bound.of(relaxed, objective, certified))
@@ -175,22 +204,68 @@ class _Search:
             for point in (certified.point, *_extracted(relaxed, certified)):
                 self.points.search(point)
 
+    def _branch_early(self) -> None:
+        """Branch a little before the next order, whose relaxation costs as much as many parts of the box."""
+        self.points.prove()
+        curved = self.plan.complicating
+        if self.lower >= self.goal or not len(curved):
+            return
+        steps: list[Step] = []
+        order = min(node_order(self.plan, self.problem, self.points.objective), self.order)
+        record = steps.append if self.record else None
+        bound = self.split(self.problem, curved, order, np.inf, min(EARLY, self.nodes), record)
+        # A file holds the proof that closes the gap, and no tree that a higher order replaces.
+        if self.record is None or bound >= self.goal:
+            self.lower = max(self.lower, bound)
+            if self.record:
+                for step in steps:
+                    self.record(step)
+
+    def split(
+        self, problem: PolynomialProblem, curved: Index, order: int, best: float, nodes: int, record: Recorder | None
+    ) -> float:
+        """Return a bound by branching on a box outside of which the objective is at least ``best``."""
+        points, objective = self.points, self.points.objective
+
+        def bounded(part: PolynomialProblem) -> Relaxed:
+            self.branches += 1
+            return self.relaxed(part, order)
+
+        def goal(certified: CertifiedBound | None) -> float:
+            """Search and prove a point from each certified bound; return the bound that is enough."""
+            point = None if certified is None else certified.point
+            if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
+                points.search(point)
+                points.prove()
+            return self.goal
+
+        def report(bound: float, enough: float) -> None:
+            if self.record is None:  # what is recorded is proven in the end
+                self.lower = max(self.lower, min(bound, best))
+            self.say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
+
+        return branch_and_bound(
+            problem,
+            objective,
+            curved,
+            bounded,
+            start=self.lower,
+            goal=goal,
+            nodes=nodes,
+            report=report,
+            record=record,
+        )
+
     def relaxed(self, problem: PolynomialProblem, order: Order, steps: int = 1) -> Relaxed:
         """Return the relaxation of an order on a problem that may have a smaller box."""
-        tightened = self.tightened(problem, order)
-        return relax(tightened, self.plan.method, order, self.solver, self.points.objective, steps)
-
-    def tightened(self, problem: PolynomialProblem, order: Order) -> PolynomialProblem:
-        """Return the problem with products of linear constraints, where they help and no file needs a proof."""
-        apply = order == 1 and isinstance(self.plan.method, Sparse | Dense) and self.record is None
-        return with_products(problem, self.points.objective) if apply else problem
+        return relax(problem, self.method, order, self.solver, self.points.objective, steps)
 
 
 def minimise(
     problem: PolynomialProblem,
     objective: Polynomials,
     *,
-    method: str | Method = "sparse",
+    method: str | Method = "auto",
     order: int | None = None,
     tolerance: float = 1e-6,
     nodes: int = BRANCHES,
@@ -204,7 +279,7 @@ def minimise(
     Parameters
     ----------
     problem
-        With a finite box.
+        Variables without a finite box need rows that bound them, by :mod:`relaxations.search.presolve`.
     objective
         One row.
     method
@@ -220,7 +295,7 @@ def minimise(
         points.
     certificate
         File for the proof of the lower end, or of an empty set, for ``python -m relaxations.check FILE``; nothing is
-        written where the box alone proves as much. Products of linear constraints are not used then.
+        written where the box alone proves as much.
 
     Raises
     ------
@@ -239,13 +314,22 @@ def minimise(
     # Refuse a wrong call before any work.
     check_seconds(seconds)
     check_solver(solver)
-    Scaling.of_box(problem)
-    plan = Plan.of(problem, method if method == "auto" else relaxation_method(method), order, objective)
+    chosen = method if method == "auto" else relaxation_method(method)
     if certificate:
         Path(certificate).unlink(missing_ok=True)  # an old file would prove something else
-    points = FeasiblePoints(problem, objective, products(problem), tolerance)
     proof: list[Step] = []
+    stated, presolved = problem, presolve(problem, proof.append)
+    if presolved is None:
+        if certificate:
+            write_certificate(certificate, stated, proof)
+        seconds = time.perf_counter() - started
+        return Minimum(stated, objective, np.inf, np.nan, (), 0, 0, MinimumReason.EMPTY, seconds)
+    problem = presolved
+    Scaling.of_box(problem)
+    plan = Plan.of(problem, chosen, order, objective)
+    points = FeasiblePoints(beyond(stated, problem), objective, products(problem), tolerance)
     search = _Search(
+        problem,
         plan,
         points,
         solver,
@@ -254,6 +338,7 @@ def minimise(
         _least_on_box(problem, objective),
         proof.append if certificate else None,
         plan.least,
+        plan.method,
     )
     reason = MinimumReason.ORDERS
     try:
@@ -271,9 +356,9 @@ def minimise(
     elif reason is MinimumReason.ORDERS and not verified:
         reason = MinimumReason.UNVERIFIED
     if certificate and proof:
-        write_certificate(certificate, problem, proof)
+        write_certificate(certificate, stated, proof)
     return Minimum(
-        problem,
+        stated,
         objective,
         search.lower,
         points.best if verified else float("nan"),
@@ -297,11 +382,11 @@ def _extracted(relaxed: Relaxed, certified: CertifiedBound) -> list[Array]:
 def _branch(search: _Search) -> None:
     """Close the remaining gap by branch and bound, on the box of the points better than the best one."""
     points, objective, plan = search.points, search.points.objective, search.plan
-    problem, best = points.problem, points.best
+    problem, best = search.problem, points.best
     # Points that are worse than the best one known are left out.
     better = problem.with_inequalities(objective.below(best)) if np.isfinite(best) else problem
     whole = node_order(plan, better, objective)  # the objective as a constraint may couple all variables
-    curved = nonlinear_variables(problem.with_inequalities(objective))
+    curved = plan.complicating
     steps: list[Step] = []
     record = steps.append if search.record else None
 
@@ -317,9 +402,9 @@ def _branch(search: _Search) -> None:
     # Contract the box of the better points.
     found = uninterrupted(
         intervals(
-            search.tightened(better, whole),
+            better,
             range(problem.n_variables),
-            method=plan.method,
+            method=search.method,
             order=whole,
             solver=search.solver,
             rounds=CONTRACTIONS,
@@ -341,35 +426,7 @@ def _branch(search: _Search) -> None:
         return
 
     order = node_order(plan, problem, objective)
-
-    def bounded(part: PolynomialProblem) -> Relaxed:
-        search.branches += 1
-        return search.relaxed(part, order)
-
-    def goal(certified: CertifiedBound | None) -> float:
-        """Search and prove a point from each certified bound; return the bound that is enough."""
-        point = None if certified is None else certified.point
-        if point is not None and np.isfinite(point).all() and objective.evaluate(point)[0] < points.best:
-            points.search(point)
-            points.prove()
-        return search.goal
-
-    def report(bound: float, enough: float) -> None:
-        if record is None:  # what is recorded is proven in the end
-            search.lower = max(search.lower, min(bound, best))
-        search.say(f"branching: bound {min(bound, best):.9g}, goal {enough:.9g}")
-
-    bound = branch_and_bound(
-        smaller,
-        objective,
-        curved,
-        bounded,
-        start=search.lower,
-        goal=goal,
-        nodes=search.nodes,
-        report=report,
-        record=record,
-    )
+    bound = search.split(smaller, curved, order, best, search.nodes, record)
     if bound > search.lower:
         prove(bound)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,14 @@ STEPS = 3  # of term sparsity at each order
 NODE_WIDEST = 20
 
 
+class Way(NamedTuple):
+    """A relaxation to try: its order (one for each clique where they differ), steps, and the width that it costs as."""
+
+    order: Order
+    steps: int
+    width: float
+
+
 def check_orders(plan: Plan, problem: PolynomialProblem, objective: Polynomials) -> None:
     """Refuse blocks that are too wide at the highest order, or at the least one where none is asked for."""
     if isinstance(plan.method, LASSERRE):
@@ -40,8 +49,8 @@ def check_orders(plan: Plan, problem: PolynomialProblem, objective: Polynomials)
 
 def ways(
     plan: Plan, problem: PolynomialProblem, objective: Polynomials, suspects: Callable[[], set[int]]
-) -> Iterator[tuple[Order, int]]:
-    """Yield the relaxations to try, one by one: their order (one for each clique where they differ) and steps.
+) -> Iterator[Way]:
+    """Yield the relaxations to try, one by one.
 
     Parameters
     ----------
@@ -54,12 +63,12 @@ def ways(
     >>> x, y, z = v = variables("x y z")
     >>> problem, objective = problem_of(x * y + y * z, [end for w in v for end in (w >= -1, w <= 1)])
     >>> plan = Plan.of(problem, "sparse", 3, objective)
-    >>> list(ways(plan, problem, objective, lambda: {1}))  # of the cliques (x, y) and (y, z)
-    [(1, 1), (2, 1), ((2, 3), 1), (3, 1)]
+    >>> [way.order for way in ways(plan, problem, objective, lambda: {1})]  # of the cliques (x, y) and (y, z)
+    [1, 2, (2, 3), 3]
     """
     least, highest, method = plan.least, plan.asked, plan.method.name
     if not isinstance(plan.method, LASSERRE):
-        yield from ((order, 1) for order in range(least, plan.order + 1))
+        yield from (Way(order, 1, 0.0) for order in range(least, plan.order + 1))
         return
     scaled, goal = _scaled(problem, objective)
     cliques = range(len(groups(scaled, least, method, goal)))
@@ -71,7 +80,8 @@ def ways(
             except ProblemError:  # beyond the memory
                 return
             # Blocks by terms are narrow but many: what counts is the one block that would cost as much.
-            width = float(np.sum(np.array(widths) ** 4.0) ** 0.25) if method in BY_TERMS else max(widths)
+            cost = float(np.sum(np.array(widths) ** 4.0) ** 0.25)
+            width = cost if method in BY_TERMS else max(widths)
             if width > WIDEST and steps == 1 and order > (highest or least):
                 return
             if widths == before or (width > WIDEST and steps > 1):
@@ -80,8 +90,8 @@ def ways(
             if method == "sparse" and order > max(least, 2):
                 raised = suspects()
                 if 0 < len(raised) < len(cliques):
-                    yield tuple(order if k in raised else order - 1 for k in cliques), 1
-            yield order, steps
+                    yield Way(tuple(order if k in raised else order - 1 for k in cliques), 1, cost)
+            yield Way(order, steps, cost)
             before = widths
 
 

@@ -15,6 +15,7 @@ from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import LIFTS, Cuts, Lift, Method, Sparse, method_of
 from relaxations.reductions.projection import Projection
 from relaxations.reductions.scaling import Scaling
+from relaxations.reductions.sparsity import cliques
 from relaxations.search.benders.enclose import check_cuts
 
 LONG = 600  # moments of the least lift from which cuts are faster than a relaxation of the whole record
@@ -70,10 +71,11 @@ class Plan:
         With ``targets``, the variables that are asked for, noises that would complicate the problem are eliminated
         where that is possible (:mod:`relaxations.reductions.projection`); methods without a lift keep them.
 
-        ``"auto"`` is the lift where it applies, the sparse hierarchy elsewhere. On a long record whose order is not
-        asked for, cuts go first: they bound the variables that complicate, and the lift bounds the others. (The
-        multipliers of other variables follow those that complicate. A relaxation's multipliers are polynomials and can
-        follow them; cuts would have to be many.)
+        ``"auto"`` is the lift where few variables complicate, the sparse hierarchy elsewhere. An objective counts as
+        a constraint; where one is given, few are less than half of those in a clique of the sparse hierarchy. On a long
+        record whose order is not asked for, cuts go first: they bound the variables that complicate, and the lift
+        bounds the others. (The multipliers of other variables follow those that complicate. A relaxation's multipliers
+        are polynomials and can follow them; cuts would have to be many.)
 
         Raises
         ------
@@ -84,25 +86,21 @@ class Plan:
             return method
         chosen = method_of(method)
         order = order if order is not None or chosen is None else chosen.order
-        few = complicating_variables(problem)
         lifts = chosen is None or isinstance(chosen, (*LIFTS, Cuts))
-        projection = None if targets is None or not lifts else _projection(problem, few, targets)
+        projection = None if targets is None or not lifts else _projection(problem, targets)
         if projection is not None:
             problem = projection.inner(problem.lower, problem.upper)
-            few = complicating_variables(problem)
+        whole = problem if objective is None else problem.with_inequalities(objective)
+        few = complicating_variables(whole)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = few is not None and len(few) > 0 and (1 + len(few)) * problem.n_variables >= LONG
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
-        relaxation = (
-            chosen if chosen is not None and not isinstance(chosen, Cuts) else Sparse() if few is None else Lift()
-        )
-        least, usual = relaxation.orders(problem)
-        if objective is not None:
-            least = max(least, -(-objective.degree // 2))
+        relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few, objective)
+        least, usual = relaxation.orders(whole)
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
-        complicating = nonlinear_variables(problem) if few is None else few
+        complicating = nonlinear_variables(whole) if few is None else few
         only_cuts = isinstance(chosen, Cuts)
         return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, only_cuts, projection)
 
@@ -137,10 +135,18 @@ class Plan:
             self.method.check(Scaling.of_box(problem).apply(problem), self.order)
 
 
-def _projection(problem: PolynomialProblem, few: Index | None, targets: Sequence[int]) -> Projection | None:
+def _projection(problem: PolynomialProblem, targets: Sequence[int]) -> Projection | None:
     """Return the projection that leaves few complicating variables; None where it is of no use."""
-    projection = Projection.of(problem, targets)
+    few, projection = complicating_variables(problem), Projection.of(problem, targets)
     if projection is None or (few is not None and not np.isin(few, projection.removed).any()):
         return None
     left = complicating_variables(projection.inner(problem.lower, problem.upper))
     return None if left is None else projection
+
+
+def _usual(problem: PolynomialProblem, few: Index | None, objective: Polynomials | None) -> Method:
+    """Return the method of ``"auto"`` for a problem that has the objective as a row."""
+    # The hierarchy on an objective of its own is exact at order 1 or 2 on most small problems. The lift need not be.
+    if few is None or (objective is not None and 2 * len(few) >= max(map(len, cliques(problem)))):
+        return Sparse()
+    return Lift()

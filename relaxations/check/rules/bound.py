@@ -3,13 +3,15 @@
 Claim: ``objective >= bound`` on the set. Given are a centre c and a scale s, polynomials p_k, weights w_j >= 0, sums of
 squares sigma_j, and g_j, each a product of inequalities and of ``1 - t_i``, ``1 + t_i`` or ``1 - t_i^2``.
 
-Proof. Let x be a point of the set. For every variable that occurs below, ``s_i >= 0`` and the box lies in
-``[c_i - s_i, c_i + s_i]``. So there is a t with ``x_i = c_i + s_i t_i`` and ``-1 <= t_i <= 1``; where s_i is zero, the
-box is the point c_i. At this t let
+Proof. Let x be a point of the set. For every variable that occurs below, ``s_i >= 0``; where s_i is zero, the box is
+the point c_i. So there is a t with ``x_i = c_i + s_i t_i``. At this t let
 
     r = objective - sum_k p_k h_k - sum_j w_j sigma_j g_j,       h_k the equalities, all polynomials written in t.
 
-There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of t lies in [-1, 1],
+For every variable that occurs in r, the box lies in ``[c_i - s_i, c_i + s_i]``, so that ``-1 <= t_i <= 1``. Where
+``1 + t_i`` is used, the box begins at ``c_i - s_i`` or later; where ``1 - t_i`` is, it ends at ``c_i + s_i`` or before;
+``1 - t_i^2`` needs both. (Other variables need no box: a disc bounds both of its own.)
+There h_k = 0, w_j >= 0, sigma_j >= 0 and g_j >= 0, so ``objective >= r``. As every monomial of r lies in [-1, 1],
 ``r >= r_0 - sum_{i > 0} |r_i|``, and the claimed bound is at most this number, for all coefficients in their balls. ∎
 """
 
@@ -25,7 +27,7 @@ from relaxations.check.steps import Bound
 def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
     """Return the theorem of a step."""
     work, known = context.work, dict[tuple[str, int], Polynomial]()
-    occurring = set(step.objective.variables)
+    occurring, begins, ends = set(step.objective.variables), set[int](), set[int]()
 
     def in_t(polynomial: Polynomial) -> Polynomial:
         occurring.update(polynomial.variables)
@@ -52,17 +54,20 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
         occurring.update(total.variables)
         for kind, number in product.of:
             own = factor(kind, number)
-            occurring.update(own.variables)
+            begins |= {number} if kind in ("above", "inside") else set()
+            ends |= {number} if kind in ("below", "inside") else set()
             total = own.times(total, work)
         residual.add(total, -product.weight)
 
-    # The box of every variable that occurs lies in [centre - scale, centre + scale].
-    for k in sorted(occurring):
-        low, high = context.ends(k)
+    # Where -1 <= t or t <= 1 was used, the box begins at centre - scale, or ends at centre + scale.
+    for k in sorted(occurring | begins | ends):
         centre, scale, name = step.centre[k], step.scale[k], context.name(k)
         context.require(scale >= 0, f"scale >= 0 fails for {name}: {shown(scale)}")
-        at_most(context, centre - scale, low, "centre - scale <= lower", name)
-        at_most(context, high, centre + scale, "upper <= centre + scale", name)
+        whole = not scale or k in residual.variables
+        if whole or k in begins:
+            at_most(context, centre - scale, context.end(k, 0), "centre - scale <= lower", name)
+        if whole or k in ends:
+            at_most(context, context.end(k, 1), centre + scale, "upper <= centre + scale", name)
     return [reached(context, step.objective, step.bound, residual)]
 
 

@@ -133,7 +133,7 @@ def test_the_order_is_raised_first_where_the_moments_are_not_flat(monkeypatch):
 
     monkeypatch.setattr(minimum, "relax", recorded)
     found = minimise(problem, objective, nodes=0, tolerance=1e-5)
-    assert orders == [1, 2, (3, 2, 2)]
+    assert orders == [1, 1, 2, (3, 2, 2)]  # order 1 once more with products of constraints
     assert found.order == 3
     assert found.reason is MinimumReason.TIGHT
     assert optimum - 1e-5 < found.lower < optimum + 1e-6
@@ -217,6 +217,15 @@ def test_products_of_constraints_cut_no_feasible_point_off(seed):
             assert more.inequalities.evaluate(point).min() >= -1e-12
 
 
+def test_products_of_constraints_are_all_there():
+    problem, _ = from_sympy(None, [3 - X - Y], [], [X, Y], {X: (0, 2), Y: (0, 2)})
+    more = with_products(problem).inequalities
+    x, y = point = np.array([0.5, 0.75])
+    row, ends = 3 - x - y, ((x, 2 - x), (y, 2 - y))
+    expected = [row, *(row * end for pair in ends for end in pair), *(a * b for a in ends[0] for b in ends[1])]
+    np.testing.assert_allclose(np.sort(more.evaluate(point)), np.sort(expected))
+
+
 def test_products_tighten_the_least_order():
     problem, objective = from_sympy(-X * Y, [3 - X - Y], [], [X, Y], {X: (0, 2), Y: (0, 2)})
     plain = relax(problem, "sparse", 1, objective=objective).bound(objective).bound
@@ -264,5 +273,5 @@ def test_the_order_of_the_contraction_counts_the_objective_as_a_constraint(monke
         raise KeyboardInterrupt
 
     monkeypatch.setattr(minimum, "intervals", recorded)
-    minimise(problem, objective, order=4, tolerance=1e-14)
+    minimise(problem, objective, order=4, tolerance=1e-14, nodes=2)
     assert orders == [2]

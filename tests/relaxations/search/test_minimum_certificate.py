@@ -47,7 +47,7 @@ def test_the_file_proves_the_lower_end(tmp_path, name, order):
 def test_the_minima_of_named_problems_are_proven(tmp_path, name):
     case = library.load(name)
     found = minimise(case.problem, case.objective, certificate=tmp_path / "c.json")
-    assert found.lower <= case.optimum + 1e-9 * max(1.0, abs(case.optimum))
+    assert found.lower <= case.optimum + 1e-7 * max(1.0, abs(case.optimum))  # known to about seven digits
     assert_proven(tmp_path / "c.json", found)
 
 
