@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.fitting.constraints import Constraints, constrained
 from smid.fitting.fit import Fitting, fit
 from smid.fitting.sequential import Descents, largest
@@ -70,6 +70,8 @@ class Scan:
         if constraints.violated(start):
             part = Fitting(begun.model, data, first, begun.initial)
             start = constrained(part, part.start(begun.model.values), constraints)
+            if constraints.violated(start):
+                raise DataError("no run is found that keeps the constraints of the model")
         found = self._descents.descend(start, np.zeros(len(start)), 0.0, 1.0, _INNER)
         self.inside, self.least, self.least_rows = found.vector, found.largest, found.rows
 

@@ -54,7 +54,8 @@ def test_a_monomial_of_high_degree_counts_all_its_pairs():
 
 def test_too_many_complicating_variables_are_refused_with_the_cure():
     n = MOST_COMPLICATING + 1
-    problem = unit_problem(n, [{(k, k): 1.0} for k in range(n)])
+    squares = [{(k, k): 1.0} for k in range(n)]
+    problem = unit_problem(n, [*squares, {(k, k): 1.0 for k in range(n)}])  # none occurs in one row alone
     assert complicating_variables(problem) is None
     with pytest.raises(ProblemError, match="choose method='sparse'"):
         lift(problem, 1)

@@ -28,9 +28,14 @@ def test_a_port_in_use_is_told():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is another thing there")
 def test_ctrl_c_ends_it_with_one_line():
-    command = [sys.executable, "-m", "smid", "app", "--no-browser"]
+    # A shell's background job passes on that SIGINT is ignored.
+    listen = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{listen}; from smid.cli import main; main(['app', '--no-browser'])"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
-        assert run.stdout.readline().startswith("http://127.0.0.1:")
-        run.send_signal(signal.SIGINT)
-        assert run.communicate(timeout=30) == ("smid app has ended\n", "")
+        try:
+            assert run.stdout.readline().startswith("http://127.0.0.1:")
+            run.send_signal(signal.SIGINT)
+            assert run.communicate(timeout=30) == ("smid app has ended\n", "")
+        finally:
+            run.kill()
     assert run.returncode == 0

@@ -132,7 +132,7 @@ def test_a_model_without_an_output_is_refused(noise_bound):
 def test_a_noise_bound_for_an_exact_output_is_refused():
     w, u, a = signal("w"), signal("u"), Parameter("a", 0.1, 0.99)
     exact = Model("exact", (a,), (Line(w[t], a.symbol * w[t - 1] + u[t - 1]),), (Measurement("y", "w", None),))
-    with pytest.raises(ModelError, match="takes no output as noisy"):
+    with pytest.raises(ModelError, match="takes no output 'y' as noisy"):
         ask(exact, noise_bound=BOUND)
 
 

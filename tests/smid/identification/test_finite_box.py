@@ -130,16 +130,16 @@ def test_knowledge_that_is_curved_in_the_loose_parameters_is_no_obstacle():
 
 
 def hidden_state() -> tuple[Model, dict[str, np.ndarray], np.ndarray]:
-    """Return a model whose state x no channel measures, its input and its output."""
+    """Return a model whose state x is seen by its square alone, its input and its output."""
     a, b = Parameter("a", -0.9, 0.9), Parameter("b", 0.1, 2.0)
     u, x, z = signal("u"), signal("x"), signal("z")
-    lines = (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(z[t], b.symbol * x[t]))
+    lines = (Line(x[t], a.symbol * x[t - 1] + u[t - 1]), Line(z[t], b.symbol * x[t] ** 2))
     rng = np.random.default_rng(0)
     inputs, state = rng.uniform(-1, 1, 12), np.zeros(12)
     for k in range(1, 12):
         state[k] = 0.5 * state[k - 1] + inputs[k - 1]
     model = Model("hidden", (a, b), lines, (Measurement("y", "z", "eta"),))
-    return model, {"u": inputs}, 0.8 * state + rng.uniform(-0.02, 0.02, 12)
+    return model, {"u": inputs}, 0.8 * state**2 + rng.uniform(-0.02, 0.02, 12)
 
 
 def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works() -> None:

@@ -206,18 +206,16 @@ def test_a_point_that_fits_the_windows_alone_is_no_inner_end(monkeypatch, second
         assert estimate.reason is not Reason.TIGHT
         assert estimate.enclosure is None or not estimate.enclosure.witnesses
     else:
-        assert estimate.reason is Reason.TIGHT
+        assert estimate.reason in (Reason.TIGHT, Reason.TIME)
 
 
-def test_the_scan_begins_inside_the_constraints_where_least_squares_do_not():
-    """The least squares of a growing record are unstable; the search begins at the nearest stable parameters."""
+def test_a_record_whose_least_squares_break_the_constraints_is_not_scanned():
+    """The least squares of a growing record are unstable; then all samples are used."""
     u = np.ones(300)
     u[::7] = -1.0
     data = Dataset.from_arrays(input={"u": u}, output={"y": 1.01 ** np.arange(300.0)}, sampling_time=1.0)
-    scan = Scan(bind(OutputError(na=2, nb=1, stable=True), data), data, {"y": 0.01})
-    a1, a2 = (scan.values(scan.inside)[name] for name in ("a1", "a2"))
-    assert abs(a1) - 1 <= a2 <= 1
-    assert scan.least > 1
+    with pytest.raises(DataError, match="keeps the constraints"):
+        Scan(bind(OutputError(na=2, nb=1, stable=True), data), data, {"y": 0.01})
 
 
 def test_what_is_proven_empty_stays_so_where_no_least_bound_is_found(monkeypatch):
