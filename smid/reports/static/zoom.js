@@ -8,7 +8,12 @@
     return look.alpha < 1 ? `color-mix(in srgb, ${own} ${100 * look.alpha}%, transparent)` : own;
   };
   const unit = (span) => UNITS.find(([seconds]) => span >= 3 * seconds) || [1, "s"];
-  const brief = (value) => String(+value.toPrecision(5));
+  const spanned = (plot) => plot.scales.x.max - plot.scales.x.min;
+  const seen = (plot) => unit(spanned(plot));
+  const instant = (plot, time) => {
+    const [seconds, name] = seen(plot), places = Math.max(3 - Math.floor(Math.log10(spanned(plot) / seconds)), 0);
+    return `${+(time / seconds).toFixed(places)} ${name}`;
+  };
 
   const unpacked = ([offset, text], count) => {
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -16,15 +21,15 @@
     return found.length > 1 ? found : Array(count).fill(found[0]); // one number: a level
   };
 
-  const series = (trace, row) => ({
-    label: trace.label || "\u00a0",
-    // A band has two edges without a stroke and one name, a line its value at the cursor.
-    class: row || !trace.label ? "unnamed" : trace.width === undefined ? "plain" : "",
+  // In the legend a line has its value at the cursor, and a band, of two edges without a stroke, only its name.
+  const series = (trace, label, row) => ({
+    label,
+    class: row || !label ? "unnamed" : trace.width === undefined ? "plain" : "named",
     stroke: () => colour(trace),
     width: trace.width || 0,
     dash: trace.dash,
-    value: (_, value) => (value == null ? "" : brief(value)),
-    paths: trace.steps ? uPlot.paths.stepped({ align: 1 }) : trace.width ? undefined : () => null,
+    value: (_, value) => (value === null ? "" : String(+value.toPrecision(5))),
+    paths: trace.steps ? uPlot.paths.stepped({ align: 1 }) : trace.width === 0 ? () => null : undefined,
     points: { show: trace.dots > 0 || undefined, size: trace.dots || 3, fill: () => colour(trace), width: 0 },
   });
 
@@ -36,26 +41,31 @@
     }
   };
 
-  const options = (panel, data, key, width, last, told) => {
-    const bands = [], all = [{ label: "time", value: (plot, time) => (time == null ? "" : told(time)) }];
+  const options = (panel, data, key, width, last) => {
+    const first = panel === data.panels[0], alone = panel.traces.length === 1;
+    const told = (plot, time) => (time === null ? "" : instant(plot, time));
+    const bands = [], looks = [null], all = [{ label: "time", class: first ? "named" : "unnamed", value: told }];
     for (const trace of panel.traces) {
       if (trace.rows.length > 1) bands.push({ series: [all.length + 1, all.length], fill: () => colour(trace) });
-      trace.rows.forEach((_, row) => all.push(series(trace, row)));
+      trace.rows.forEach((_, row) => {
+        all.push(series(trace, trace.label || (alone ? panel.label : ""), row));
+        looks.push(trace);
+      });
     }
     const axis = {
       stroke: () => colour({ colour: "--ink" }), font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
       grid: { stroke: () => colour({ colour: "--grid" }), width: 0.5 }, ticks: { show: false },
     };
-    const seconds = (plot) => unit(plot.scales.x.max - plot.scales.x.min);
     const steps = [1, 2, 5].flatMap((one) => Array.from({ length: 18 }, (_, power) => one * 10 ** (power - 9))).sort((a, b) => a - b);
     return {
-      width, height: last ? 200 : 150, series: all, bands,
+      width, height: last ? 200 : 150, series: all, bands, padding: [8, 12, 0, 0],
       scales: { x: { time: false } },
+      legend: { markers: { width: 0, fill: (_, k) => looks[k] && colour(looks[k]) } },
       cursor: { sync: { key }, drag: { x: true, y: false }, points: { size: 5 } },
       axes: [
-        { ...axis, size: last ? 28 : 8, labelSize: 22, label: last ? (plot) => `${data.label} [${seconds(plot)[1]}]` : undefined,
-          incrs: (plot) => steps.map((one) => one * seconds(plot)[0]),
-          values: (plot, splits) => splits.map((time) => (last ? String(+(time / seconds(plot)[0]).toPrecision(10)) : "")) },
+        { ...axis, size: last ? 28 : 8, labelSize: 22, label: last ? (plot) => `${data.label} [${seen(plot)[1]}]` : undefined,
+          incrs: (plot) => steps.map((one) => one * seen(plot)[0]),
+          values: (plot, splits) => splits.map((time) => (last ? String(+(time / seen(plot)[0]).toPrecision(10)) : "")) },
         { ...axis, size: 44, labelSize: 20, label: panel.label },
       ],
       hooks: { drawClear: [(plot) => shade(plot, panel.shades)] },
@@ -72,13 +82,14 @@
     const size = (text) => Math.floor((text.length * 3) / 16); // of base64, in 32-bit numbers
     const count = Math.max(...rows.flat().map(([, text]) => size(text)));
     const time = Array.from({ length: count }, (_, k) => data.start + k * data.step);
-    const ends = [time[0], time[count - 1]], told = (at) => `${brief(at)} s`;
+    const ends = [time[0], time[count - 1]];
     const shown = document.createElement("output");
+    shown.className = "soft";
     const plots = data.panels.map((panel, k) => {
       const place = box.appendChild(document.createElement("div"));
       place.role = "img"; place.ariaLabel = `${panel.label} over time`;
       const last = k === data.panels.length - 1;
-      const made = options(panel, data, `figure-${number}`, box.clientWidth || 300, last, told);
+      const made = options(panel, data, `figure-${number}`, box.clientWidth || 300, last);
       return new uPlot(made, [time, ...rows[k].map((row) => unpacked(row, count))], place);
     });
     const span = (from, to) => {
@@ -99,9 +110,8 @@
       if (name) button.ariaLabel = name;
     }
     bar.append(shown);
-    const tell = () => (shown.value = [plots[0].scales.x.min, plots[0].scales.x.max].map(told).join(" to "));
+    const tell = (plot) => (shown.value = [plot.scales.x.min, plot.scales.x.max].map((end) => instant(plot, end)).join(" to "));
     plots[0].hooks.setScale = [tell];
-    tell();
     const help = box.appendChild(document.createElement("p"));
     help.className = "soft"; help.textContent = `${data.note}Drag over a plot to zoom; double click for the whole record.`;
     new ResizeObserver(() => box.clientWidth && plots.forEach((plot) => plot.setSize({ width: box.clientWidth, height: plot.height }))).observe(box);
