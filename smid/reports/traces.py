@@ -18,7 +18,6 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from relaxations.algebra.arrays import Array
 from smid.display.style import VARIABLES
@@ -68,22 +67,21 @@ class Traces:
     label: str
     start: float
     step: float
+    samples: int
     panels: tuple[Panel, ...]
     whole: bool
-
-    @property
-    def samples(self) -> int:
-        """Return the number of samples."""
-        return max(len(row) for panel in self.panels for trace in panel.traces for row in trace.rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for the script: at most ``MOST_POINTS`` points a series, as base64 of 32-bit numbers."""
         size = bin_size(self.samples)
-        note = f"One bin: {size * self.step:.4g} s, shown by its least and its largest sample. " if size > 1 else ""
+        note = (
+            f"Each bin of {size * self.step:.4g} s is shown by its least and its largest sample. " if size > 1 else ""
+        )
         return {
             "label": self.label,
             "start": self.start,
             "step": self.step * (size / 2 if size > 1 else 1),
+            "points": self.samples if size == 1 else 2 * -(-self.samples // size),
             "note": note,
             "whole": self.whole,
             "panels": [
@@ -141,7 +139,7 @@ def traces_of(figure: Figure) -> Traces | None:
     group = [axes for axes in figure.axes if axes is below or shared.joined(below, axes)]
     if any(axes not in group for axes, _ in named) or not all(map(_is_plain, group)):
         return None
-    lines = [line for axes in group for line in axes.lines if _runs_over_time(line)]
+    lines = [line for axes in group for line in axes.lines if _in_data(line, axes) == (True, True)]
     times = [np.asarray(line.get_xdata(), dtype=np.float64) for line in lines]
     longest = max(times, key=len, default=np.empty(0))
     if len(longest) <= LONG:
@@ -152,7 +150,7 @@ def traces_of(figure: Figure) -> Traces | None:
     if not all(grid.holds(time) for time in times):
         return None
     panels = tuple(_panel(axes, grid) for axes in group)
-    return Traces(_flat(found[1]), start, step, panels, len(group) == len(figure.axes))
+    return Traces(_flat(found[1]), start, step, grid.count, panels, len(group) == len(figure.axes))
 
 
 @dataclass(frozen=True)
@@ -178,50 +176,58 @@ def _is_plain(axes: Axes) -> bool:
     """Return whether all that a panel shows can be drawn by the script."""
     titled = any(axes.get_title(loc) for loc in ("left", "center", "right"))
     bands = all(isinstance(group, PolyCollection) for group in axes.collections)
-    return axes.get_yscale() == "linear" and bands and not (titled or axes.texts or axes.images)
+    spans = not any(_in_data(patch, axes) == (True, True) for patch in axes.patches)
+    linear = axes.get_xscale() == axes.get_yscale() == "linear"
+    return linear and bands and spans and not (titled or axes.texts or axes.images)
 
 
-def _runs_over_time(artist: Line2D | Patch) -> bool:
-    return all(artist.get_transform().contains_branch_seperately(artist.axes.transData)) if artist.axes else False
-
-
-def _crosses(artist: Line2D | Patch) -> bool:
-    """Return whether an artist goes from the left end of its panel to the right, as ``axhline`` and ``axhspan`` do."""
-    return bool(artist.axes) and not artist.get_transform().contains_branch_seperately(artist.axes.transData)[0]
+def _in_data(artist: Artist, axes: Axes) -> tuple[bool, bool]:
+    """Return whether x and y are data; if not, they are shares of the panel, as x is in ``axhline`` and ``axhspan``."""
+    x, y = artist.get_transform().contains_branch_seperately(axes.transData)
+    return bool(x), bool(y)
 
 
 def _panel(axes: Axes, grid: _Grid) -> Panel:
     traces, shades = list[Trace](), list[tuple[float, float, dict[str, Any]]]()
     for group in axes.collections:
-        traces.append(Trace(_edges(group, grid), _look(group, group.get_facecolor()[0])))
+        edges, steps = _edges(group, grid)
+        traces.append(Trace(edges, _look(group, group.get_facecolor()[0]) | {"steps": steps}))
     for patch in axes.patches:
         corners = patch.get_patch_transform().transform(patch.get_path().vertices)
         look = _look(patch, patch.get_facecolor())
-        if _crosses(patch):
+        if not _in_data(patch, axes)[0]:
             traces.append(Trace(tuple(np.array([end]) for end in (corners[:, 1].min(), corners[:, 1].max())), look))
         else:
             shades.append((float(corners[:, 0].min()), float(corners[:, 0].max()), look))
     for line in sorted(axes.lines, key=lambda one: one.get_zorder()):
         look = _look(line, line.get_color())
         time, values = np.asarray(line.get_xdata(), dtype=np.float64), line.get_ydata()
-        if _crosses(line):
+        over_time, has_values = _in_data(line, axes)
+        if not over_time:
             traces.append(Trace((np.asarray(values, dtype=np.float64)[:1],), look | _stroke(line)))
-        elif not _runs_over_time(line):
+        elif not has_values:
             shades.append((float(time[0]), float(time[0]), look))
         else:
             traces.append(Trace((grid.row(time, values),), look | _stroke(line)))
     return Panel(_flat(axes.get_ylabel()), tuple(traces), tuple(shades))
 
 
-def _edges(group: Any, grid: _Grid) -> tuple[Array, Array]:
-    """Return the edges of a band that ``fill_between`` drew: each polygon goes along one and back along the other."""
-    edges = np.full((2, grid.count), np.nan)
+def _edges(group: Any, grid: _Grid) -> tuple[tuple[Array, Array], bool]:
+    """Return the edges of a band that ``fill_between`` drew, and whether they are staircases.
+
+    Each polygon goes along one edge and back along the other. A staircase passes an instant twice, the second time with
+    the value that holds from there on.
+    """
+    edges, steps = np.full((2, grid.count), np.nan), False
     for path in group.get_paths():
         half = (len(path.vertices) - 3) // 2
         there, back = path.vertices[1 : half + 1], path.vertices[half + 2 : 2 * half + 2][::-1]
-        places = np.round(grid.places(there[:, 0])).astype(int)
-        edges[:, places] = np.sort([there[:, 1], back[:, 1]], axis=0)
-    return edges[0], edges[1]
+        instants, again = np.unique(there[::-1, 0], return_index=True)
+        last = half - 1 - again
+        places = np.round(grid.places(instants)).astype(int)
+        edges[:, places] = np.sort([there[last, 1], back[last, 1]], axis=0)
+        steps = steps or len(instants) < half
+    return (edges[0], edges[1]), steps
 
 
 def _look(artist: Artist, colour: Any) -> dict[str, Any]:

@@ -79,10 +79,8 @@
     figure.insertBefore(box, figure.querySelector("figcaption"));
     if (data.whole) figure.classList.add("live");
     const rows = data.panels.map((panel) => panel.traces.flatMap((trace) => trace.rows));
-    const size = (text) => Math.floor((text.length * 3) / 16); // of base64, in 32-bit numbers
-    const count = Math.max(...rows.flat().map(([, text]) => size(text)));
-    const time = Array.from({ length: count }, (_, k) => data.start + k * data.step);
-    const ends = [time[0], time[count - 1]];
+    const time = Array.from({ length: data.points }, (_, k) => data.start + k * data.step);
+    const ends = [time[0], time[data.points - 1]];
     const shown = document.createElement("output");
     shown.className = "soft";
     const plots = data.panels.map((panel, k) => {
@@ -90,7 +88,7 @@
       place.role = "img"; place.ariaLabel = `${panel.label} over time`;
       const last = k === data.panels.length - 1;
       const made = options(panel, data, `figure-${number}`, box.clientWidth || 300, last);
-      return new uPlot(made, [time, ...rows[k].map((row) => unpacked(row, count))], place);
+      return new uPlot(made, [time, ...rows[k].map((row) => unpacked(row, data.points))], place);
     });
     const span = (from, to) => {
       const width = Math.min(Math.max(to - from, 4 * data.step), ends[1] - ends[0]);
