@@ -26,6 +26,7 @@ LONG = 1000  # samples; the picture shows fewer well enough
 MOST_POINTS = 20_000  # of a series
 _TIME = re.compile(r"(time.*) \[(?:s|min|h|d)\]$", re.DOTALL)
 _PIXELS = 4 / 3  # of a page per point of a figure
+_SPARSE = 4  # instants of the axis per sample; records that lie years apart would be mostly gap
 _OFF_GRID = 0.01  # of the sampling time; instants are rounded
 
 
@@ -144,10 +145,16 @@ def traces_of(figure: Figure) -> Traces | None:
     longest = max(times, key=len, default=np.empty(0))
     if len(longest) <= LONG:
         return None
-    step = float(longest[-1] - longest[0]) / (len(longest) - 1)
-    start = min(float(time[0]) for time in times if len(time))
-    grid = _Grid(start, step, round((max(float(time[-1]) for time in times if len(time)) - start) / step) + 1)
-    if not all(grid.holds(time) for time in times):
+    instants = np.concatenate(times)
+    start, end, step = (
+        float(instants.min()),
+        float(instants.max()),
+        float(longest[-1] - longest[0]) / (len(longest) - 1),
+    )
+    if not (np.isfinite(end - start) and step > 0 and end - start <= _SPARSE * len(instants) * step):
+        return None
+    grid = _Grid(start, step, round((end - start) / step) + 1)
+    if not all(map(grid.holds, times)):
         return None
     panels = tuple(_panel(axes, grid) for axes in group)
     return Traces(_flat(found[1]), start, step, grid.count, panels, len(group) == len(figure.axes))
@@ -204,7 +211,8 @@ def _panel(axes: Axes, grid: _Grid) -> Panel:
         time, values = np.asarray(line.get_xdata(), dtype=np.float64), line.get_ydata()
         over_time, has_values = _in_data(line, axes)
         if not over_time:
-            traces.append(Trace((np.asarray(values, dtype=np.float64)[:1],), look | _stroke(line)))
+            # Only levels are dashed: between dashes a peak could be lost.
+            traces.append(Trace((np.asarray(values, dtype=np.float64)[:1],), look | _stroke(line) | {"dash": [6, 4]}))
         elif not has_values:
             shades.append((float(time[0]), float(time[0]), look))
         else:
@@ -245,7 +253,6 @@ def _stroke(line: Line2D) -> dict[str, Any]:
     return {
         "width": _PIXELS * line.get_linewidth() * (line.get_linestyle() not in ("", " ", "None")),
         "dots": _PIXELS * line.get_markersize() * dots,
-        "dash": {"--": [6, 4], "-.": [6, 3, 2, 3], ":": [2, 3]}.get(str(line.get_linestyle()), []),
         "steps": line.get_drawstyle() == "steps-post",
     }
 

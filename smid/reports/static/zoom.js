@@ -2,17 +2,19 @@
 // The figures over time of a page, redrawn so that they can be zoomed. The picture stays for paper.
 (() => {
   const UNITS = [[86400, "d"], [3600, "h"], [60, "min"]]; // a span of three of them is told in it
-  const colour = (look) => {
-    const name = look.colour;
-    const own = name.startsWith("--") ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
-    return look.alpha < 1 ? `color-mix(in srgb, ${own} ${100 * look.alpha}%, transparent)` : own;
+  const mixed = (look, own) => (look.alpha < 1 ? `color-mix(in srgb, ${own} ${100 * look.alpha}%, transparent)` : own);
+  const styled = (look) => mixed(look, look.colour.startsWith("--") ? `var(${look.colour})` : look.colour);
+  const colour = (look) => { // as a canvas takes it, which knows no variables
+    const own = getComputedStyle(document.documentElement).getPropertyValue(look.colour).trim();
+    return mixed(look, own || look.colour);
   };
-  const unit = (span) => UNITS.find(([seconds]) => span >= 3 * seconds) || [1, "s"];
-  const spanned = (plot) => plot.scales.x.max - plot.scales.x.min;
-  const seen = (plot) => unit(spanned(plot));
+  const width = ({ min, max }) => max - min;
+  const rounded = (value, span) => // to what can be seen of it
+    String(+value.toFixed(Math.min(Math.max(3 - Math.floor(Math.log10(span)), 0), 20)));
+  const seen = (plot) => UNITS.find(([seconds]) => width(plot.scales.x) >= 3 * seconds) || [1, "s"];
   const instant = (plot, time) => {
-    const [seconds, name] = seen(plot), places = Math.max(3 - Math.floor(Math.log10(spanned(plot) / seconds)), 0);
-    return `${+(time / seconds).toFixed(places)} ${name}`;
+    const [seconds, name] = seen(plot);
+    return `${rounded(time / seconds, width(plot.scales.x) / seconds)} ${name}`;
   };
 
   const unpacked = ([offset, text], count) => {
@@ -28,7 +30,7 @@
     stroke: () => colour(trace),
     width: trace.width || 0,
     dash: trace.dash,
-    value: (_, value) => (value === null ? "" : String(+value.toPrecision(5))),
+    value: (plot, value) => (value === null ? "" : rounded(value, width(plot.scales.y))),
     paths: trace.steps ? uPlot.paths.stepped({ align: 1 }) : trace.width === 0 ? () => null : undefined,
     points: { show: trace.dots > 0 || undefined, size: trace.dots || 3, fill: () => colour(trace), width: 0 },
   });
@@ -41,8 +43,8 @@
     }
   };
 
-  const options = (panel, data, key, width, last) => {
-    const first = panel === data.panels[0], alone = panel.traces.length === 1;
+  const options = (panel, data, key, room) => {
+    const first = panel === data.panels[0], last = panel === data.panels.at(-1), alone = panel.traces.length === 1;
     const told = (plot, time) => (time === null ? "" : instant(plot, time));
     const bands = [], looks = [null], all = [{ label: "time", class: first ? "named" : "unnamed", value: told }];
     for (const trace of panel.traces) {
@@ -56,17 +58,18 @@
       stroke: () => colour({ colour: "--ink" }), font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
       grid: { stroke: () => colour({ colour: "--grid" }), width: 0.5 }, ticks: { show: false },
     };
-    const steps = [1, 2, 5].flatMap((one) => Array.from({ length: 18 }, (_, power) => one * 10 ** (power - 9))).sort((a, b) => a - b);
+    const steps = Array.from({ length: 54 }, (_, k) => [1, 2, 5][k % 3] * 10 ** (Math.floor(k / 3) - 9));
     return {
-      width, height: last ? 200 : 150, series: all, bands, padding: [8, 12, 0, 0],
+      width: 300, height: last ? 200 : 150, series: all, bands, padding: [8, 12, 0, 0],
       scales: { x: { time: false } },
-      legend: { markers: { width: 0, fill: (_, k) => looks[k] && colour(looks[k]) } },
-      cursor: { sync: { key }, drag: { x: true, y: false }, points: { size: 5 } },
+      legend: { markers: { width: 0, fill: (_, k) => looks[k] && styled(looks[k]) } },
+      cursor: { y: false, sync: { key }, drag: { x: true, y: false }, points: { size: 5 } },
       axes: [
         { ...axis, size: last ? 28 : 8, labelSize: 22, label: last ? (plot) => `${data.label} [${seen(plot)[1]}]` : undefined,
           incrs: (plot) => steps.map((one) => one * seen(plot)[0]),
           values: (plot, splits) => splits.map((time) => (last ? String(+(time / seen(plot)[0]).toPrecision(10)) : "")) },
-        { ...axis, size: 44, labelSize: 20, label: panel.label },
+        { ...axis, labelSize: 20, label: panel.label, size: (_, values) => room(values || []),
+          values: (_, splits) => splits.map((value) => String(+value.toPrecision(10))) },
       ],
       hooks: { drawClear: [(plot) => shade(plot, panel.shades)] },
     };
@@ -81,19 +84,21 @@
     const rows = data.panels.map((panel) => panel.traces.flatMap((trace) => trace.rows));
     const time = Array.from({ length: data.points }, (_, k) => data.start + k * data.step);
     const ends = [time[0], time[data.points - 1]];
-    const shown = document.createElement("output");
-    shown.className = "soft";
+    let widest = 44; // pixels of the numbers at the left; all plots leave as many, so that their times are in line
+    const room = (values) => {
+      const wanted = 14 + 7 * Math.max(0, ...values.map((text) => text.length));
+      if (wanted > widest) queueMicrotask(() => plots.forEach((plot) => plot.redraw(false, true)));
+      return (widest = Math.max(widest, wanted));
+    };
     const plots = data.panels.map((panel, k) => {
       const place = box.appendChild(document.createElement("div"));
       place.role = "img"; place.ariaLabel = `${panel.label} over time`;
-      const last = k === data.panels.length - 1;
-      const made = options(panel, data, `figure-${number}`, box.clientWidth || 300, last);
-      return new uPlot(made, [time, ...rows[k].map((row) => unpacked(row, data.points))], place);
+      return new uPlot(options(panel, data, `figure-${number}`, room), [time, ...rows[k].map((row) => unpacked(row, data.points))], place);
     });
     const span = (from, to) => {
-      const width = Math.min(Math.max(to - from, 4 * data.step), ends[1] - ends[0]);
-      const left = Math.min(Math.max(from, ends[0]), ends[1] - width);
-      plots.forEach((plot) => plot.setScale("x", { min: left, max: left + width }));
+      const length = Math.min(Math.max(to - from, 4 * data.step), ends[1] - ends[0]);
+      const left = Math.min(Math.max(from, ends[0]), ends[1] - length);
+      plots.forEach((plot) => plot.setScale("x", { min: left, max: left + length }));
     };
     const by = (near, far) => () => { // in shares of the span shown
       const { min, max } = plots[0].scales.x;
@@ -107,12 +112,14 @@
       Object.assign(button, { type: "button", textContent: text, title: name, onclick: act });
       if (name) button.ariaLabel = name;
     }
-    bar.append(shown);
+    const shown = bar.appendChild(document.createElement("output"));
+    shown.className = "soft";
     const tell = (plot) => (shown.value = [plot.scales.x.min, plot.scales.x.max].map((end) => instant(plot, end)).join(" to "));
     plots[0].hooks.setScale = [tell];
     const help = box.appendChild(document.createElement("p"));
     help.className = "soft"; help.textContent = `${data.note}Drag over a plot to zoom; double click for the whole record.`;
-    new ResizeObserver(() => box.clientWidth && plots.forEach((plot) => plot.setSize({ width: box.clientWidth, height: plot.height }))).observe(box);
+    const fit = () => box.clientWidth && plots.forEach((plot) => plot.setSize({ width: box.clientWidth, height: plot.height }));
+    new ResizeObserver(fit).observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plots.forEach((plot) => plot.redraw(false)));
   };
   document.querySelectorAll("script.traces").forEach(start);

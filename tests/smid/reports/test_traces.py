@@ -119,6 +119,9 @@ def test_a_figure_that_was_drawn_before_gives_the_same():
         lambda figure: figure.axes[0].bar([6], [1]),
         lambda figure: figure.axes[0].set_title("title", loc="left"),
         lambda figure: figure.axes[0].plot([6.01, 6.02], [0, 1]),
+        lambda figure: figure.axes[0].plot([5.0, 1e9], [0, 1]),
+        lambda figure: figure.axes[0].plot([5.0, np.nan], [0, 1]),
+        lambda figure: figure.axes[0].plot(np.zeros(2000), np.zeros(2000)),
         lambda figure: figure.axes[1].set_xlabel("frequency [Hz]"),
     ],
 )
