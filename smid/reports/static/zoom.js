@@ -14,7 +14,7 @@
   const seen = (plot) => UNITS.find(([seconds]) => width(plot.scales.x) >= 3 * seconds) || [1, "s"];
   const instant = (plot, time) => {
     const [seconds, name] = seen(plot);
-    return `${rounded(time / seconds, width(plot.scales.x) / seconds)} ${name}`;
+    return time === null ? "" : `${rounded(time / seconds, width(plot.scales.x) / seconds)} ${name}`;
   };
 
   const unpacked = ([offset, text], count) => {
@@ -45,8 +45,7 @@
 
   const options = (panel, data, key, room) => {
     const first = panel === data.panels[0], last = panel === data.panels.at(-1), alone = panel.traces.length === 1;
-    const told = (plot, time) => (time === null ? "" : instant(plot, time));
-    const bands = [], looks = [null], all = [{ label: "time", class: first ? "named" : "unnamed", value: told }];
+    const bands = [], looks = [null], all = [{ label: "time", class: first ? "named" : "unnamed", value: instant }];
     for (const trace of panel.traces) {
       if (trace.rows.length > 1) bands.push({ series: [all.length + 1, all.length], fill: () => colour(trace) });
       trace.rows.forEach((_, row) => {
@@ -82,8 +81,7 @@
     figure.insertBefore(box, figure.querySelector("figcaption"));
     if (data.whole) figure.classList.add("live");
     const rows = data.panels.map((panel) => panel.traces.flatMap((trace) => trace.rows));
-    const time = Array.from({ length: data.points }, (_, k) => data.start + k * data.step);
-    const ends = [time[0], time[data.points - 1]];
+    const time = Array.from({ length: data.points }, (_, k) => data.start + k * data.step), end = time.at(-1);
     let widest = 44; // pixels of the numbers at the left; all plots leave as many, so that their times are in line
     const room = (values) => {
       const wanted = 14 + 7 * Math.max(0, ...values.map((text) => text.length));
@@ -96,8 +94,8 @@
       return new uPlot(options(panel, data, `figure-${number}`, room), [time, ...rows[k].map((row) => unpacked(row, data.points))], place);
     });
     const span = (from, to) => {
-      const length = Math.min(Math.max(to - from, 4 * data.step), ends[1] - ends[0]);
-      const left = Math.min(Math.max(from, ends[0]), ends[1] - length);
+      const length = Math.min(Math.max(to - from, 4 * data.step), end - data.start);
+      const left = Math.min(Math.max(from, data.start), end - length);
       plots.forEach((plot) => plot.setScale("x", { min: left, max: left + length }));
     };
     const by = (near, far) => () => { // in shares of the span shown
@@ -105,19 +103,17 @@
       span(min + near * (max - min), max + far * (max - min));
     };
     for (const [text, name, act] of [
-      ["Whole record", "", () => span(...ends)], ["+", "Zoom in", by(0.25, -0.25)], ["\u2212", "Zoom out", by(-0.5, 0.5)],
+      ["Whole record", "Whole record", () => span(data.start, end)], ["+", "Zoom in", by(0.25, -0.25)], ["\u2212", "Zoom out", by(-0.5, 0.5)],
       ["\u2190", "Left", by(-0.5, -0.5)], ["\u2192", "Right", by(0.5, 0.5)],
     ]) {
       const button = bar.appendChild(document.createElement("button"));
-      Object.assign(button, { type: "button", textContent: text, title: name, onclick: act });
-      if (name) button.ariaLabel = name;
+      Object.assign(button, { type: "button", textContent: text, title: name, ariaLabel: name, onclick: act });
     }
     const shown = bar.appendChild(document.createElement("output"));
-    shown.className = "soft";
-    const tell = (plot) => (shown.value = [plot.scales.x.min, plot.scales.x.max].map((end) => instant(plot, end)).join(" to "));
-    plots[0].hooks.setScale = [tell];
+    plots[0].hooks.setScale = [(plot) => (shown.value = `${instant(plot, plot.scales.x.min)} to ${instant(plot, plot.scales.x.max)}`)];
     const help = box.appendChild(document.createElement("p"));
-    help.className = "soft"; help.textContent = `${data.note}Drag over a plot to zoom; double click for the whole record.`;
+    help.className = shown.className = "soft";
+    help.textContent = `${data.note}Drag over a plot to zoom; double click for the whole record.`;
     const fit = () => box.clientWidth && plots.forEach((plot) => plot.setSize({ width: box.clientWidth, height: plot.height }));
     new ResizeObserver(fit).observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plots.forEach((plot) => plot.redraw(false)));
