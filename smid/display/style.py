@@ -28,7 +28,7 @@ WIDTH = 4.8
 """Width of a figure in inches: letters of 8 points are legible where a page on a phone shows it whole."""
 
 # On a page these become CSS variables, so that one picture serves light and dark backgrounds.
-_VARIABLES = {
+VARIABLES = {
     **{INK: "ink", GRID: "grid", SHADE: "shade", PAPER: "paper"},
     **{BLUE: "blue", ORANGE: "orange", GREEN: "green", RED: "red", SKY: "sky"},
 }
@@ -96,7 +96,7 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
     width = 72 * figure.get_figwidth()
     size = f"min-width: {_LEAST * width:.0f}px; max-width: {_MOST * width:.0f}px"
     text = _dots_as_one_path(text)
-    for colour, name in _VARIABLES.items():
+    for colour, name in VARIABLES.items():
         text = re.sub(rf"\b(fill|stroke): {colour}", rf"\1: var(--{name})", text)
     # The names of matplotlib's groups repeat from figure to figure.
     text = re.sub(r'<g id="[^"]*">', "<g>", text)
@@ -106,7 +106,7 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
 
 def notebook_svg(figure: Figure, label: str) -> str:
     """Return a figure for a page of unknown background: ink in the page's own colour, the rest readable on both."""
-    colours = {name: colour for colour, name in _VARIABLES.items()}
+    colours = {name: colour for colour, name in VARIABLES.items()}
     colours |= {"ink": "currentColor", "paper": "transparent", "grid": "#8885", "shade": "#8883", "blue": "#1f8ad6"}
     variables = "".join(f" --{name}: {colour};" for name, colour in colours.items())
     return f'<div style="overflow-x: auto;{variables}">{inline_svg(figure, label, label)}</div>'

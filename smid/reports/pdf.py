@@ -13,7 +13,7 @@ from smid.reports.writing import write_bytes
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 TIMEOUT = 60.0  # seconds
-# The page has no scripts and asks nothing from a network; these options keep the browser itself from asking.
+# The page asks nothing from a network; these options keep the browser itself from asking.
 _OPTIONS = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync")
 
 

@@ -74,8 +74,8 @@ def report(
     Parameters
     ----------
     path
-        Its suffix selects the format. ``.html``: one file without scripts, for screens, phones and paper. ``.pdf``: the
-        same page printed by Chromium, with the HTML beside it; only the HTML if there is no Chromium. ``.md``:
+        Its suffix selects the format. ``.html``: one file without a network, for screens, phones and paper. ``.pdf``:
+        the same page printed by Chromium, with the HTML beside it; only the HTML if there is no Chromium. ``.md``:
         Markdown, with its figures as SVG in a folder beside it. ``.json``: plain data (docs/json.md).
     error_bound
         The least noise bound, for estimates only.

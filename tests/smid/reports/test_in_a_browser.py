@@ -1,5 +1,6 @@
 """Each kind of page in a real Chromium: quiet, without a network, readable on a phone and in the dark."""
 
+import numpy as np
 import pytest
 
 import smid
@@ -7,7 +8,7 @@ from smid.reports import report
 from smid.reports.pdf import find_browser
 from smid.theses.chapter import write_chapter
 from smid.theses.hybrid.inputs import arm_inputs, input_study
-from tests.smid.reports.browser import PHONE, Browser
+from tests.smid.reports.browser import DESKTOP, PHONE, Browser
 from tests.smid.theses.clutch.small_clutch_studies import small_sensor_chapter
 
 KINDS = {
@@ -87,3 +88,63 @@ def test_formulas_are_set_as_formulas(browser, pages):
     subscript = "document.querySelector('.equations msub').lastElementChild.getBoundingClientRect()"
     letter = "document.querySelector('.equations msub').firstElementChild.getBoundingClientRect()"
     assert browser.value(f"{subscript}.bottom") > browser.value(f"{letter}.bottom")
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory):
+    """A page of a record of an hour, a minute of which is missing."""
+    time = np.arange(36_000) / 10
+    y = np.where((time < 600) | (time > 660), np.sin(time / 60), np.nan)
+    data = smid.Dataset.from_arrays(input={"u": np.cos(time / 60)}, output={"y": y}, sampling_time=0.1)
+    return report(data, tmp_path_factory.mktemp("long") / "long.html")
+
+
+SPAN = "document.querySelector('.zoom output').value"
+
+
+def press(browser, name):
+    browser.value(f"[...document.querySelectorAll('.zoom button')].find(b => b.title == '{name}').click()")
+    return browser.value(SPAN)
+
+
+def mouse(browser, share, *events, clicks=1):
+    """Let the mouse do something at a share of the width of the lower plot."""
+    where = "[...document.querySelectorAll('.u-over')].at(-1).getBoundingClientRect()"
+    x, y, width = (browser.value(f"{where}.{name}") for name in ("x", "y", "width"))
+    for event in events:
+        at = {"x": x + share * width, "y": y + 20, "button": "left", "clickCount": clicks}
+        browser.ask("Input.dispatchMouseEvent", type=event, **at)
+
+
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+def test_a_long_figure_is_zoomed_by_its_buttons(browser, long, width):
+    browser.open(long, width)
+    assert browser.value("document.querySelectorAll('.zoom canvas').length") == 2
+    assert browser.value("document.querySelector('.live .wide').checkVisibility()") is False
+    assert browser.value(SPAN) == "0 min to 60 min"
+    assert press(browser, "Zoom in") == "15 min to 45 min"
+    assert press(browser, "Right") == "30 min to 60 min"
+    assert press(browser, "Left") == "15 min to 45 min"
+    assert press(browser, "Zoom out") == "0 min to 60 min"
+    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+    assert browser.events("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []
+
+
+def test_a_drag_selects_a_span_of_all_plots_and_a_double_click_resets(browser, long):
+    browser.open(long)
+    browser.value("document.querySelector('.zoom').scrollIntoView()")
+    mouse(browser, 0.25, "mouseMoved", "mousePressed")
+    mouse(browser, 0.5, "mouseMoved", "mouseReleased")
+    start, _, _, end, unit = browser.value(SPAN).split()
+    assert (float(start), float(end), unit) == (pytest.approx(15, abs=0.2), pytest.approx(30, abs=0.2), "min")
+    mouse(browser, 0.5, "mousePressed", "mouseReleased")
+    mouse(browser, 0.5, "mousePressed", "mouseReleased", clicks=2)
+    assert browser.value(SPAN) == "0 min to 60 min"
+
+
+def test_on_paper_a_long_figure_is_the_picture(browser, long):
+    browser.open(long)
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    assert browser.value("document.querySelector('.live .wide').checkVisibility()")
+    assert not browser.value("document.querySelector('.zoom').checkVisibility()")
+    browser.ask("Emulation.setEmulatedMedia", media="")
