@@ -21,7 +21,7 @@ from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from smid.feasible.piecewise_functions import Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
-from smid.models.hidden_states import without_hidden_states
+from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.symbols import VALUE, inlined, references, signal, t
 
 Reference = tuple[str, int]  # (signal or channel, lag)
@@ -128,7 +128,7 @@ def templates(model: Model) -> tuple[Template, ...]:
 
     ModelError if a line is not a polynomial in parameters, noises, latent signals and kinks.
     """
-    model = without_hidden_states(model)
+    first, model = first_instants(model), without_hidden_states(model)
     kept, static = _split(model)
     curved = _curved_sensors(model)
     dynamic = {*model.states, *(m.signal for m in model.measurements)}
@@ -141,6 +141,7 @@ def templates(model: Model) -> tuple[Template, ...]:
             curved,
             depths,
             line.signal not in dynamic,
+            first.get(line.signal, 0),
         )
         for line in kept
     ]
@@ -223,11 +224,17 @@ def _seen(measurement: Measurement, value: sympy.Expr, noise: sympy.Expr | None)
 
 
 def _template(
-    model: Model, target: str, expression: sympy.Expr, curved: frozenset[str], depths: Mapping[str, int], defines: bool
+    model: Model,
+    target: str,
+    expression: sympy.Expr,
+    curved: frozenset[str],
+    depths: Mapping[str, int],
+    defines: bool,
+    first: int = 0,
 ) -> Template:
     """Return one expression as a template; ``curved`` signals stay latent although they are measured.
 
-    ``depths`` is the largest lag of each kink's argument.
+    ``depths`` is the largest lag of each kink's argument; the line holds from sample ``first`` on.
     """
     measured = {m.signal: m for m in model.measurements if m.signal not in curved}
     hidden = {line.signal for line in model.lines} | {m.noise for m in model.measurements} | curved | {*depths}
@@ -263,7 +270,7 @@ def _template(
     unknowns = [*parameters, *sorted(latent, key=str)]
     lags = [lag + depths.get(name, 0) for name, lag in (*data.values(), *latent.values())]
     terms = _terms(target, flat, unknowns, parameters, latent, data)
-    return Template(target, terms, max(lags, default=0), defines)
+    return Template(target, terms, max([first, *lags]), defines)
 
 
 def _terms(

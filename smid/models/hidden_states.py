@@ -13,6 +13,9 @@ where g and f_i read inputs and measured signals only, in any way. Multiplied by
 a line of w_i alone. The hidden states of a feasible point fulfil it whatever the parameters are, so nothing is lost:
 the set can only become larger, and it does not where the states can be observed through one output.
 
+A line that combines others holds from the first sample at which all of them hold: what the model does not compute of
+the first samples is anything.
+
 A hidden state that enters otherwise can be eliminated where a measured signal shows it with a number as its factor, as
 a position shows the velocity behind it: ``h = (w_i - f_i) / number``, some samples later.
 
@@ -31,12 +34,12 @@ from smid.models.model import Model
 from smid.models.parts import Line
 from smid.models.symbols import inlined, references, signal, t
 
-__all__ = ["without_hidden_states"]
+__all__ = ["first_instants", "without_hidden_states"]
 
 _Q = sympy.Symbol("q")
+_Lines = dict[str, tuple[sympy.Expr, int]]  # by signal: the expression, and the first sample from which it holds
 
 
-@lru_cache(maxsize=256)
 def without_hidden_states(model: Model) -> Model:
     """Return the model of plain lines that is bounded: without the hidden states that can be eliminated.
 
@@ -48,29 +51,45 @@ def without_hidden_states(model: Model) -> Model:
     >>> print(without_hidden_states(Model("m", (a,), lines, (Measurement("y", "x", "eta"),))).lines[0])
     x[t] = a*(x[t - 1] - x[t - 2]/2) + u[t - 2] + x[t - 1]/2
     """
+    return _reduced(model)[0]
+
+
+def first_instants(model: Model) -> Mapping[str, int]:
+    """Return the first sample at which each line holds, where hidden states are eliminated."""
+    return _reduced(model)[1]
+
+
+@lru_cache(maxsize=256)
+def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
     plain = model.discretised()
     shown = {m.signal for m in plain.measurements}
     hidden = frozenset(plain.states) - shown
     if not hidden:
-        return plain
+        return plain, {}
     # Put what has no memory and reads a hidden state in its place.
     lines = {line.signal: line.expression for line in plain.lines}
     static = {name: own for name, own in lines.items() if name not in plain.states and name not in shown}
     behind = {name for name, own in static.items() if _reads(inlined(own, static), hidden)}
     static = {name: own for name, own in static.items() if name in behind}
-    found = _eliminated({name: inlined(own, static) for name, own in lines.items() if name not in static}, hidden)
-    return plain if found is None else replace(plain, lines=tuple(Line(signal(n)[t], e) for n, e in found.items()))
+    whole = {name: inlined(own, static) for name, own in lines.items() if name not in static}
+    since = {name: max((lag for _, lag in references(own)), default=0) for name, own in whole.items()}
+    found = _eliminated({name: (own, since[name]) for name, own in whole.items()}, hidden)
+    if found is None:
+        return plain, {}
+    kept = tuple(Line(signal(name)[t], own) for name, (own, _) in found.items())
+    return replace(plain, lines=kept), {name: first for name, (_, first) in found.items()}
 
 
-def _eliminated(lines: Mapping[str, sympy.Expr], hidden: frozenset[str]) -> dict[str, sympy.Expr] | None:
+def _eliminated(lines: _Lines, hidden: frozenset[str]) -> _Lines | None:
     """Return the lines without hidden states; None where they stay."""
     if not hidden:
-        return dict(lines)
-    parts = {name: _Linear.of(own, hidden) for name, own in lines.items()}
+        return lines
+    parts = {name: _Linear.of(own, hidden) for name, (own, _) in lines.items()}
     known = {name: part for name, part in parts.items() if part is not None}
     left = {name: own for name, own in lines.items() if name not in hidden}
     if len(known) == len(lines):
-        return {name: _through(name, known) if known[name].factors else own for name, own in left.items()}
+        since = {name: first for name, (_, first) in lines.items()}
+        return {name: _through(name, known, since) if known[name].factors else own for name, own in left.items()}
     for name in left:
         if name in known and (shown := known[name].shown):
             found = _solved(lines, name, *shown, known[name].rest)
@@ -109,7 +128,7 @@ class _Linear:
         return (name, lag, factor) if factor.is_number and factor else None
 
 
-def _through(name: str, parts: Mapping[str, _Linear]) -> sympy.Expr:
+def _through(name: str, parts: Mapping[str, _Linear], since: Mapping[str, int]) -> tuple[sympy.Expr, int]:
     """Return the line of a measured signal, without the hidden ones that it reads."""
     behind = [state for state, _ in parts[name].factors]
     for state in behind:  # it grows on the way
@@ -124,29 +143,30 @@ def _through(name: str, parts: Mapping[str, _Linear]) -> sympy.Expr:
     weights = sympy.Matrix([row(name)]) * matrix.adjugate()
     past = sympy.Poly(matrix.det(method="berkowitz"), _Q).as_dict()
     rest = parts[name].rest
-    line = rest
+    line, first = rest, since[name]
     for (lag,), factor in past.items():
         if lag:
             line -= factor * _shifted(signal(name)[t] - rest, lag)
+            first = max(first, lag + since[name])
     for state, weight in zip(behind, weights, strict=True):
         for (lag,), factor in sympy.Poly(weight, _Q).as_dict().items():
             line += factor * _shifted(parts[state].rest, lag)
-    return line
+            first = max(first, lag + since[state])
+    return line, first
 
 
-def _solved(
-    lines: Mapping[str, sympy.Expr], name: str, state: str, lag: int, factor: sympy.Expr, rest: sympy.Expr
-) -> dict[str, sympy.Expr] | None:
+def _solved(lines: _Lines, name: str, state: str, lag: int, factor: sympy.Expr, rest: sympy.Expr) -> _Lines | None:
     """Return the lines with a hidden state in terms of the signal that shows it; None where a line reads it earlier."""
     others = {other: own for other, own in lines.items() if other not in (name, state)}
-    own = {name: rest + factor * _shifted(lines[state], lag)}
+    (of_state, state_since), since = lines[state], lines[name][1]
+    own = {name: (rest + factor * _shifted(of_state, lag), max(since, lag + state_since))}
     found = {}
-    for other, expression in (others | own).items():
+    for other, (expression, first) in (others | own).items():
         reads = [k for n, k in references(expression) if n == state]
         if any(k < lag for k in reads):
             return None
         shown = {signal(state)[t - k]: _shifted((signal(name)[t] - rest) / factor, k - lag) for k in reads}
-        found[other] = expression.xreplace(shown)
+        found[other] = expression.xreplace(shown), max([first, *(k - lag + since for k in reads)])
     return found
 
 

@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from relaxations.search.enclosure import Reason
 from smid import Dataset, Model, OutputError, OwnModel, identify, verify
+from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.identification.windows.whole_record import suits
 from smid.models.hidden_states import without_hidden_states
 from smid.models.simulate import predict, simulate
+from smid.models.structure import first_samples
 
 
 def motion(scheme: str = "euler", force: str = "-k*x - c*v") -> Model:
@@ -54,6 +56,38 @@ MODELS = {
         {name: [-0.5, 0.5] for name in "abcd"},
     ),
 }
+
+
+LATE = {
+    "seen a sample later": OwnModel(["h[t] = a*h[t-1] + u[t]", "x[t] = h[t-1]"], ["x"], ["u"], {"a": [-0.9, 0.9]}),
+    "seen two samples later, beside the input": OwnModel(
+        ["h[t] = a*h[t-1] + b*u[t-1]", "x[t] = h[t-2] + u[t]"], ["x"], ["u"], {"a": [-0.9, 0.9], "b": [-1, 1]}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [*(name for name in MODELS if not Templates.of(MODELS[name]).hinges), *LATE])
+@given(seed=st.integers(0, 2**31))
+@settings(max_examples=10, deadline=None)
+def test_every_equation_holds_whatever_was_before_the_record(name, seed):
+    """What the lines do not compute of the first samples is anything."""
+    model, rng = (MODELS | LATE)[name], np.random.default_rng(seed)
+    values = {p.name: float(rng.uniform(p.lower, p.upper) / 4) for p in model.parameters}
+    first = {state: rng.normal(size=model.max_lag) / 4 for state in model.states}
+    u = rng.normal(size=30)
+    run = simulate(model, {"u": u}, values, first)
+    begins = first_samples(model.discretised().lines)
+    outputs = {}
+    for m in model.measurements:
+        outputs[m.channel] = run[m.signal][10:].copy()
+        if m.signal not in model.states:
+            outputs[m.channel][: begins[m.signal]] = rng.normal(size=begins[m.signal])
+    data = Dataset.from_arrays(input={"u": u[10:]}, output=outputs, sampling_time=0.1)
+    feasible = FeasibleSet(model, data, 0.1)
+    truth = np.zeros(feasible.n_variables)
+    truth[: len(values)] = list(values.values())
+    assert feasible.n_equalities > 0
+    assert feasible.problem.equalities.evaluate(truth) == pytest.approx(0.0, abs=1e-8)
 
 
 @pytest.mark.parametrize("name", MODELS)
