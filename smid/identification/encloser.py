@@ -6,9 +6,9 @@ Models without Max, Min, Abs and sign, or whose priors and data decide all of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +20,8 @@ from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
 from relaxations.proof.method import Cuts, Method
 from relaxations.proof.proof_steps import Kinks, Step
-from relaxations.search.enclosure import Enclosure, Reason
+from relaxations.search.enclosure import Enclosure, Interval, Reason
+from relaxations.search.interval_state import allowed_gap
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 from smid.data.window import Window
@@ -77,6 +78,24 @@ def nearest_witness(enclosure: Enclosure) -> Array | None:
     width = np.array([max(i.width, 1e-300) for i in enclosure.intervals])
     away = [float(np.abs((point[: len(centre)] - centre) / width).max()) for point in enclosure.witnesses]
     return enclosure.witnesses[int(np.argmin(away))] if away else None
+
+
+def with_inner_ends(intervals: Iterable[Interval], points: Sequence[Array]) -> tuple[Interval, ...]:
+    """Return intervals whose inner ends are those of verified points of their variables; NaN without any."""
+    found = tuple(intervals)
+    inner = np.array(points or [np.full(len(found), np.nan)])
+    ends = zip(found, inner.min(axis=0).tolist(), inner.max(axis=0).tolist(), strict=True)
+    return tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
+
+
+def is_tight(interval: Interval, tolerance: float) -> bool:
+    """Return whether the gap is one that the tolerance allows."""
+    return interval.gap <= allowed_gap(interval.lower, interval.upper, tolerance)
+
+
+def where_open(reason: Reason) -> Reason:
+    """Return why an end may be open although the proof met points that it took for inner ones."""
+    return Reason.ROUNDS if reason is Reason.TIGHT else reason
 
 
 def proven_infeasible(problem: PolynomialProblem, plan: Plan, solver: Solver) -> bool:

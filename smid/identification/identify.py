@@ -30,7 +30,7 @@ from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
-from smid.identification.outliers import WithOutliers, check_outliers
+from smid.identification.outliers import WithOutliers
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.identification.windows.windowed import Windowed, has_windows
@@ -187,13 +187,11 @@ def identify(
         feasible = FeasibleSet(model, data, bounds)
         return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
 
-    if outliers and kept:
-        raise ModelError(
-            "intervals with outliers rest on several proofs, and no file holds them: leave certificate out"
-        )
-    encloser: Encloser = encloser_of(model, data)
+    encloser: Encloser
     if outliers:
-        encloser = WithOutliers(model, data, bounds, settings, check_outliers(outliers), encloser_of)
+        encloser = WithOutliers(model, data, bounds, settings, kept, outliers, encloser_of)
+    else:
+        encloser = encloser_of(model, data)
     if certificate:
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.

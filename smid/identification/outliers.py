@@ -19,7 +19,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 
@@ -28,12 +27,19 @@ from relaxations.deadline import STOPS, Progress, stopped_by
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import STOPPED, Enclosure, Reason, uninterrupted
-from relaxations.search.interval_state import allowed_gap
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
-from smid.identification.encloser import Enclosed, Encloser, Settings, nearest_witness
+from smid.identification.encloser import (
+    Enclosed,
+    Encloser,
+    Settings,
+    is_tight,
+    nearest_witness,
+    where_open,
+    with_inner_ends,
+)
 from smid.identification.estimate import CentreStatus
 from smid.identification.windows.scan import best_run
 from smid.identification.windows.whole_record import WholeRecord, suits
@@ -45,13 +51,6 @@ _REACHES = (2, 4, 12)  # of a stretch to both sides, in lags of the model
 
 Enclose = Callable[[Model, Dataset], Encloser]
 Box = dict[str, tuple[float, float]]
-
-
-def check_outliers(outliers: int) -> int:
-    """Return a number of outliers; ModelError if it is none."""
-    if isinstance(outliers, bool) or not isinstance(outliers, int) or outliers < 0:
-        raise ModelError(f"outliers={outliers!r}: give how many samples of each output may break the noise bound")
-    return outliers
 
 
 class WithOutliers:
@@ -67,7 +66,7 @@ class WithOutliers:
     Raises
     ------
     ModelError
-        If the parts would be too short for the model.
+        If ``outliers`` is no number of samples, the parts would be too short for the model, or a proof is to be kept.
     """
 
     def __init__(
@@ -76,9 +75,16 @@ class WithOutliers:
         data: Dataset,
         bounds: Mapping[str, float],
         settings: Settings,
+        kept: bool,
         outliers: int,
         encloser: Enclose,
     ) -> None:
+        if isinstance(outliers, bool) or not isinstance(outliers, int) or outliers < 0:
+            raise ModelError(f"outliers={outliers!r}: give how many samples of each output may break the noise bound")
+        if kept:
+            raise ModelError(
+                "intervals with outliers rest on several proofs, and no file holds them: leave certificate out"
+            )
         self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
         self._outliers, self._encloser = outliers, encloser
         self._allowed = outliers * len(model.output_channels)
@@ -112,21 +118,17 @@ class WithOutliers:
                     return Enclosed(None, Reason.EMPTY)
                 if not new:
                     break
-            reason = Reason.OUTLIERS if len(self.spoilt) < self._allowed else _open(found[-1].reason)
+            reason = Reason.OUTLIERS if len(self.spoilt) < self._allowed else where_open(found[-1].reason)
             points = self._verified([w[: len(box)] for one in found for w in one.witnesses])
         except STOPS as stop:
             reason = Reason[stopped_by(stop)]
         if not found:
             return Enclosed(None, reason)
-        inner = np.array(points or [np.full(len(box), np.nan)])
-        ends = zip(
-            found[-1].intervals, box.values(), inner.min(axis=0).tolist(), inner.max(axis=0).tolist(), strict=True
+        hull = (
+            replace(i, lower=low, upper=high) for i, (low, high) in zip(found[-1].intervals, box.values(), strict=True)
         )
-        intervals = tuple(
-            replace(i, lower=low, upper=high, inner_lower=first, inner_upper=last)
-            for i, (low, high), first, last in ends
-        )
-        if all(i.gap <= allowed_gap(i.lower, i.upper, self.settings.tolerance) for i in intervals):
+        intervals = with_inner_ends(hull, points)
+        if all(is_tight(interval, self.settings.tolerance) for interval in intervals):
             reason = Reason.TIGHT
         seconds, solves = time.perf_counter() - began, sum(one.solves for one in found)
         whole = replace(
@@ -192,7 +194,8 @@ class WithOutliers:
             for piece in near:
                 reaches = (lags * self.model.max_lag for lags in _REACHES)
                 stretches = (Window(e, max(sample - r, piece.first), min(sample + r, piece.last)) for r in reaches)
-                found += [*islice((s for s in stretches if self._fits_nothing(box, s)), 1)]
+                shortest = next((stretch for stretch in stretches if self._fits_nothing(box, stretch)), None)
+                found += [shortest] if shortest else []
         return found
 
     def _fits_nothing(self, box: Box, stretch: Window) -> bool:
@@ -252,8 +255,3 @@ class WithOutliers:
 def _hull(found: Sequence[Enclosure]) -> Iterator[tuple[str, tuple[float, float]]]:
     for intervals in zip(*(one.intervals for one in found), strict=True):
         yield intervals[0].name, (min(i.lower for i in intervals), max(i.upper for i in intervals))
-
-
-def _open(reason: Reason) -> Reason:
-    """Return why an end may be open although the proof met points that it took for inner ones."""
-    return Reason.ROUNDS if reason is Reason.TIGHT else reason

@@ -111,10 +111,9 @@ class NoisePrograms:
                     holding[end], drawn = held, point + share * (self._inside - point)
                     asked = self._asked_anywhere(drawn) if share == _COARSE else self._asked(drawn)
                     places = _joined([places, *asked.objecting])
-                    if share == _COARSE and not asked.objecting:
-                        left.remove(end)
                     if self._holds(drawn, asked.noises):
                         fitting[end] = drawn
+                    if end in fitting or (share == _COARSE and not asked.objecting):
                         left.remove(end)
                 self._say(f"{len(found) - len(left)} of {len(found)} ends found on {sum(map(len, windows))} samples")
                 if not left or len(places) == before:
@@ -179,9 +178,10 @@ class NoisePrograms:
         fits, known = True, False
         objecting: list[Index] = []
         for e, begin in self._pieces:
-            past = {channel: own[begin : begin + self._lag] for channel, own in noises[e].items()}
-            piece = self._piece(e, begin, p, past if known and begin else None)
-            if piece.excess > 0 and known and begin:
+            before = {channel: own[begin : begin + self._lag] for channel, own in noises[e].items()}
+            past = before if known and begin else None
+            piece = self._piece(e, begin, p, past)
+            if piece.excess > 0 and past:
                 fits, piece = False, self._piece(e, begin, p)
             known = piece.excess <= 0
             objecting += [] if known else [piece.holding]

@@ -12,14 +12,20 @@ from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import STOPS, Progress, stopped_by
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Step
-from relaxations.search.enclosure import Enclosure, Interval, Reason
-from relaxations.search.interval_state import allowed_gap
+from relaxations.search.enclosure import Enclosure, Reason
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all, windows_before
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
-from smid.identification.encloser import Enclosed, Settings, nearest_witness
+from smid.identification.encloser import (
+    Enclosed,
+    Settings,
+    is_tight,
+    nearest_witness,
+    where_open,
+    with_inner_ends,
+)
 from smid.identification.estimate import CentreStatus
 from smid.identification.polynomial import Polynomial, centre_status
 from smid.identification.windows.free_runs import FreeRuns
@@ -133,28 +139,19 @@ class Windowed:
 
     def _met(self, found: Enclosed, enclosure: Enclosure, short: bool, seconds: float) -> Enclosed:
         """Return proven intervals with inner ends that fit the whole record."""
-        intervals, reason = self._hull(enclosure), enclosure.reason
+        intervals, reason = with_inner_ends(enclosure.intervals, self._fitting), enclosure.reason
         if reason in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS):
-            tight = all(map(self._is_tight, intervals))
-            open_ends = Reason.ROUNDS if reason is Reason.TIGHT else reason
-            reason = Reason.TIGHT if tight else Reason.WINDOWS if short else open_ends
+            tight = all(is_tight(interval, self.settings.tolerance) for interval in intervals)
+            reason = Reason.TIGHT if tight else Reason.WINDOWS if short else where_open(reason)
         met = replace(enclosure, intervals=intervals, witnesses=self._fitting, reason=reason, seconds=seconds)
         return replace(found, enclosure=met, reason=reason)
-
-    def _hull(self, enclosure: Enclosure) -> tuple[Interval, ...]:
-        """Return the intervals with the verified parameters as inner ends: none where nothing is verified."""
-        runs = np.array(self._fitting or [np.full(len(enclosure.intervals), np.nan)])
-        ends = zip(enclosure.intervals, runs.min(axis=0).tolist(), runs.max(axis=0).tolist(), strict=True)
-        return tuple(replace(i, inner_lower=low, inner_upper=high) for i, low, high in ends)
 
     def _beyond(self, enclosure: Enclosure) -> list[Array]:
         """Return the outermost points that fit the windows, at the ends that no verified parameters meet."""
         points = np.array(enclosure.witnesses)
-        loose = [k for k, i in enumerate(self._hull(enclosure)) if not self._is_tight(i)]
+        intervals = with_inner_ends(enclosure.intervals, self._fitting)
+        loose = [k for k, interval in enumerate(intervals) if not is_tight(interval, self.settings.tolerance)]
         return [points[np.argmin(sign * points[:, k])] for k in loose for sign in (1, -1)]
-
-    def _is_tight(self, interval: Interval) -> bool:
-        return interval.gap <= allowed_gap(interval.lower, interval.upper, self.settings.tolerance)
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
         """Return the problem of the windows, and the steps."""
