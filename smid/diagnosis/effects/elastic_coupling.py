@@ -22,6 +22,7 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.motion import Motion, integral, motions, stepped
 from smid.diagnosis.effects.parts.naming import free_name, fresh
 from smid.diagnosis.effects.parts.plant import output_signal
@@ -93,7 +94,7 @@ def _split(
         s_new, a_new, theta_new = (signal(name)[t] for name in names)
         coasting = (push - then * a) / (1 - r)
         free = theta + h * s + h / 2 * coasting
-        beyond = free - sympy.Max(-half, sympy.Min(half, free)) if play else free
+        beyond = free - larger(-half, smaller(half, free)) if play else free
         split = split.with_line(names[1], beyond / (tau**2 + h / 2 * now / (1 - r)))
         split = split.with_line(names[0], s + coasting - now * a_new / (1 - r))
         split = split.with_line(names[2], theta + h / 2 * (s + s_new))

@@ -18,6 +18,7 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.lag import lag_line, lag_parameters, time_constant
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter
@@ -71,14 +72,14 @@ def _curves(
     top = fresh(model, "inner_limit_upper", (low, high + span), unit, high + span)
     yield (
         "saturation",
-        lambda x: sympy.Max(bottom.symbol, sympy.Min(top.symbol, x)),
+        lambda x: larger(bottom.symbol, smaller(top.symbol, x)),
         [bottom, top],
         [{bottom.name: low + share * span, top.name: high - share * span} for share in _SHARES],
         {},
     )
     knee = fresh(model, "inner_knee", (low, high), unit)
     blocked = fresh(model, "inner_blocked", (-1, 1), "", 0.0)
-    q, above, below = knee.symbol, sympy.Min(blocked.symbol, 0), sympy.Max(blocked.symbol, 0)
+    q, above, below = knee.symbol, smaller(blocked.symbol, 0), larger(blocked.symbol, 0)
 
     def diode(x: sympy.Expr) -> sympy.Expr:
         up, down = (f(0, x - q) - f(0, -q) for f in (sympy.Max, sympy.Min))
@@ -101,7 +102,7 @@ def _curves(
     upper, lower = (zone[end].symbol if end in zone else sympy.S.Zero for end in ends)
     yield (
         "dead zone",
-        lambda x: sympy.Max(0, x - upper) + sympy.Min(0, x - lower),
+        lambda x: larger(0, x - upper) + smaller(0, x - lower),
         list(zone.values()),
         [{p.name: share * ends[end] for end, p in zone.items()} for share in _SHARES],
         {},

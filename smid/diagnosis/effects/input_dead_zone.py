@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.models import Model
 
@@ -36,7 +36,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield Extension(
             model.insert_before(
                 site.input,
-                lambda u: sympy.Max(0, u - upper.symbol) + sympy.Min(0, u),
+                lambda u: larger(0, u - upper.symbol) + smaller(0, u),
                 [upper],
                 new_name=name,
             ),
@@ -48,7 +48,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield Extension(
             model.insert_before(
                 site.input,
-                lambda u: sympy.Max(0, u) + sympy.Min(0, u - lower.symbol),
+                lambda u: larger(0, u) + smaller(0, u - lower.symbol),
                 [lower],
                 new_name=name,
             ),
@@ -61,7 +61,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield Extension(
             model.insert_before(
                 site.input,
-                lambda u: sympy.Max(0, u - half.symbol) + sympy.Min(0, u + half.symbol),
+                lambda u: larger(0, u - half.symbol) + smaller(0, u + half.symbol),
                 [half],
                 new_name=name,
             ),
@@ -71,7 +71,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         yield Extension(
             model.insert_before(
                 site.input,
-                lambda u: sympy.Max(0, u - upper.symbol) + sympy.Min(0, u - lower.symbol),
+                lambda u: larger(0, u - upper.symbol) + smaller(0, u - lower.symbol),
                 [upper, lower],
                 new_name=name,
             ),

@@ -13,6 +13,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.diagnosis.effects.parts.plant import static_end
 from smid.models import Model, signal, t
@@ -33,7 +34,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
     def late(u: sympy.Expr) -> sympy.Expr:
         past = signal(str(u.base.label))
-        hats = (sympy.Max(0, 1 - sympy.Abs(delay.symbol - k)) * past[t - k] for k in range(longest + 1))
+        hats = (larger(0, 1 - sympy.Abs(delay.symbol - k)) * past[t - k] for k in range(longest + 1))
         return sum(hats, sympy.Integer(0))
 
     starts = [d for d in (1.0, 2.0, 3.0, 5.0, 8.0, 0.5, float(likely)) if 0 < d <= longest]

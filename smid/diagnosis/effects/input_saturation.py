@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import sympy
-
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.models import Model
 
@@ -29,19 +28,19 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     upper = fresh(model, "input_limit_upper", (low, high), unit, high)
     lower = fresh(model, "input_limit_lower", (low, high), unit, low)
     yield Extension(
-        model.insert_before(site.input, lambda u: sympy.Min(u, upper.symbol), [upper], new_name=name),
+        model.insert_before(site.input, lambda u: smaller(u, upper.symbol), [upper], new_name=name),
         tuple({upper.name: high - share * span} for share in _SHARES),
         "above",
     )
     yield Extension(
-        model.insert_before(site.input, lambda u: sympy.Max(u, lower.symbol), [lower], new_name=name),
+        model.insert_before(site.input, lambda u: larger(u, lower.symbol), [lower], new_name=name),
         tuple({lower.name: low + share * span} for share in _SHARES),
         "below",
     )
     yield Extension(
         model.insert_before(
             site.input,
-            lambda u: sympy.Max(lower.symbol, sympy.Min(u, upper.symbol)),
+            lambda u: larger(lower.symbol, smaller(u, upper.symbol)),
             [upper, lower],
             new_name=name,
         ),

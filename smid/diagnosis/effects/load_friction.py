@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 
-import sympy
-
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import further
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.motion import dry_motions, time_of, with_dry_friction
 from smid.diagnosis.effects.parts.naming import fresh, quantity, read_channel
 from smid.diagnosis.effects.parts.slides import slides
@@ -35,7 +34,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
             if motion.state.line.rate:
                 continue
             force = fresh(model, f"load_{motion.friction}", (0, 5 * motion.force_scale), "", 0.0)
-            pressing = sympy.Max(0, signal(name)[t - motion.state.lag]) / number(high)
+            pressing = larger(0, signal(name)[t - motion.state.lag]) / number(high)
             yield Extension(
                 with_dry_friction(model, motion, force.symbol * pressing, [force], None),
                 tuple({force.name: share * motion.force_scale} for share in (0.1, 0.02, 0.5)),
@@ -45,7 +44,7 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
         for slide in slides(reading, site):
             force = fresh(reading, "load_sliding_friction", slide.forces, site.unit(site.output), 0.0)
             sticking = fresh(reading, "friction_sticking", slide.sticking)
-            size = force.symbol * sympy.Max(0, signal(name)[t]) / number(high)
+            size = force.symbol * larger(0, signal(name)[t]) / number(high)
             yield Extension(
                 reading.add_term(slide.line, size * slide.way(sticking), [force, sticking]),
                 tuple({force.name: size, sticking.name: speed} for size in slide.sizes for speed in slide.speeds),

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 import numpy as np
-import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import fresh, quantity, signal_of
 from smid.diagnosis.effects.parts.plant import output_signal
 from smid.diagnosis.effects.parts.varying import Varied, extensions
@@ -45,7 +45,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     yield from extensions(
         model,
         "with_level",
-        lambda lag: sympy.Max(0, sympy.Min(1, (w[t - lag] - start.symbol) / width.symbol)),
+        lambda lag: larger(0, smaller(1, (w[t - lag] - start.symbol) / width.symbol)),
         partial(_between_levels, start.name, width.name),
         label="between two levels",
         shape=(start, width),

@@ -18,6 +18,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.hinges import Curve
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_lines
@@ -81,9 +82,9 @@ def _ends(model: Model, stem: str, span: tuple[float, float], unit: str = "") ->
     full = tuple({upper.name: high - share * width} for share in _SHARES)
     empty = tuple({lower.name: low + share * width} for share in _SHARES)
     both = tuple({**a, **b} for a, b in zip(full, empty, strict=True))
-    yield "above", lambda w: sympy.Min(w, upper.symbol), [upper], full
-    yield "below", lambda w: sympy.Max(lower.symbol, w), [lower], empty
-    yield "both sides", lambda w: sympy.Max(lower.symbol, sympy.Min(w, upper.symbol)), [lower, upper], both
+    yield "above", lambda w: smaller(w, upper.symbol), [upper], full
+    yield "below", lambda w: larger(lower.symbol, w), [lower], empty
+    yield "both sides", lambda w: larger(lower.symbol, smaller(w, upper.symbol)), [lower, upper], both
 
 
 def _spills(vessel: str, upper: str, share: str, values: Mapping[str, float], site: Site) -> str:

@@ -12,10 +12,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
-import sympy
-
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.clock import with_clock
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
 from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model, signal, t
@@ -33,7 +32,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     moment = fresh(model, "change_time", (start, start + site.duration), "s")
     timed, now = with_clock(model, site.sampling_time)
     name = free_name(timed, "change_step")
-    ramp = sympy.Max(0, sympy.Min(1, (now + number(start) - moment.symbol) / number(site.sampling_time)))
+    ramp = larger(0, smaller(1, (now + number(start) - moment.symbol) / number(site.sampling_time)))
     times = tuple(start + site.duration * k / (_TIMES + 1) for k in range(1, _TIMES + 1))
     # The line needs its parameter before `extensions` adds it beside each amount.
     stepped = timed.with_line(name, ramp, [moment])

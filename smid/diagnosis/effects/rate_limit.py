@@ -14,6 +14,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
@@ -45,16 +46,14 @@ def _limited(model: Model, site: Site, name: str, slowness: list[Parameter]) -> 
     last, step = signal(name)[t - 1], number(site.sampling_time)
 
     def slow(gap: sympy.Expr) -> sympy.Expr:
-        return sum((s.symbol * sympy.Max(0, way * gap) for s, way in zip(slowness, (1, -1), strict=True)), sympy.S.Zero)
+        return sum((s.symbol * larger(0, way * gap) for s, way in zip(slowness, (1, -1), strict=True)), sympy.S.Zero)
 
     def time(gap: sympy.Expr) -> sympy.Expr:
         """Return the share of a sample that the way takes."""
         return (slowness[0].symbol * sympy.Abs(gap) if len(slowness) == 1 else slow(gap)) / step
 
     gone = free_name(model, f"{site.input}_gone")
-    model = model.insert_before(
-        site.input, lambda u: (u - last) / sympy.Max(1, time(u - last)), slowness, new_name=gone
-    )
+    model = model.insert_before(site.input, lambda u: (u - last) / larger(1, time(u - last)), slowness, new_name=gone)
     model = model.insert_before(gone, lambda way: last + way * (1 - time(way) / 2), new_name=f"{name}_mean")
     return model.with_line(name, last + signal(gone)[t])
 

@@ -30,6 +30,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import fresh, quantity
 from smid.diagnosis.effects.parts.outflow import cascade_name, cascades, with_outflow
 from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines, with_increment, without_effects
@@ -99,7 +100,7 @@ class _Law:
 
     def step(self, level: sympy.Expr, pole: sympy.Expr, inflow: sympy.Expr) -> sympy.Expr:
         """Return what a vessel gains in a sample, of which the linear one keeps the share `pole`."""
-        slope, kept = (1 + self.b) / (2 * self._root(level)), sympy.Max(_LEAST, pole)
+        slope, kept = (1 + self.b) / (2 * self._root(level)), larger(_LEAST, pole)
         return (1 - kept**slope) / (slope * (1 - kept)) * (inflow - (1 - pole) * self.outflow(level))
 
     def _root(self, level: sympy.Expr) -> sympy.Expr:

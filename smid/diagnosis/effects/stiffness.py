@@ -13,9 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 
-import sympy
-
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.motion import acceleration, positions
 from smid.diagnosis.effects.parts.naming import fresh, quantity
 from smid.models import Model
@@ -43,7 +42,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         )
         beyond = fresh(model, "spring_beyond", (0, most), unit, 0.0)
         gap = fresh(model, "spring_gap", (0, reach), site.unit(site.output))
-        inside = sympy.Max(-gap.symbol, sympy.Min(gap.symbol, x))
+        inside = larger(-gap.symbol, smaller(gap.symbol, x))
         yield Extension(
             model.add_term(line, -beyond.symbol * (x - inside), [beyond, gap]),
             tuple({beyond.name: 0.3 * usual, gap.name: share * reach} for share in (0.2, 0.4, 0.7)),

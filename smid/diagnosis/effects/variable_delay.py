@@ -20,6 +20,7 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import further
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, read_channel
 from smid.diagnosis.effects.parts.plant import static_end
 from smid.models import Model, signal, t
@@ -60,7 +61,7 @@ def _late(base: Model, site: Site, flow: str, *, at_sensor: bool) -> Extension:
     def late(x: sympy.Indexed) -> sympy.Expr:
         x, total = x.base, x
         for k in range(1, _LONGEST + 1):
-            width = number(step) * sympy.Max(least, q[t - k * at_sensor])
+            width = number(step) * larger(least, q[t - k * at_sensor])
             share = (volume.symbol - passed[t] + passed[t - k + 1]) / width
             # sympy takes long to build as many nested maxima and minima.
             total += (1 + sympy.Abs(share) - sympy.Abs(share - 1)) / 2 * (x[t - k] - x[t - k + 1])

@@ -12,6 +12,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import fresh
 from smid.models import Model, Parameter
 from smid.models.symbols import number
@@ -90,7 +91,7 @@ def slope_changes(values: Mapping[str, float], stem: str) -> str:
 def _broken(kinks: Sequence[sympy.Expr], slopes: list[Parameter]) -> Callable[[sympy.Expr], sympy.Expr]:
     def bent(x: sympy.Expr) -> sympy.Expr:
         # Zero stays zero: a curve is no bias.
-        hinges = (sympy.Max(0, x - kink) - sympy.Max(0, -kink) for kink in kinks)
+        hinges = (larger(0, x - kink) - larger(0, -kink) for kink in kinks)
         return x + sum((p.symbol * hinge for p, hinge in zip(slopes, hinges, strict=True)), sympy.Integer(0))
 
     return bent

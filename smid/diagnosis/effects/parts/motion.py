@@ -19,6 +19,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.plant import StateLine, output_signal, state_lines
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
@@ -207,7 +208,7 @@ def with_dry_friction(
     """
     line = motion.state.line
     if sticking is not None:
-        sliding = sympy.Max(-1, sympy.Min(1, motion.speed / sticking.symbol))
+        sliding = larger(-1, smaller(1, motion.speed / sticking.symbol))
         return model.add_term(line.signal, -threshold * sliding, [*parameters, sticking])
     taken = threshold if motion.step is None else threshold * number(motion.step)
     if motion.kind == "speed":
@@ -219,7 +220,7 @@ def with_dry_friction(
 
 def _held(v: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
     """Take friction from a speed, to rest at most."""
-    return v - sympy.Max(-threshold, sympy.Min(threshold, v))
+    return v - larger(-threshold, smaller(threshold, v))
 
 
 def _slid(coasting: sympy.Expr, free: sympy.Expr, threshold: sympy.Expr) -> sympy.Expr:
@@ -229,6 +230,6 @@ def _slid(coasting: sympy.Expr, free: sympy.Expr, threshold: sympy.Expr) -> symp
     the step it turns round, or stays.
     """
     drive, way = free - coasting, sympy.sign(coasting)
-    going_on = way * sympy.Max(0, way * free - threshold)
-    left = sympy.Max(0, 1 - sympy.Abs(coasting) / sympy.Max(_TINY, threshold - way * drive))  # of the step, from rest
+    going_on = way * larger(0, way * free - threshold)
+    left = larger(0, 1 - sympy.Abs(coasting) / larger(_TINY, threshold - way * drive))  # of the step, from rest
     return going_on + left * _held(drive, threshold)

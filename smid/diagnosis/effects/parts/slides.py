@@ -16,6 +16,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import signal_of
 from smid.diagnosis.effects.parts.plant import state_lines
 from smid.models import Model, Parameter, signal, t
@@ -85,7 +86,7 @@ class Slide:
 
     def way(self, sticking: Parameter) -> sympy.Expr:
         """Return the regularised sign of the speed."""
-        return sympy.Max(-1, sympy.Min(1, self.speed / sticking.symbol))
+        return larger(-1, smaller(1, self.speed / sticking.symbol))
 
 
 def slides(model: Model, site: Site) -> Iterator[Slide]:

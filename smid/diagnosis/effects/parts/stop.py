@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sympy
 
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.models import t
 
 __all__ = ["stop"]
@@ -23,4 +24,4 @@ def stop(x: sympy.IndexedBase, state: sympy.IndexedBase, half: sympy.Expr) -> sy
     >>> stop(u, s, sympy.Integer(1)) == sympy.Max(-1, sympy.Min(1, s[t - 1] + u[t] - u[t - 1]))
     True
     """
-    return sympy.Max(-half, sympy.Min(half, state[t - 1] + x[t] - x[t - 1]))
+    return larger(-half, smaller(half, state[t - 1] + x[t] - x[t - 1]))

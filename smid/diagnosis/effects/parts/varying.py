@@ -19,6 +19,7 @@ from functools import cache, partial
 import sympy
 
 from smid.diagnosis.effects.effect import Extension, Site
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.naming import fresh
 from smid.diagnosis.effects.parts.plant import (
     StateLine,
@@ -135,7 +136,7 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
         not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(multiplied_out(rest))}
     )
     if is_lag and plain_symbols(pole):
-        pole = sympy.Max(_LEAST_POLE, pole)
+        pole = larger(_LEAST_POLE, pole)
 
         def seen(passed: sympy.Expr) -> sympy.Expr:
             """Return the factor after a lag of pace one has gone on for a time, in samples."""
