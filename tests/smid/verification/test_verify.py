@@ -276,21 +276,19 @@ CHANGES = (
 )
 
 
-def test_none_of_200_changed_certificates_is_verified(tmp_path, proofs) -> None:
+def test_no_changed_certificate_is_verified(tmp_path, proofs) -> None:
     rng = np.random.default_rng(28)
-    file, done = tmp_path / "changed.json", 0
-    cases = list(proofs.values())
-    while done < 200:
-        _, data, _, proof = cases[done % len(cases)]
-        content = json.loads(proof.read_text())
-        before = copy.deepcopy(content)
-        change = CHANGES[int(rng.integers(len(CHANGES)))]
-        change(content, rng)
-        assert content != before
-        file.write_text(json.dumps(content))
-        with pytest.raises((NotProvenError, DataError, ModelError)):
-            verify(file, data)
-        done += 1
+    file, cases = tmp_path / "changed.json", list(proofs.values())
+    for k, change in enumerate(CHANGES):  # each meets half the proofs, and each proof half of them
+        for j in range(len(cases) // 2):
+            _, data, _, proof = cases[(k + j) % len(cases)]
+            content = json.loads(proof.read_text())
+            before = copy.deepcopy(content)
+            change(content, rng)
+            assert content != before
+            file.write_text(json.dumps(content))
+            with pytest.raises((NotProvenError, DataError, ModelError)):
+                verify(file, data)
 
 
 def test_the_command_verifies_and_refuses(tmp_path, monkeypatch) -> None:
