@@ -1,7 +1,7 @@
 """The larger and the smaller of expressions, as they are written.
 
 Sympy's own first tries to tell which argument is the larger one. Of the lines of a plant it never can, and its attempts
-take a sixth of the time of a diagnosis.
+take up to a sixth of the time of a diagnosis.
 """
 
 from __future__ import annotations
