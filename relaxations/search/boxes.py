@@ -119,8 +119,14 @@ def _least_scale(
     face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Recorder | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
-    # Try cuts on a long record, then the least order, then contractions up to the highest order.
+    # Try the least order, then cuts on a long record, then contractions up to the highest order.
     plan = Plan.of(face)
+    relaxed = relax(face, plan.method, plan.least, solver)
+    first = relaxed.bound(face.variable(s))
+    if first.bound > 0:
+        if record:
+            record(Bound.of(relaxed, face.variable(s), first))
+        return first.bound
     if plan.cuts:
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
@@ -130,12 +136,6 @@ def _least_scale(
         )
         if empty is not None or ends.lower[s] > 0:
             return np.inf if empty is not None else float(ends.lower[s])
-    relaxed = relax(face, plan.method, plan.least, solver)
-    first = relaxed.bound(face.variable(s))
-    if first.bound > 0:
-        if record:
-            record(Bound.of(relaxed, face.variable(s), first))
-        return first.bound
     found = uninterrupted(
         intervals(
             face,

@@ -90,7 +90,9 @@ class Plan:
         projection = None if targets is None or not lifts else _projection(problem, targets)
         if projection is not None:
             problem = projection.inner(problem.lower, problem.upper)
-        whole = problem if objective is None else problem.with_inequalities(objective)
+        whole = problem
+        if objective is not None:  # among the equalities: a lift may leave inequalities out, but not the objective
+            whole = replace(problem, equalities=Polynomials.join([problem.equalities, objective]))
         few = complicating_variables(whole)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
