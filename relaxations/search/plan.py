@@ -18,6 +18,7 @@ from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.sparsity import cliques
 from relaxations.search.benders.enclose import check_cuts
 
+MOST_BEFORE_A_LIFT = 3  # variables that complicate: of more, cuts took up to twice as long as the lift alone
 LONG = 600  # moments of the least lift from which cuts are faster than a relaxation of the whole record
 
 
@@ -97,6 +98,11 @@ class Plan:
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = few is not None and len(few) > 0 and (1 + len(few)) * problem.n_variables >= LONG
+        # Each variable that complicates multiplies the boxes that cuts need. Where a relaxation has to follow for other
+        # targets, it alone is faster.
+        if few is not None and len(few) > MOST_BEFORE_A_LIFT and targets is not None:
+            own = targets if projection is None else np.searchsorted(projection.kept, targets)
+            long = long and bool(np.isin(own, few).all())
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
         relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few, objective)
         least, usual = relaxation.orders(whole)

@@ -151,10 +151,20 @@ class Model:
         return tuple(measured.get(name, name) for name in self.inputs)
 
     @property
+    def exogenous_channels(self) -> tuple[str, ...]:
+        """Input channels that are not outputs as well."""
+        return tuple(channel for channel in self.input_channels if channel not in self.output_channels)
+
+    @property
+    def outputs(self) -> tuple[Measurement, ...]:
+        """Measurements of signals that the model computes. A predictor also reads their channels as inputs."""
+        defined = {line.signal for line in self.lines}
+        return tuple(measurement for measurement in self.measurements if measurement.signal in defined)
+
+    @property
     def output_channels(self) -> tuple[str, ...]:
         """Channels that show a signal the model computes."""
-        defined = {line.signal for line in self.lines}
-        return tuple(measurement.channel for measurement in self.measurements if measurement.signal in defined)
+        return tuple(measurement.channel for measurement in self.outputs)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ def has_windows(model: Model, data: Dataset) -> bool:
 
 def inputs_are_noisy(model: Model) -> bool:
     """Return whether an input has noise."""
-    return any(m.noise is not None and m.channel in model.input_channels for m in model.measurements)
+    return any(m.noise is not None and m.signal in model.inputs for m in model.measurements)
 
 
 class Windowed:
