@@ -85,6 +85,10 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
         "a table of numbers",
         lambda v: isinstance(v, Mapping) and all(map(_is_number, v.values())),
     ),
+    "Mapping[str, tuple[float, float]]": (
+        "a table of ranges [lower, upper]",
+        lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),
+    ),
     "Mapping[str, Range]": (
         "a table of ranges [lower, upper]",
         lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),

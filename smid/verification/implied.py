@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from relaxations.check.arithmetic import Interval, Polynomial, Terms, Work, product, value_range
+from relaxations.check.arithmetic import Polynomial, Terms, Work, product, value_range
 from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
 from smid.verification.expressions import NotPolynomialError
@@ -156,7 +156,7 @@ def _with_products(constraints: list[Terms], definitions: Definitions) -> Iterat
 
 
 def _check_latents(document: Document, equations: Equations, expected: list[Row]) -> None:
-    """Check that a finite box of a latent signal follows from the equation that gives the signal explicitly."""
+    """Check that a finite box of a latent signal follows from its bounds or the equation that gives it explicitly."""
     by_name: dict[str, list[Row]] = {}
     for row in expected:
         by_name.setdefault(equations.instance(row.signal, row.time, row.experiment), []).append(row)
@@ -170,13 +170,14 @@ def _check_latents(document: Document, equations: Equations, expected: list[Row]
     for v, name in enumerate(document.stated.names):
         if bounded(v) or document.box[v] == (-inf, inf):
             continue
-        ranges: list[Interval] = []
+        stated = equations.model.get("bounds", {}).get(name.split("[")[0])
+        ranges = [] if stated is None else [(_end(stated[0], -inf), _end(stated[1], inf))]
         for row in by_name.get(name, []):
             rest = {m: -c for m, c in row.polynomial.items() if m != (v,)}
             if row.polynomial.get((v,)) == 1 and all(bounded(w) for m in rest for w in m):
                 ranges.append(value_range(Polynomial(rest), document.box, _WORK))
         low, high = document.box[v]
-        if not any(low <= a and b <= high for a, b in ranges):
+        if not (ranges and low <= max(a for a, _ in ranges) and min(b for _, b in ranges) <= high):
             raise NotProvenError(f"the box of {shown_name(name)} in the proof does not follow from the model")
 
 

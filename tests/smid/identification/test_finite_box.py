@@ -1,6 +1,5 @@
 """Boxes proven from the data: they hold the truth, and where nothing bounds a parameter that is said."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,10 +8,24 @@ import sympy
 
 from benchmarks.soundness.random_problems import RandomProblem, random_problem
 from relaxations.search.enclosure import Proof
-from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
+from smid import (
+    CentreStatus,
+    Dataset,
+    ErrorsInVariables,
+    FeasibleSet,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    identify,
+    load_model,
+    save_model,
+    verify,
+)
 from smid.identification.finite_box import Boxed, with_finite_box
 from smid.identification.products import products_needed
 from smid.models import Line, Measurement, Parameter
+from smid.models.edit_lines import rename_channels
 from smid.models.symbols import signal, t
 
 SEEDS = 16
@@ -174,19 +187,60 @@ def hidden_state() -> tuple[Model, dict[str, np.ndarray], np.ndarray]:
     return model, {"u": inputs}, 0.8 * state**2 + rng.uniform(-0.02, 0.02, 12)
 
 
-def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works() -> None:
+def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works(tmp_path) -> None:
     model, inputs, y = hidden_state()
-    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    data, file = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0), tmp_path / "proof.json"
     estimate = identify(model, data, 0.02)
     assert estimate.unbounded == ("x",)
     assert "No box could be proven for x: no channel measures x" in estimate.summary
+    assert "model.bound(x=(lower, upper))" in estimate.summary
 
-    known = replace(model, measurements=(*model.measurements, Measurement("x0", "x", "deviation")))
-    data = Dataset.from_arrays(input=inputs, output={"y": y, "x0": 0 * y}, sampling_time=1.0)
-    cured = identify(known, data, {"y": 0.02, "x0": 5.0}, rounds=1)
+    known = model.bound(x=(-5, 5))
+    cured = identify(known, data, 0.02, rounds=1, certificate=file)
     assert cured.unbounded == ()
     assert cured["a"].lower <= 0.5 <= cured["a"].upper
     assert cured["b"].lower <= 0.8 <= cured["b"].upper
+    # The proof holds for these bounds alone.
+    assert verify(file, data, known, 0.02).intervals["a"] == (cured["a"].lower, cured["a"].upper)
+    for other in (model, model.bound(x=(-4, 5))):
+        with pytest.raises(ModelError, match="the bounds of 'x' of the model is not that of the proof"):
+            verify(file, data, other, 0.02)
+
+
+def test_bounds_of_a_state_that_could_be_eliminated_narrow_the_set() -> None:
+    a, h, x, u = Parameter("a", 0.1, 0.9), signal("h"), signal("x"), signal("u")
+    lines = (Line(h[t], a.symbol * h[t - 1] + u[t - 1]), Line(x[t], h[t - 1]))
+    model = Model("hidden", (a,), lines, (Measurement("y", "x", "eta"),))
+    rng = np.random.default_rng(1)
+    inputs, state = rng.uniform(0, 1, 15), np.zeros(15)
+    for k in range(1, 15):
+        state[k] = 0.5 * state[k - 1] + inputs[k - 1]
+    seen = np.r_[0.0, state[:-1]] + rng.uniform(-0.3, 0.3, 15)
+    data = Dataset.from_arrays(input={"u": inputs}, output={"y": seen}, sampling_time=1.0)
+    free, bounded = (
+        identify(own, data, 0.3, order=1)["a"] for own in (model, model.bound(h=(0.0, float(state.max()))))
+    )
+    assert free.lower <= bounded.lower + 1e-6
+    assert bounded.upper <= free.upper + 1e-6
+    assert bounded.width < 0.95 * free.width
+    assert bounded.lower <= 0.5 <= bounded.upper
+
+
+def test_bounds_of_signals_are_kept_and_bad_ones_are_refused(tmp_path) -> None:
+    model, _, _ = hidden_state()
+    known = model.bound(x=(-5, 5))
+    assert "x[t] in [-5, 5]" in str(known)
+    assert Model.from_dict(known.to_dict()) == known
+    assert load_model(save_model(known, tmp_path / "model.toml")) == known
+    assert rename_channels(known, {"u": "x"}).bounds == {"x2": (-5.0, 5.0)}
+    for box, why in (
+        ({"z": (0, 1)}, "'z' is not a hidden state"),
+        ({"q": (0, 1)}, "no parameter 'q'"),
+        ({"x": (1, 0)}, "the bounds of 'x' are"),
+        ({"x": (0, np.inf)}, "give finite ones"),
+    ):
+        with pytest.raises(ModelError, match=why):
+            model.bound(**box)
 
 
 def test_stability_of_four_poles_does_not_delay_a_box() -> None:
