@@ -19,6 +19,7 @@ from relaxations.reductions.sparsity import cliques
 from relaxations.search.benders.enclose import check_cuts
 
 MOST_BEFORE_A_LIFT = 3  # variables that complicate: of more, cuts took up to twice as long as the lift alone
+VERY_LONG = 10_000  # moments from which cuts bound the other variables faster, too
 LONG = 600  # moments of the least lift from which cuts are faster than a relaxation of the whole record
 
 
@@ -109,7 +110,7 @@ class Plan:
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
         complicating = nonlinear_variables(whole) if few is None else few
-        only_cuts = isinstance(chosen, Cuts)
+        only_cuts = isinstance(chosen, Cuts) or (cuts and (1 + len(complicating)) * problem.n_variables >= VERY_LONG)
         return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, only_cuts, projection)
 
     @property
