@@ -77,7 +77,8 @@ class Plan:
         a constraint; where one is given, few are less than half of those in a clique of the sparse hierarchy. On a long
         record whose order is not asked for, cuts go first: they bound the variables that complicate, and the lift
         bounds the others. (The multipliers of other variables follow those that complicate. A relaxation's multipliers
-        are polynomials and can follow them; cuts would have to be many.)
+        are polynomials and can follow them; cuts would have to be many.) Where many variables complicate beside other
+        targets, the lift goes alone; on a very long record, cuts do.
 
         Raises
         ------
