@@ -8,6 +8,7 @@ from .identification.estimate import CentreStatus, Estimate, ParameterInterval
 from .identification.identify import EmptyFeasibleSetError, identify
 from .identification.lowest_order import LowestOrder, lowest_order
 from .models import (
+    Armax,
     ErrorsInVariables,
     Hammerstein,
     Model,
@@ -31,6 +32,7 @@ from .verification import NotProvenError, Verification, verify
 
 __version__: str
 __all__ = [
+    "Armax",
     "CentreStatus",
     "Comparison",
     "DataError",

@@ -7,7 +7,8 @@ order d has the moments ``p^a`` and ``p^a z_i`` with ``|a| <= 2d``:
 - an inequality ``g(p, z) >= 0`` with ``2d - k = 2m`` gives ``L(g b_m b_m') >= 0`` and, for every i,
   ``L(g (1 - p_i^2) b_{m-1} b_{m-1}') >= 0``;
 - with ``2d - k = 2m + 1`` it gives ``L(g (1 +- p_i) b_m b_m') >= 0``, which imply ``L(g b_m b_m') >= 0``;
-- ``1 +- z_i >= 0`` and ``1 >= 0`` are inequalities of degree 0.
+- ``1 +- z_i >= 0`` and ``1 >= 0`` are inequalities of degree 0;
+- an inequality of degree ``k > 2d`` is left out: the set only becomes larger.
 
 On an interval, the multipliers are all nonnegative polynomials of their degree (Lukacs). At fixed ``p`` the problem is
 linear in ``z``. By duality, with multipliers that are polynomials in ``p``, the bounds converge as d grows.
@@ -32,6 +33,7 @@ D. Handelman, "Representing polynomials by positive linear functions on compact 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import reduce
 from itertools import combinations_with_replacement
 from math import comb
@@ -120,9 +122,9 @@ def nonlinear_variables(problem: PolynomialProblem) -> Index:
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-def least_order(problem: PolynomialProblem, complicating: Index) -> int:
-    """Return the least order of a lift: half of the largest degree in the complicating variables, at least 1."""
-    degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in (problem.equalities, problem.inequalities))
+def least_order(families: Sequence[Polynomials], complicating: Index) -> int:
+    """Return the least order of a lift that has all rows: half of the largest degree that complicates, at least 1."""
+    degree = max(int(degrees_in(f, complicating).max(initial=0)) for f in families)
     return max(1, -(-degree // 2))
 
 
@@ -164,7 +166,7 @@ def lift(
         equalities.append(members.times_monomials(monomials_up_to(complicating, 2 * order - degree)))
 
     localisers: list[Localiser] = []
-    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+    for degree, members in _inequalities(problem, order, complicating):
         for factor, half in _multiples(complicating, 2 * order - degree, method):
             check_time()
             localisers.append(localise(_times(members, factor), monomials_up_to(complicating, half)))
@@ -183,7 +185,7 @@ def lifted_variables(
             f"more than {MOST_COMPLICATING} variables would have to be complicating: the parametric lift does not "
             "apply; choose method='sparse'"
         )
-    least = least_order(whole, complicating)
+    least = least_order([problem.equalities, *([] if objective is None else [objective])], complicating)
     if order < least:
         raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
     # Count terms, block widths and moments, and compare their memory with the machine's.
@@ -192,7 +194,7 @@ def lifted_variables(
     for degree, members in _by_degree(problem.equalities, complicating):
         terms += len(members.rows) * comb(n + 2 * order - degree, n)
     widths: Counter[int] = Counter()
-    for degree, members in _by_degree(_bounded(problem, complicating), complicating):
+    for degree, members in _inequalities(problem, order, complicating):
         for factor, half in _multiples(complicating, 2 * order - degree, method):
             width = comb(n + half, n)
             widths[width] += members.n_rows
@@ -208,11 +210,15 @@ def lifted_variables(
     return complicating
 
 
-def _bounded(problem: PolynomialProblem, complicating: Index) -> Polynomials:
-    """Return the polynomials g >= 0: the constant 1, the inequalities, and the bounds of the other variables z."""
+def _inequalities(problem: PolynomialProblem, order: int, complicating: Index) -> list[tuple[int, Polynomials]]:
+    """Return the polynomials g >= 0 by degree, up to that of the lift.
+
+    They are the constant 1, the inequalities, and the bounds of the other variables z.
+    """
     own = np.setdiff1d(np.arange(problem.n_variables), complicating)
     box = [Polynomials.variables(own, sign, 1.0) for sign in (-1.0, 1.0)]
-    return Polynomials.join([Polynomials.from_terms([{(): 1.0}]), problem.inequalities, *box])
+    bounded = Polynomials.join([Polynomials.from_terms([{(): 1.0}]), problem.inequalities, *box])
+    return [(degree, members) for degree, members in _by_degree(bounded, complicating) if degree <= 2 * order]
 
 
 def _multiples(complicating: Index, degree: int, method: str) -> list[tuple[Polynomials, int]]:

@@ -52,12 +52,16 @@ class _OfLift:
     name: ClassVar[str]
 
     def orders(self, problem: PolynomialProblem) -> tuple[int, int]:
-        """Return the least order, and 2 for at most two complicating variables, 1 beyond (2 would cost minutes)."""
+        """Return the least order, and one that has all inequalities.
+
+        That is 2 for at most two complicating variables; more would cost minutes.
+        """
         complicating = complicating_variables(problem)
         if complicating is None:
             raise ProblemError("the parametric lift does not apply to this problem: choose method='sparse'")
-        least = least_order(problem, complicating)
-        return least, max(least, 1 if len(complicating) > 2 else 2)
+        least = least_order([problem.equalities], complicating)
+        whole = least_order([problem.equalities, problem.inequalities], complicating)
+        return least, max(whole, 1 if len(complicating) > 2 else 2)
 
     def check(self, problem: PolynomialProblem, order: int) -> None:
         """Refuse a lift that does not apply or does not fit the memory."""

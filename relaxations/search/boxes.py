@@ -34,6 +34,7 @@ from relaxations.search.plan import Plan
 from relaxations.search.tightener import BOXES
 from relaxations.solvers import Solver
 
+LONG, BLOCKS, BLOCK = 1500, 4, 250  # equalities: of more, so many blocks of so many are tried first
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 
 
@@ -80,6 +81,15 @@ def derive_box(
     loose = np.flatnonzero(~np.isfinite(problem.upper - problem.lower))
     if not len(loose):
         return DerivedBox(problem, (), ())
+    # A part of a long problem often suffices: fewer constraints only enlarge the set.
+    if problem.equalities.n_rows > LONG:
+        left = _part(problem, loose)
+        part, _ = problem.without(np.setdiff1d(np.arange(problem.n_variables), left))
+        found = derive_box(part, magnitude[left], solver, progress, record)
+        if not found.unbounded:
+            lower, upper = problem.lower.copy(), problem.upper.copy()
+            lower[left], upper[left] = found.problem.lower, found.problem.upper
+            return replace(found, problem=problem.with_box(lower, upper))
     # Multiply the rows by s; those that are not affine in the loose variables together are left out.
     names = tuple(problem.names[k] for k in loose)
     kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
@@ -115,12 +125,25 @@ def derive_box(
     return DerivedBox(problem.with_box(lower, upper), names, ())
 
 
+def _part(problem: PolynomialProblem, loose: Index) -> Index:
+    """Return the variables of some equalities, blocks of successive ones evenly over all, and the unbounded ones."""
+    starts = np.linspace(0, problem.equalities.n_rows - BLOCK, BLOCKS).astype(np.int64)
+    rows = np.unique(starts[:, None] + np.arange(BLOCK))
+    return np.union1d(problem.equalities.take(rows).occurring(), loose)
+
+
 def _least_scale(
     face: PolynomialProblem, s: int, solver: Solver, progress: Progress | None, record: Recorder | None
 ) -> float:
     """Return a certified lower bound of s over a face; infinite where the face is empty."""
-    # Try cuts on a long record, then the least order, then contractions up to the highest order.
+    # Try the least order, then cuts on a long record, then contractions up to the highest order.
     plan = Plan.of(face)
+    relaxed = relax(face, plan.method, plan.least, solver)
+    first = relaxed.bound(face.variable(s))
+    if first.bound > 0:
+        if record:
+            record(Bound.of(relaxed, face.variable(s), first))
+        return first.bound
     if plan.cuts:
         ends = Ends(face.lower.copy(), face.upper.copy(), ROUGH, 0.0, [])
         say = progress or (lambda _: None)
@@ -130,12 +153,6 @@ def _least_scale(
         )
         if empty is not None or ends.lower[s] > 0:
             return np.inf if empty is not None else float(ends.lower[s])
-    relaxed = relax(face, plan.method, plan.least, solver)
-    first = relaxed.bound(face.variable(s))
-    if first.bound > 0:
-        if record:
-            record(Bound.of(relaxed, face.variable(s), first))
-        return first.bound
     found = uninterrupted(
         intervals(
             face,

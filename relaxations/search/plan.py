@@ -18,6 +18,8 @@ from relaxations.reductions.scaling import Scaling
 from relaxations.reductions.sparsity import cliques
 from relaxations.search.benders.enclose import check_cuts
 
+MOST_BEFORE_A_LIFT = 3  # variables that complicate: of more, cuts took up to twice as long as the lift alone
+VERY_LONG = 10_000  # moments from which cuts bound the other variables faster, too
 LONG = 600  # moments of the least lift from which cuts are faster than a relaxation of the whole record
 
 
@@ -75,7 +77,8 @@ class Plan:
         a constraint; where one is given, few are less than half of those in a clique of the sparse hierarchy. On a long
         record whose order is not asked for, cuts go first: they bound the variables that complicate, and the lift
         bounds the others. (The multipliers of other variables follow those that complicate. A relaxation's multipliers
-        are polynomials and can follow them; cuts would have to be many.)
+        are polynomials and can follow them; cuts would have to be many.) Where many variables complicate beside other
+        targets, the lift goes alone; on a very long record, cuts do.
 
         Raises
         ------
@@ -90,18 +93,25 @@ class Plan:
         projection = None if targets is None or not lifts else _projection(problem, targets)
         if projection is not None:
             problem = projection.inner(problem.lower, problem.upper)
-        whole = problem if objective is None else problem.with_inequalities(objective)
+        whole = problem
+        if objective is not None:  # among the equalities: a lift may leave inequalities out, but not the objective
+            whole = replace(problem, equalities=Polynomials.join([problem.equalities, objective]))
         few = complicating_variables(whole)
         if isinstance(chosen, Cuts) and few is None:
             raise ProblemError("too many variables complicate this problem for cuts: choose method='sparse'")
         long = few is not None and len(few) > 0 and (1 + len(few)) * problem.n_variables >= LONG
+        # Each variable that complicates multiplies the boxes that cuts need. Where a relaxation has to follow for other
+        # targets, it alone is faster.
+        if few is not None and len(few) > MOST_BEFORE_A_LIFT and targets is not None:
+            own = targets if projection is None else np.searchsorted(projection.kept, targets)
+            long = long and bool(np.isin(own, few).all())
         cuts = isinstance(chosen, Cuts) or (chosen is None and order is None and long)
         relaxation = chosen if chosen is not None and not isinstance(chosen, Cuts) else _usual(whole, few, objective)
         least, usual = relaxation.orders(whole)
         if order is not None and order < least:
             raise ProblemError(f"order {order} is too low for the degrees in this problem: the least order is {least}")
         complicating = nonlinear_variables(whole) if few is None else few
-        only_cuts = isinstance(chosen, Cuts)
+        only_cuts = isinstance(chosen, Cuts) or (cuts and (1 + len(complicating)) * problem.n_variables >= VERY_LONG)
         return Plan(relaxation, order or max(least, usual), least, order, complicating, cuts, only_cuts, projection)
 
     @property

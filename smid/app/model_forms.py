@@ -19,6 +19,7 @@ __all__ = ["BUILT_IN", "ModelField", "asked_model", "model_fields", "own_model_t
 BUILT_IN: Mapping[str, str] = {
     "OutputError": "Output error: linear, noisy output",
     "ErrorsInVariables": "Errors in variables: linear, noisy input and output",
+    "Armax": "ARMAX: linear, the noise a moving average",
     "Hammerstein": "Hammerstein: a polynomial, then linear",
     "Wiener": "Wiener: linear, then a curve",
 }

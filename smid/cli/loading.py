@@ -86,7 +86,7 @@ def load_data(
     the columns if the file has been read. DataError as for
     :meth:`smid.Dataset.from_file`, or if no sample is left.
     """
-    inputs = columns.input or (model.input_channels if model else ())
+    inputs = columns.input or (model.exogenous_channels if model else ())
     outputs = columns.output or (model.output_channels if model else ())
     for flag, names in (("--input", inputs), ("--output", outputs)):
         if not names and model is None:
@@ -143,7 +143,7 @@ def load_problem(model: Model, problem: Problem, data: Dataset, solver: str) -> 
     model = bind_whole(model, data)
     check_data(model, data)
     check_solver(solver)
-    noisy = _noisy(model, model.input_channels)
+    noisy = _noisy(model, model.exogenous_channels)
     if noisy and problem.input_noise_bound is None:
         raise click.UsageError(f"the input {noisy[0]} of this model is noisy: give --input-noise-bound")
     if not noisy and problem.input_noise_bound is not None:

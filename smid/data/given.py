@@ -74,11 +74,11 @@ def _of_arrays(arrays: tuple[Any, ...], model: Model, sampling_time: float | Non
             raise DataError(f"the model {model.name!r} has rates, and the arrays no sampling time: {_ARRAYS}")
         interval, note = 1.0, "arrays without a sampling time: a sample counts as 1 s"
     columns = {
-        **_columns("u", "input", u, model.input_channels),
+        **_columns("u", "input", u, model.exogenous_channels),
         **_columns("y", "output", y, model.output_channels),
     }
     data = Dataset.from_arrays(
-        input={name: columns[name] for name in model.input_channels},
+        input={name: columns[name] for name in model.exogenous_channels},
         output={name: columns[name] for name in model.output_channels},
         sampling_time=interval,
     )
@@ -128,7 +128,7 @@ def _of_frame(frame: Any, model: Model, sampling_time: float | None) -> Dataset:
             "the frame has no times: give it a DatetimeIndex, an index of seconds or a column time, or make a "
             "Dataset.from_pandas(frame, input=..., output=..., sampling_time=...)"
         )
-    return Dataset.from_pandas(frame, model.input_channels, model.output_channels, sampling_time, time)
+    return Dataset.from_pandas(frame, model.exogenous_channels, model.output_channels, sampling_time, time)
 
 
 def _time_of(frame: Any) -> str | None:

@@ -161,7 +161,8 @@ class _Stamper:
         # An equality that gives a latent explicitly also bounds it.
         for defining, _, variables in self.definitions:
             reach = _reach(defining, variables, lower, upper)
-            lower[variables], upper[variables] = -reach, reach
+            lower[variables] = np.maximum(lower[variables], -reach)
+            upper[variables] = np.minimum(upper[variables], reach)
         equalities, inequalities = Polynomials.join(self.equalities), Polynomials.join(self.inequalities)
         return Stamped(
             PolynomialProblem(tuple(self.names), lower, upper, equalities, inequalities, cache(self._exact)),
@@ -261,7 +262,10 @@ class _Stamper:
             gaps = free[latent][times] if latent in free else np.zeros(len(times), dtype=bool)
             channel = noise_channel.get(latent)
             limit = np.where(gaps, np.inf, np.inf if channel is None else self.bounds.get(channel, np.inf))
-            new = self._variables([f"{latent}[{k}{suffix}]" for k in times], -limit, limit)
+            low, high = self.templates.model.bounds.get(latent, (-np.inf, np.inf))
+            new = self._variables(
+                [f"{latent}[{k}{suffix}]" for k in times], np.maximum(-limit, low), np.minimum(limit, high)
+            )
             slots[latent] = _spread(n, times, new)
             self.missing.append(new[gaps])
             if channel is not None and channel == self.free:

@@ -259,8 +259,8 @@ def _template(
         else:
             replacements[atom] = symbol(data, name, lag)
     flat = expression.xreplace(replacements)
-    # A parameter may replace a quotient that cancels (smid.identification.finite_box). With exponentials no quotient
-    # does, and the search for common factors can exhaust the integers of the computer, which ends Python.
+    # A parameter may stand for a quotient that cancels. With exponentials no quotient does, and the search for common
+    # factors can exhaust the integers of the computer, which ends Python.
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)) and not flat.has(sympy.Function):
         flat = sympy.cancel(flat)
     # The unknowns are the parameters that occur, and the latents.

@@ -42,7 +42,7 @@ def bind(model: Model, data: Dataset) -> Model:
         raise DataError(
             f"channel {clumsy[0]!r} is not a valid name: rename it, as in data.rename({{{clumsy[0]!r}: 'u'}})"
         )
-    sides = ((model.input_channels, data.inputs), (model.output_channels, data.outputs))
+    sides = ((model.exogenous_channels, data.inputs), (model.output_channels, data.outputs))
     single = all(len(own) == len(given) == 1 for own, given in sides)
     if single:
         # Rename both: the model's name for one channel may be the data's name for the other, or for a further one.

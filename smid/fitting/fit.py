@@ -141,7 +141,7 @@ class Fitting:
                 for inputs in self.inputs:
                     inputs[name] = channel_to_signal(sensors[name], inputs[name], dict(model.values))
         # Outputs, each with its scale.
-        self.outputs = [m for m in model.measurements if m.channel in model.output_channels]
+        self.outputs = list(model.outputs)
         self.scale = scale or {
             m.channel: float(np.nanstd(np.concatenate([r.values[m.channel] for r in data.experiments]))) or 1.0
             for m in self.outputs
@@ -508,7 +508,7 @@ def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
 
     It leaves out the samples whose recent past is not all there.
     """
-    measured = {m.signal: m.channel for m in model.measurements if m.channel in model.output_channels}
+    measured = {m.signal: m.channel for m in model.outputs}
     lines = predictor(model.discretised().lines, frozenset(measured))
     ahead = Model("one step ahead", model.parameters, lines, model.measurements)
     lost = [missing_samples(run, measured.values()) for run in data.experiments]

@@ -246,7 +246,7 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
     """
     alone = network_alone(hybrid)
     constant = np.full(count, amplitude)
-    shown = next(item.signal for item in hybrid.white.measurements if item.channel in hybrid.white.output_channels)
+    shown = hybrid.white.outputs[0].signal
     beside = np.full(count, topology_named(hybrid.topology).white_output(amplitude))
     inputs = {name: beside if name == shown else constant for name in alone.inputs}
     start = np.asarray(first, dtype=np.float64)[: alone.max_lag]
@@ -255,7 +255,7 @@ def learned_response(hybrid: HybridModel, first: ArrayLike, count: int, amplitud
 
 def _solved(model: Model) -> sympy.Expr:
     """Solve the lines for output over input: a derivative is a factor s, a delay a power of q."""
-    outputs = [item.signal for item in model.measurements if item.channel in model.output_channels]
+    outputs = [item.signal for item in model.outputs]
     if len(model.inputs) != 1 or len(outputs) != 1:
         raise ModelError(
             f"{model.name!r} has inputs {model.inputs} and outputs {tuple(outputs)}: "

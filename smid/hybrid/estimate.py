@@ -222,7 +222,7 @@ def estimate(
 
 def _ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
     """Return the fit of the one-step-ahead predictions over the samples that can be predicted."""
-    if any(item.inverse is not None for item in model.measurements if item.channel in model.output_channels):
+    if any(item.inverse is not None for item in model.outputs):
         raise ModelError(f"an output of {model.name!r} has a sensor curve: put the curve into the model's lines")
     # The first samples cannot be predicted: the samples before them are unknown.
     return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])

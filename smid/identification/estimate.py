@@ -251,11 +251,12 @@ class Estimate(Tabular):
                 parameters = {p.name for p in self.model.parameters}
                 hidden = [name for name in self.unbounded if name not in parameters]
                 told = f"No box could be proven for {', '.join(self.unbounded)}: "
+                them = "it" if len(hidden) == 1 else "each"
                 if not hidden:
                     return f"{told}give it bounds, or richer data."
                 return (
-                    f"{told}no channel measures {', '.join(hidden)}. Add a Measurement with noise of each; where there "
-                    "is no sensor, a channel of zeros whose noise bound is the largest magnitude that you know of it."
+                    f"{told}no channel measures {', '.join(hidden)}. Measure {them}, or give bounds that hold at all "
+                    f"samples, as in model.bound({hidden[0]}=(lower, upper))."
                 )
             return f"{self.reason.value[0].upper()}{self.reason.value[1:]}."
         e = self.enclosure

@@ -1,13 +1,14 @@
 """A finite, certified box for every parameter that the model leaves unbounded.
 
-The general derivation is :mod:`relaxations.search.boxes`. It fails where a parameter occurs only in a product with a
-factor that can vanish, as in ``(1 + alpha) gamma`` of a Hammerstein model with unit DC gain: at alpha = -1 every gamma
-fits. There the product delta = q gamma is bounded first, then q away from zero, and gamma = delta / q follows.
+The general derivation is :mod:`relaxations.search.boxes`. Where parameters without a box multiply each other, or a
+factor that can vanish, a box is derived for such products first (:mod:`smid.identification.products`). A parameter
+follows by division: with ``delta = q gamma`` and q bounded away from zero, gamma = delta / q. Then gamma may be the
+factor of another parameter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,9 +24,9 @@ from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
-from smid.feasible.template import flat_lines
 from smid.identification.first_guess import equation_error_fit, magnitudes
-from smid.models import Model, Parameter
+from smid.identification.products import in_products, products_needed
+from smid.models import Model
 
 
 @dataclass(frozen=True)
@@ -65,72 +66,34 @@ def with_finite_box(
     if set(names) - {p.name for p in feasible.model.parameters}:
         # A latent signal without a box gets one from the boxes of the parameters that define it.
         return Boxed(feasible, (), names, whole)
-    factors = vanishing_factors(feasible.model, names)
-    if not factors:
+    definitions = products_needed(feasible.model, names)
+    if not definitions:
         box = derive_box(problem, _guess(feasible), solver, progress, record)
         return Boxed(feasible.with_problem(box.problem), box.derived, box.unbounded, whole)
 
-    # Prove a box for the products delta = q gamma first.
-    products = _in_products(feasible, factors)
-    stated = _stated(feasible.model, whole, products.problem, factors)
+    # Prove a box for the products first.
+    products = _in_products(feasible, definitions)
+    stated = _stated(feasible.model, whole, products.problem, definitions)
     box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
         return Boxed(feasible, (), names, whole)
-    # Bound q away from zero, and divide.
-    reach = _reach(products, box.problem, factors, solver, record)
-    if reach is None:
+    # Divide, and intersect with the box that is known.
+    count = len(feasible.model.parameters)
+    divided = _divided(box.problem, stated, problem.names[:count], definitions, solver, record)
+    if divided is None:
         return Boxed(feasible, (), names, whole)
-    if record:
-        for row, name in enumerate(factors, start=stated.equalities.n_rows - len(factors)):
-            record(Quotient(stated, row, stated.names.index(name)))
-    # Intersect with the box that is known.
     lower, upper = problem.lower.copy(), problem.upper.copy()
-    place = {name: k for k, name in enumerate(problem.names)}
-    for name, limit in reach.items():
-        lower[place[name]] = max(lower[place[name]], -limit)
-        upper[place[name]] = min(upper[place[name]], limit)
-    # Parameters that were loose beside the products carry the box that was proven for them there.
-    shared = {n: k for k, n in enumerate(box.problem.names)}
-    for name in names:
-        if name not in reach:
-            lower[place[name]], upper[place[name]] = box.problem.lower[shared[name]], box.problem.upper[shared[name]]
+    place = {name: k for k, name in enumerate(divided.names)}
+    for k, name in enumerate(problem.names):
+        if name in names:
+            lower[k] = max(lower[k], divided.lower[place[name]])
+            upper[k] = min(upper[k], divided.upper[place[name]])
     return Boxed(feasible.with_problem(problem.with_box(lower, upper)), names, (), stated)
 
 
-def vanishing_factors(model: Model, names: tuple[str, ...]) -> dict[str, sympy.Expr]:
-    """Return the factor q of every parameter that occurs only times a factor q of other parameters.
-
-    Examples
-    --------
-    >>> from smid.models import Hammerstein
-    >>> vanishing_factors(Hammerstein(powers=(3,), stable=True), ("gamma1",))
-    {'gamma1': alpha + 1}
-    """
-    symbols = {p.symbol for p in model.parameters}
-    found: dict[str, sympy.Expr] = {}
-    for parameter in model.parameters:
-        if parameter.name not in names:
-            continue
-        common: sympy.Expr | None = None
-        for line in flat_lines(model):
-            if parameter.symbol not in line.free_symbols:
-                continue
-            _, factors = sympy.factor_list(sympy.expand(sympy.diff(line, parameter.symbol)))
-            own = sympy.Mul(*(f**e for f, e in factors if f.free_symbols and f.free_symbols <= symbols))
-            common = own if common is None else sympy.gcd(common, own)
-        if common is not None and common.free_symbols:
-            found[parameter.name] = common
-    return found
-
-
-def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> FeasibleSet:
-    """Return the feasible set in delta = q gamma; leaving out the priors on gamma only enlarges it."""
-    model = feasible.model
-    gone = {model.parameter(name).symbol for name in factors}
-    model = replace(model, constraints=tuple(c for c in model.constraints if not c.free_symbols & gone), values={})
-    for name, factor in factors.items():
-        product = Parameter(f"{name}_product")
-        model = model.substitute(name, product.symbol / factor, [product])
+def _in_products(feasible: FeasibleSet, definitions: dict[str, sympy.Expr]) -> FeasibleSet:
+    """Return the feasible set in the products."""
+    model = in_products(feasible.model, definitions)
     products = FeasibleSet(model, feasible.data, feasible.noise_bound, feasible.free_channel)
     products = products.without(products.missing)
     # The box of the latents (and of a free noise bound) is the one that the caller has by now.
@@ -143,48 +106,117 @@ def _in_products(feasible: FeasibleSet, factors: dict[str, sympy.Expr]) -> Feasi
 
 
 def _stated(
-    model: Model, problem: PolynomialProblem, other: PolynomialProblem, factors: dict[str, sympy.Expr]
+    model: Model, problem: PolynomialProblem, other: PolynomialProblem, definitions: dict[str, sympy.Expr]
 ) -> PolynomialProblem:
-    """Return the set in gamma and in delta together, with ``delta = q gamma`` as the last equalities."""
-    new = tuple(name for name in other.names if name not in problem.names)
-    names = (*problem.names, *new)
-    symbols = {name: sympy.Symbol(name, real=True) for name in (*(p.name for p in model.parameters), *new)}
-    definitions = polynomials_from_sympy(
-        [symbols[f"{name}_product"] - factor * symbols[name] for name, factor in factors.items()],
-        list(symbols.values()),
-    )
+    """Return the set in parameters and in products together, with the definitions as the last equalities."""
+    names = (*problem.names, *definitions)
     numbers = {name: k for k, name in enumerate(names)}
+    k = [other.names.index(name) for name in definitions]
     of_products = np.array([numbers[name] for name in other.names])
-    of_definitions = np.array([numbers[name] for name in symbols])
-    k = [other.names.index(name) for name in new]
     return PolynomialProblem(
         names,
         np.append(problem.lower, other.lower[k]),
         np.append(problem.upper, other.upper[k]),
         Polynomials.join(
-            [problem.equalities, other.equalities.renumbered(of_products), definitions.renumbered(of_definitions)]
+            [
+                problem.equalities,
+                other.equalities.renumbered(of_products),
+                _of_parameters(
+                    [sympy.Symbol(name, real=True) - own for name, own in definitions.items()],
+                    [*(p.name for p in model.parameters), *definitions],
+                    names,
+                ),
+            ]
         ),
         Polynomials.join([problem.inequalities, other.inequalities.renumbered(of_products)]),
     )
 
 
-def _reach(
-    products: FeasibleSet,
-    boxed: PolynomialProblem,
-    factors: dict[str, sympy.Expr],
+def _divided(
+    known: PolynomialProblem,
+    stated: PolynomialProblem,
+    parameters: Sequence[str],
+    definitions: dict[str, sympy.Expr],
     solver: Solver,
     record: Recorder | None,
-) -> dict[str, float] | None:
-    """Bound every q away from zero, contract the box on the way, and divide."""
-    place = {name: k for k, name in enumerate(boxed.names)}
-    plan = Plan.of(boxed)
-    names = boxed.names[: len(products.model.parameters)]
-    distinct = list(dict.fromkeys(factors.values()))
-    both = [sign * factor for factor in distinct for sign in (1, -1)]
-    polynomials = polynomials_from_sympy(both, [sympy.Symbol(name, real=True) for name in names])
+) -> PolynomialProblem | None:
+    """Return the problem in products with the other parameters and their boxes; None where one gets no box."""
+    first = stated.equalities.n_rows - len(definitions)
+    while left := [name for name in parameters if name not in known.names]:
+        # Bound every factor of a parameter, in parameters that have a box, away from zero.
+        factors = {
+            (name, product): factor
+            for name in left
+            for product, own in definitions.items()
+            if (factor := _factor(own, name)) is not None and {str(s) for s in factor.free_symbols} <= {*known.names}
+        }
+        distinct = list(dict.fromkeys(factors.values()))
+        distances = dict(zip(distinct, _away_from_zero(known, distinct, parameters, solver, record), strict=True))
+        boxes: dict[str, float] = {}
+        for (name, product), factor in factors.items():
+            if distances[factor] <= 0:
+                continue
+            k = known.names.index(product)
+            largest = max(abs(known.lower[k]), abs(known.upper[k]))
+            # An empty set is bounded by anything; the caller will prove it empty.
+            reach = largest if np.isinf(distances[factor]) else largest / distances[factor] * (1 + 1e-15)
+            boxes[name] = min(boxes.get(name, np.inf), float(np.nextafter(reach, np.inf)))
+            if record:
+                record(Quotient(stated, first + list(definitions).index(product), stated.names.index(name)))
+        if not boxes:
+            return None
+        known = _with_parameters(known, boxes, definitions)
+    return known
+
+
+def _factor(product: sympy.Expr, name: str) -> sympy.Expr | None:
+    """Return the factor of a parameter in a product; None where the product is not the parameter times one."""
+    own = sympy.Poly(product, sympy.Symbol(name, real=True))
+    return own.LC() if own.monoms() == [(1,)] else None
+
+
+def _with_parameters(
+    known: PolynomialProblem, boxes: dict[str, float], definitions: dict[str, sympy.Expr]
+) -> PolynomialProblem:
+    """Return the problem with further parameters, and the definitions that read them and no unknown ones."""
+    names = (*known.names, *boxes)
+    reach = np.array([*boxes.values()])
+    whole = [
+        sympy.Symbol(name, real=True) - own
+        for name, own in definitions.items()
+        if {str(s) for s in own.free_symbols} <= {*names} and {str(s) for s in own.free_symbols} & {*boxes}
+    ]
+    read = sorted({str(s) for row in whole for s in row.free_symbols})
+    return replace(
+        known,
+        names=names,
+        lower=np.append(known.lower, -reach),
+        upper=np.append(known.upper, reach),
+        equalities=Polynomials.join([known.equalities, _of_parameters(whole, read, names)]),
+    )
+
+
+def _of_parameters(expressions: Sequence[sympy.Expr], read: Sequence[str], names: Sequence[str]) -> Polynomials:
+    """Return polynomials in some of the variables with these names."""
+    own = polynomials_from_sympy(expressions, [sympy.Symbol(name, real=True) for name in read])
+    return own.renumbered(np.array([names.index(name) for name in read], dtype=np.int64))
+
+
+def _away_from_zero(
+    known: PolynomialProblem,
+    factors: Sequence[sympy.Expr],
+    parameters: Sequence[str],
+    solver: Solver,
+    record: Recorder | None,
+) -> list[float]:
+    """Return for each q how far it is proven to stay from zero: q >= distance, or q <= -distance."""
+    if not factors:
+        return []
+    plan = Plan.of(known)
+    read = sorted({str(s) for factor in factors for s in factor.free_symbols})
+    polynomials = _of_parameters([sign * factor for factor in factors for sign in (1, -1)], read, known.names)
 
     def away(problem: PolynomialProblem, order: int) -> list[float]:
-        """Return for each q how far it is proven to stay from zero: q >= forward, or q <= -backward."""
         relaxed = relax(problem, plan.method, order, solver)
         distances = []
         for objectives in np.arange(polynomials.n_rows).reshape(-1, 2):
@@ -201,27 +233,14 @@ def _reach(
         return distances
 
     # Try the least order on the given box, then the highest one on a contracted box.
-    problem = boxed
-    distances = away(problem, plan.least)
+    distances = away(known, plan.least)
     if min(distances) <= 0:
-        targets = [place[p.name] for p in products.model.parameters]
-        enclosure = uninterrupted(intervals(boxed, targets, solver=solver, rounds=4, witnesses=False, record=record))
-        problem = contracted(boxed, enclosure) if enclosure.empty is None else boxed
-        distances = away(problem, plan.order)
-    if min(distances) <= 0:
-        return None
-    reach = {}
-    for name, factor in factors.items():
-        away_from_zero = distances[distinct.index(factor)]
-        k = place[f"{name}_product"]
-        largest = max(abs(problem.lower[k]), abs(problem.upper[k]))
-        # An empty set is bounded by anything; the caller will prove it empty.
-        reach[name] = (
-            float(np.nextafter(largest / away_from_zero * (1 + 1e-15), np.inf))
-            if np.isfinite(away_from_zero)
-            else largest
-        )
-    return reach
+        targets = [k for k, name in enumerate(known.names) if name in parameters]
+        enclosure = uninterrupted(intervals(known, targets, solver=solver, rounds=4, witnesses=False, record=record))
+        if enclosure.empty is None:
+            known = contracted(known, enclosure)
+        distances = away(known, plan.order)
+    return distances
 
 
 def _guess(feasible: FeasibleSet) -> np.ndarray:

@@ -28,8 +28,9 @@ from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.encloser import Enclosed, Settings, nearest_witness, proven_infeasible
 from smid.identification.estimate import CentreStatus
-from smid.identification.finite_box import Boxed, vanishing_factors
+from smid.identification.finite_box import Boxed
 from smid.identification.piecewise_proof import Trail, stated
+from smid.identification.products import products_needed
 from smid.identification.sub_box import Region, SubBox, boxed, contract, lifted, middle, split, witness, witness_near
 from smid.models import ModelError
 
@@ -60,10 +61,10 @@ class Piecewise:
             raise ModelError(
                 f"a model with Max, Min, Abs or sign is bounded by the lift: method={method!r} does not apply"
             )
-        products = vanishing_factors(feasible.model, feasible.problem.unbounded) if self.kept else ()
-        if products:
+        unbounded = feasible.problem.unbounded
+        if self.kept and products_needed(feasible.model, unbounded):
             raise ModelError(
-                f"the proof of a box for {', '.join(products)} beside Max, Min, Abs or sign cannot be written: give "
+                f"the proof of a box for {', '.join(unbounded)} beside Max, Min, Abs or sign cannot be written: give "
                 "bounds, or leave certificate out"
             )
         lifted(feasible.model.name, feasible.problem)

@@ -32,9 +32,10 @@ from smid.feasible.assemble import CONSTANT, Opening, Sides
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.piecewise_functions import Kind
 from smid.feasible.regimes import Side
-from smid.identification.finite_box import vanishing_factors, with_finite_box
+from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
 from smid.identification.piecewise_proof import Trail
+from smid.identification.products import products_needed
 from smid.models import ModelError
 
 ROUNDS = 4  # contractions of one sub-box
@@ -122,7 +123,7 @@ def boxed(feasible: FeasibleSet, region: Region, solver: Solver) -> Region | Emp
         if shrinkage(before, (upper - lower)[fixed]) < WORTH:
             break
     stamped = feasible.on_box(lower, upper, region.choose)
-    if vanishing_factors(stamped.model, stamped.problem.unbounded):
+    if products_needed(stamped.model, stamped.problem.unbounded):
         box = with_finite_box(stamped, solver)
         problem, unbounded = box.feasible.problem, box.unbounded
     else:

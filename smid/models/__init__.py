@@ -1,5 +1,6 @@
 """Models as lists of named equations, to be simulated, bounded and rewritten."""
 
+from smid.models.armax import Armax
 from smid.models.equations import Equations
 from smid.models.errors import ModelError
 from smid.models.errors_in_variables import ErrorsInVariables
@@ -18,6 +19,7 @@ from smid.models.wiener import Wiener
 
 __all__ = [
     "VALUE",
+    "Armax",
     "Equations",
     "ErrorsInVariables",
     "Hammerstein",

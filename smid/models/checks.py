@@ -23,11 +23,12 @@ __all__ = ["check_integration", "check_names", "check_symbols"]
 def check_names(model: Model) -> None:
     """Refuse a name that stands for two things, apart from a channel with the name of a parameter.
 
-    Without noise, several signals may be readings of one channel.
+    Without noise, several signals may be readings of one channel, also of one that shows another signal with noise: a
+    predictor reads the measured output.
     """
     parameters = {parameter.name for parameter in model.parameters}
     noisy = [item.channel for item in model.measurements if item.noise]
-    exact = list(dict.fromkeys(item.channel for item in model.measurements if not item.noise))
+    exact = [c for c in dict.fromkeys(m.channel for m in model.measurements if not m.noise) if c not in noisy]
     names = (
         [("parameter", parameter.name) for parameter in model.parameters]
         + [("signal", name) for name in dict.fromkeys((*exogenous(model.lines), *(s.signal for s in model.lines)))]

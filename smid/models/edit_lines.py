@@ -323,4 +323,6 @@ def rename_channels(model: Model, names: Mapping[str, str], reserved: Iterable[s
     )
     origins = {changed.get(name, name): origin for name, origin in model.origins.items()}
     units = {channels.get(name) or changed.get(name, name): unit for name, unit in model.units.items()}
-    return replace(model, lines=lines, measurements=(*measurements, *read), origins=origins, units=units)
+    bounds = {changed.get(name, name): box for name, box in model.bounds.items()}
+    readings = (*measurements, *read)
+    return replace(model, lines=lines, measurements=readings, origins=origins, units=units, bounds=bounds)

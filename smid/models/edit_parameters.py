@@ -117,12 +117,12 @@ def fix(model: Model, **values: float) -> Model:
 
 
 def bound(model: Model, **boxes: tuple[float, float]) -> Model:
-    """Replace the boxes of parameters.
+    """Replace the boxes of parameters, and bound hidden states: signals with memory that no channel measures.
 
     Raises
     ------
     ModelError
-        If a box is empty or the parameter unknown.
+        If a box is empty, the name unknown, or the signal measured; bounds of a state must be finite.
 
     Examples
     --------
@@ -130,15 +130,27 @@ def bound(model: Model, **boxes: tuple[float, float]) -> Model:
     >>> OutputError().bound(a1=(-1, 0)).parameter("a1").upper
     0
     """
-    for name in boxes:
-        find_parameter(model, name)
+    states = set(model.states) - {m.signal for m in model.measurements}
+    known = {parameter.name for parameter in model.parameters}
+    for name, (low, high) in boxes.items():
+        if name in known:
+            continue
+        if name not in {line.signal for line in model.lines}:
+            find_parameter(model, name)
+        if name not in states:
+            raise ModelError(
+                f"{name!r} is not a hidden state: its bounds follow from a channel, or from the signals in its line"
+            )
+        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+            raise ModelError(f"the bounds of {name!r} are [{low}, {high}]: give finite ones, the lower one first")
     changed = tuple(
         replace(parameter, lower=boxes[parameter.name][0], upper=boxes[parameter.name][1])
         if parameter.name in boxes
         else parameter
         for parameter in model.parameters
     )
-    return replace(model, parameters=changed)
+    signals = {name: box for name, box in boxes.items() if name not in known}
+    return replace(model, parameters=changed, bounds={**model.bounds, **signals})
 
 
 def substitute(model: Model, name: str, expression: sympy.Expr, new_parameters: Iterable[Parameter] = ()) -> Model:

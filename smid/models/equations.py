@@ -67,6 +67,8 @@ class Equations:
         rows += [f"{_latex(constraint)} &\\ge 0" for constraint in model.constraints]
         text += [_box(parameter) + _value(model, parameter) for parameter in model.parameters]
         rows += [_box_row(parameter) for parameter in model.parameters]
+        text += [f"{name}[t] in [{low:g}, {high:g}]" for name, (low, high) in model.bounds.items()]
+        rows += [f"{_latex(signal(n)[t])} &\\in [{low:g}, {high:g}]" for n, (low, high) in model.bounds.items()]
         if any(line.rate for line in model.lines):
             text.append(_integration(model))
             rows.append(f"&\\text{{{_integration(model)}}}")

@@ -14,6 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from smid.models.armax import Armax
 from smid.models.errors import ModelError, refuse_unknown
 from smid.models.errors_in_variables import ErrorsInVariables
 from smid.models.expressions import TextError
@@ -31,6 +32,7 @@ __all__ = ["MODEL_CLASSES", "load_model", "model_from_mapping", "save_model"]
 MODEL_CLASSES: dict[str, Callable[..., Model]] = {
     "OutputError": OutputError,
     "ErrorsInVariables": ErrorsInVariables,
+    "Armax": Armax,
     "Hammerstein": Hammerstein,
     "Wiener": Wiener,
     "Reactor": Reactor,
@@ -82,6 +84,10 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "Mapping[str, float]": (
         "a table of numbers",
         lambda v: isinstance(v, Mapping) and all(map(_is_number, v.values())),
+    ),
+    "Mapping[str, tuple[float, float]]": (
+        "a table of ranges [lower, upper]",
+        lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),
     ),
     "Mapping[str, Range]": (
         "a table of ranges [lower, upper]",

@@ -19,6 +19,8 @@ the first samples is anything.
 A hidden state that enters otherwise can be eliminated where a measured signal shows it with a number as its factor, as
 a position shows the velocity behind it: ``h = (w_i - f_i) / number``, some samples later.
 
+A state with bounds of its own (`Model.bound`) stays.
+
 Reference: Kailath, Linear Systems (1980), section 6.2 (matrix fraction descriptions).
 """
 
@@ -63,7 +65,7 @@ def first_instants(model: Model) -> Mapping[str, int]:
 def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
     plain = model.discretised()
     shown = {m.signal for m in plain.measurements}
-    hidden = frozenset(plain.states) - shown
+    hidden = frozenset(plain.states) - shown - plain.bounds.keys()
     if not hidden:
         return plain, {}
     # Put what has no memory and reads a hidden state in its place.

@@ -58,7 +58,7 @@ def linear_block(model: Model) -> LinearBlock:
     ('x', 'y', (0.0, 0.25), (1.0, -0.75))
     """
     values, _ = parameter_values(model, None)
-    measured = [item for item in model.measurements if item.channel in model.output_channels]
+    measured = model.outputs
     if len(measured) != 1:
         channels = ", ".join(model.output_channels)
         raise ModelError(f"{model.name!r} has the outputs {channels}: a transfer function is of one output")

@@ -60,6 +60,9 @@ class Model:
         name. The base model's own are not listed.
     units
         Unit of a channel or signal, by name, where the model states it; the data must have the same.
+    bounds
+        Of hidden states, signals with memory that no channel measures, by name: (lower, upper), finite. They hold at
+        every sample. A state with bounds is not eliminated (:mod:`smid.models.hidden_states`).
     edit
         Who edits the model now, see `edited_by`; neither stored nor compared.
 
@@ -89,6 +92,7 @@ class Model:
     sampling_time: float | None = None
     origins: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     edit: Edit | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -104,6 +108,7 @@ class Model:
             ("constraints", constraints),
             ("values", MappingProxyType(values)),
             ("origins", self._known_origins()),
+            ("bounds", self._known_bounds()),
             (
                 "units",
                 MappingProxyType({name: unit for name, unit in self.units.items() if unit and name in self.names}),
@@ -117,6 +122,11 @@ class Model:
         known = {*(p.name for p in self.parameters), *(line.signal for line in self.lines), *exogenous(self.lines)}
         return MappingProxyType({name: origin for name, origin in self.origins.items() if origin and name in known})
 
+    def _known_bounds(self) -> Mapping[str, tuple[float, float]]:
+        """Return the bounds of the signals that have a line and no measurement; the others are of no use."""
+        hidden = {line.signal for line in self.lines} - {m.signal for m in self.measurements}
+        return MappingProxyType({n: (float(low), float(high)) for n, (low, high) in self.bounds.items() if n in hidden})
+
     def __hash__(self) -> int:
         own = (self.name, self.parameters, self.lines, self.measurements, self.constraints)
         return hash((*own, self.scheme, self.substeps, self.sampling_time))
@@ -124,7 +134,7 @@ class Model:
     def __reduce__(self) -> tuple[type[Model], tuple[Any, ...]]:
         # A read-only mapping does not pickle, and models travel to worker processes.
         content = {part.name: getattr(self, part.name) for part in fields(self)}
-        plain = {name: dict(content[name]) for name in ("values", "origins", "units")}
+        plain = {name: dict(content[name]) for name in ("values", "origins", "units", "bounds")}
         return Model, tuple({**content, **plain}.values())
 
     @property
@@ -151,10 +161,20 @@ class Model:
         return tuple(measured.get(name, name) for name in self.inputs)
 
     @property
+    def exogenous_channels(self) -> tuple[str, ...]:
+        """Input channels that are not outputs as well."""
+        return tuple(channel for channel in self.input_channels if channel not in self.output_channels)
+
+    @property
+    def outputs(self) -> tuple[Measurement, ...]:
+        """Measurements of signals that the model computes. A predictor also reads their channels as inputs."""
+        defined = {line.signal for line in self.lines}
+        return tuple(measurement for measurement in self.measurements if measurement.signal in defined)
+
+    @property
     def output_channels(self) -> tuple[str, ...]:
         """Channels that show a signal the model computes."""
-        defined = {line.signal for line in self.lines}
-        return tuple(measurement.channel for measurement in self.measurements if measurement.signal in defined)
+        return tuple(measurement.channel for measurement in self.outputs)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -278,6 +298,7 @@ class Model:
             "values": dict(self.values),
             "origins": dict(self.origins),
             "units": dict(self.units),
+            **({"bounds": {name: list(box) for name, box in self.bounds.items()}} if self.bounds else {}),
             **(integration if self.continuous else {}),
         }
 
@@ -322,6 +343,7 @@ class Model:
                 content["description"],
                 origins=content.get("origins", {}),
                 units=content.get("units", {}),
+                bounds=content.get("bounds", {}),
                 **integration,
             )
         except KeyError as missing:

@@ -51,6 +51,7 @@ def OwnModel(
     substeps: int = 1,
     sampling_time: float | None = None,
     origins: Mapping[str, str] = {},
+    bounds: Mapping[str, tuple[float, float]] = {},
 ) -> Model:
     """Return a model of equations that are given as text.
 
@@ -85,6 +86,10 @@ def OwnModel(
         In seconds; by default that of the record.
     origins
         Effects that added parameters and signals, by name: a diagnosis writes them.
+
+    bounds
+        Of hidden states, signals with an equation that no output shows: by name ``[lower, upper]``, which holds at all
+        samples.
 
     Raises
     ------
@@ -133,14 +138,14 @@ def OwnModel(
         inverse = None if item.inverse is None else _Names({*parameters, VALUE.name}).read(item.inverse)
         measurements.append(Measurement(item.channel, signals[item.signal], noise, inverse))
     in_constraints = _Names(parameters.keys()).visit
-    bounds = tuple(bound for text in constraints for bound in constraints_from_text(text, in_constraints))
+    known_of_parameters = tuple(one for text in constraints for one in constraints_from_text(text, in_constraints))
     integration: dict[str, Any] = {"scheme": scheme, "substeps": substeps, "sampling_time": sampling_time}
     model = Model(
         name,
         known,
         tuple(lines),
         tuple(measurements),
-        bounds,
+        known_of_parameters,
         values,
         description,
         origins=origins,
@@ -149,7 +154,8 @@ def OwnModel(
     )
     refuse_unknown("channel or signal in units", units, (*model.channels, *(line.signal for line in model.lines)))
     check_units(model)
-    return model
+    refuse_unknown("hidden state in bounds", bounds, set(own) - {item.signal for item in measured})
+    return model.bound(**bounds)
 
 
 @dataclass(frozen=True)
@@ -336,6 +342,7 @@ def fields_of(model: Model) -> dict[str, Any]:
         "units": dict(model.units),
         "values": dict(model.values),
         "origins": dict(model.origins),
+        "bounds": {name: list(box) for name, box in model.bounds.items()},
     }
     # The defaults of lists and tables are empty.
     return {

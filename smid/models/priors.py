@@ -144,7 +144,7 @@ class Priors:
         if radius is not None:
             # |a_i| is at most the sum of all products of i poles.
             own, one = number(radius), sympy.Integer(1)
-            reach = [max(own, one) if self.integrator else own] + [own] * (order - 1)
+            reach = [max(own, one) if self.integrator and k == 0 else own for k in range(order)]
             magnitudes = [one]
             for pole in reach:
                 magnitudes = [x + pole * y for x, y in zip([*magnitudes, 0], [0, *magnitudes], strict=True)]

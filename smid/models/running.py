@@ -170,9 +170,7 @@ def measured_signals(
 
     Per measured signal, shape (n,); NaN for missing samples where ``gaps`` are allowed.
     """
-    outputs = set(model.output_channels)
     return {
         item.signal: channel_to_signal(item, channel_samples(channels, item.channel, gaps), values)
-        for item in reversed(model.measurements)
-        if item.channel in outputs
+        for item in reversed(model.outputs)
     }

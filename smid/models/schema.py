@@ -49,6 +49,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "float | Range | None": {"anyOf": [_NUMBER, _RANGE]},
     "Mapping[str, float]": _table(_NUMBER),
     "Mapping[str, Range]": _table(_RANGE),
+    "Mapping[str, tuple[float, float]]": _table(_RANGE),
     "Mapping[str, str]": _table(_TEXT),
     "Mapping[str, Box]": _table({"anyOf": [_NUMBER, _RANGE, _BOX]}),
     "Channels": {"anyOf": [_TEXTS, _table({"anyOf": [_TEXT, _CHANNEL, {"type": "array", "items": _CHANNEL}]})]},

@@ -117,7 +117,7 @@ def simulate(
     inputs, count = input_signals(model, channels, values, n)
     lines = model.discretised().lines
     known = _of_model(model, run_lines(lines, inputs, values, batch, initial or {}, count, check))
-    for item in model.measurements:
+    for item in (*(m for m in model.measurements if m not in model.outputs), *model.outputs):
         samples = channels.get(item.channel)
         anchor = 0.0 if samples is None or item.inverse is None else float(np.nanmedian(np.asarray(samples)))
         known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
@@ -163,7 +163,7 @@ def predict(
     lines = predictor(model.discretised().lines, frozenset(past))
     inputs |= {past_name(name): samples[..., :count] for name, samples in past.items()}
     known = _of_model(model, run_lines(lines, inputs, values, batch, past, count, check))
-    for item in model.measurements:
+    for item in (*(m for m in model.measurements if m not in model.outputs), *model.outputs):
         anchor = float(np.nanmedian(channel_samples(channels, item.channel))) if item.inverse is not None else 0.0
         known[item.channel] = signal_to_channel(item, known[item.signal], values, anchor)
     return known

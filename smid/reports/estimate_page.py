@@ -237,7 +237,7 @@ def _own_run(estimate: Estimate) -> Iterator[Block]:
         # The central model may be unstable; the report must still be written.
         yield f"The central model cannot be simulated: {error}."
         return
-    noisy = [m.channel for m in estimate.model.measurements if m.noise and m.channel in estimate.model.input_channels]
+    noisy = [m.channel for m in estimate.model.measurements if m.noise and m.signal in estimate.model.inputs]
     also = f" and is driven by {' and '.join(noisy)} as measured" if noisy else ""
     many = "many" if noisy else "a few"
     yield _scores(

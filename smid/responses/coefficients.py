@@ -52,7 +52,7 @@ class Coefficients:
         loose = {p.name: 0.5 + k / 97 for k, p in enumerate(model.parameters) if p.lower < p.upper}
         block = linear_block(model.with_values(loose))
         begin = {c: s for s, c in zip(model.inputs, model.input_channels, strict=True)}.get(block.input, block.input)
-        end = next(m.signal for m in model.measurements if m.channel in model.output_channels)
+        end = model.outputs[0].signal
         lines = {line.signal: line for line in model.discretised().lines}
         found, waiting = {}, {end}
         while waiting:

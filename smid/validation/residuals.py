@@ -306,7 +306,7 @@ def residuals(model: Candidate, data: Given) -> Residuals:
 
 def _errors(run: Validation) -> Dataset:
     """Return the residuals as outputs, beside the inputs: the stretches of samples that are scored."""
-    inputs, outputs = run.model.input_channels, run.model.output_channels
+    inputs, outputs = run.model.exogenous_channels, run.model.output_channels
     experiments = []
     for k, measured in enumerate(run.data.experiments):
         errors = {name: run.error(k * len(outputs) + j) for j, name in enumerate(outputs)}

@@ -7,14 +7,14 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from relaxations.check.arithmetic import Interval, Polynomial, Terms, Work, product, value_range
+from relaxations.check.arithmetic import Polynomial, Terms, Work, product, value_range
 from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
-from smid.verification.expressions import NotPolynomialError, divided
+from smid.verification.expressions import NotPolynomialError
 from smid.verification.rows import Equations, Row, Samples, contains
 
-_WORK = Work(1 << 62)
-Definitions = dict[int, tuple[int, Terms]]  # auxiliary variable: the parameter and the factor that it is a product of
+_WORK, _ZERO = Work(1 << 62), Fraction(0)
+Definitions = dict[int, Terms]  # auxiliary variable: the polynomial in parameters that it is
 
 
 class NotProvenError(ValueError):
@@ -90,18 +90,16 @@ def _end(end: str | None, infinite: float) -> Fraction | float:
 
 
 def _definitions(rows: list[Polynomial], auxiliary: set[int], n_parameters: int) -> Definitions:
-    """Read the definitions ``delta = q gamma`` of auxiliary variables from the last rows."""
+    """Read the definitions ``delta = D(p)`` of auxiliary variables from the last rows."""
     found: Definitions = {}
     for row in reversed(rows):
         own = [v for v in row.variables if v in auxiliary]
         if len(found) == len(auxiliary) or row.rad or len(own) != 1 or row.mid.get((own[0],)) != 1:
             break
-        product_of = {m: -c for m, c in row.mid.items() if m != (own[0],)}
-        shared = [v for v in range(n_parameters) if product_of and all(m.count(v) == 1 for m in product_of)]
-        if own[0] in found or len(shared) != 1 or any(own[0] in m for m in product_of):
+        known = {m: -c for m, c in row.mid.items() if m != (own[0],) and c}
+        if own[0] in found or any(v >= n_parameters for m in known for v in m):
             break
-        factor = {tuple(v for v in m if v != shared[0]): c for m, c in product_of.items()}
-        found[own[0]] = (shared[0], factor)
+        found[own[0]] = known
     if len(found) < len(auxiliary):
         raise NotProvenError("the proof has a variable that the model does not have, and no equality defines it")
     return found
@@ -110,10 +108,10 @@ def _definitions(rows: list[Polynomial], auxiliary: set[int], n_parameters: int)
 def _check_equalities(rows: list[Polynomial], expected: list[Row], definitions: Definitions) -> None:
     """Match the rows with the equations of the model, in order; a missing equation only enlarges the set.
 
-    With auxiliary variables, the same equations follow once more, with delta in place of q gamma.
+    With auxiliary variables, the same equations follow once more, with delta in place of D(p).
     """
     exact: list[Terms] = [row.polynomial for row in expected]
-    again = [_in_products(terms, definitions) or {} for terms in exact] if definitions else []
+    again = [_in_products(terms, definitions) for terms in exact] if definitions else []
     place = 0
     for k, row in enumerate(rows):
         found = _first_held(row, exact, place)
@@ -131,30 +129,34 @@ def _first_held(row: Polynomial, exact: list[Terms], start: int) -> int | None:
     return next((k for k in range(start, len(exact)) if contains(row, exact[k])), None)
 
 
-def _in_products(exact: Terms, definitions: Definitions) -> Terms | None:
-    """Return a polynomial with delta in place of q gamma; None if gamma occurs without its factor q."""
-    for delta, (gamma, factor) in definitions.items():
-        with_gamma = {tuple(v for v in m if v != gamma): c for m, c in exact.items() if m.count(gamma) == 1}
-        if any(m.count(gamma) > 1 for m in exact):
-            return None
-        quotient = divided(with_gamma, factor) if with_gamma else {}
-        if quotient is None:
-            return None
-        rest = {m: c for m, c in exact.items() if gamma not in m}
-        exact = rest | product(quotient, {(delta,): Fraction(1)}, _WORK)
+def _in_products(exact: Terms, definitions: Definitions) -> Terms:
+    """Return a polynomial with the same value wherever ``delta = D(p)``: without the first monomial of each D.
+
+    Those that no other D has are taken. Whatever is put in place, the value stays the same.
+    """
+    parameters = {v for own in definitions.values() for m in own for v in m}
+    for delta, own in definitions.items():
+        others = {m for other, terms in definitions.items() if other != delta for m in terms}
+        pivot = max((m for m in own if m not in others), key=lambda m: (len(m), m), default=None)
+        if pivot is None:
+            continue
+        for m, c in list(exact.items()):
+            if tuple(v for v in m if v in parameters) != pivot:
+                continue
+            rest = {tuple(v for v in m if v not in parameters): c / own[pivot]}
+            put = product(rest, {(delta,): Fraction(1)} | {k: -size for k, size in own.items()}, _WORK)
+            exact = {k: size for k in {*exact, *put} if (size := exact.get(k, _ZERO) + put.get(k, _ZERO))}
     return exact
 
 
 def _with_products(constraints: list[Terms], definitions: Definitions) -> Iterator[Terms]:
     for exact in constraints:
         yield exact
-        own = _in_products(exact, definitions)
-        if own is not None:
-            yield own
+        yield _in_products(exact, definitions)
 
 
 def _check_latents(document: Document, equations: Equations, expected: list[Row]) -> None:
-    """Check that a finite box of a latent signal follows from the equation that gives the signal explicitly."""
+    """Check that a finite box of a latent signal follows from its bounds or the equation that gives it explicitly."""
     by_name: dict[str, list[Row]] = {}
     for row in expected:
         by_name.setdefault(equations.instance(row.signal, row.time, row.experiment), []).append(row)
@@ -168,13 +170,14 @@ def _check_latents(document: Document, equations: Equations, expected: list[Row]
     for v, name in enumerate(document.stated.names):
         if bounded(v) or document.box[v] == (-inf, inf):
             continue
-        ranges: list[Interval] = []
+        stated = equations.model.get("bounds", {}).get(name.split("[")[0])
+        ranges = [] if stated is None else [(_end(stated[0], -inf), _end(stated[1], inf))]
         for row in by_name.get(name, []):
             rest = {m: -c for m, c in row.polynomial.items() if m != (v,)}
             if row.polynomial.get((v,)) == 1 and all(bounded(w) for m in rest for w in m):
                 ranges.append(value_range(Polynomial(rest), document.box, _WORK))
         low, high = document.box[v]
-        if not any(low <= a and b <= high for a, b in ranges):
+        if not (ranges and low <= max(a for a, _ in ranges) and min(b for _, b in ranges) <= high):
             raise NotProvenError(f"the box of {shown_name(name)} in the proof does not follow from the model")
 
 

@@ -56,6 +56,7 @@ def model_statement(model: Model) -> dict[str, Any]:
             for m in plain.measurements
         ],
         "constraints": [to_text(constraint) for constraint in plain.constraints],
+        **({"bounds": {n: [_end(low), _end(high)] for n, (low, high) in plain.bounds.items()}} if plain.bounds else {}),
     }
 
 

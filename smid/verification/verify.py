@@ -212,9 +212,10 @@ def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:
 
 def _compare_models(stated: Mapping[str, Any], own: Mapping[str, Any]) -> None:
     """Raise an error that names the first part of the model that differs from the proof."""
-    for kind, key in (("parameter", "parameters"), ("line", "lines")):
-        for name in dict.fromkeys((*stated[key], *own[key])):
-            left, right = stated[key].get(name), own[key].get(name)
+    for kind, key in (("parameter", "parameters"), ("line", "lines"), ("bounds of", "bounds")):
+        before, now = (of.get(key, {}) for of in (stated, own))  # only a model with bounded states tells bounds
+        for name in dict.fromkeys((*before, *now)):
+            left, right = before.get(name), now.get(name)
             same = _same_text(left, right) if key == "lines" else left == right
             if not same:
                 raise ModelError(

@@ -9,6 +9,7 @@ from scipy import sparse
 
 from relaxations.algebra.arrays import Array
 from relaxations.moments.conic import Cones, ConicProgram
+from relaxations.search.benders.elimination import eliminated
 from relaxations.search.benders.split import Split
 from relaxations.solvers import Solver, solve
 
@@ -47,6 +48,8 @@ def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
     values = split.values(p)
     constant, matrix = split.equalities.at(values)
     slack, rows = split.inequalities.at(values)
+    if not rows.nnz and (fast := eliminated(constant, matrix, slack)):
+        return Answer(*fast)
     n = len(split.inner)
     identity = sparse.identity(n)
     unequal = sparse.vstack([identity, -identity, -rows])

@@ -37,8 +37,8 @@ from smid.models import Model
 LONG = 2000
 """Samples from which windows are the default."""
 
-MOST = 5000
-"""Samples of all windows together: beyond, a proof takes minutes."""
+MOST, MOST_NOISY = 20_000, 5000
+"""Samples of all windows together, and those where inputs are noisy: beyond, a proof takes minutes."""
 
 _SHARE = 0.5  # of the record: larger windows gain nothing
 _GROWTHS = 3  # of the windows, each twice as long
@@ -55,7 +55,7 @@ def has_windows(model: Model, data: Dataset) -> bool:
 
 def inputs_are_noisy(model: Model) -> bool:
     """Return whether an input has noise."""
-    return any(m.noise is not None and m.channel in model.input_channels for m in model.measurements)
+    return any(m.noise is not None and m.signal in model.inputs for m in model.measurements)
 
 
 class Windowed:
@@ -117,10 +117,10 @@ class Windowed:
 
     def _windows_of(self, places: Index, length: int) -> tuple[tuple[Window, ...], bool]:
         """Return windows of at most so many samples, and whether they are shorter than asked; none for all samples."""
-        asked = length
-        while sum(map(len, windows := windows_before(places, length))) > MOST and length > 1:
+        asked, most = length, MOST_NOISY if inputs_are_noisy(self.model) else MOST
+        while sum(map(len, windows := windows_before(places, length))) > most and length > 1:
             length //= 2
-        if self.data.n_samples <= MOST and sum(map(len, windows)) > _SHARE * self.data.n_samples:
+        if self.data.n_samples <= most and sum(map(len, windows)) > _SHARE * self.data.n_samples:
             return (), False
         return windows, length < asked
 

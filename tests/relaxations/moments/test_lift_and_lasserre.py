@@ -75,7 +75,7 @@ def test_the_models_complicate_by_their_pole_only(output_error, hammerstein):
 def test_an_order_too_low_names_the_least_one(degree, least):
     problem = unit_problem(2, [{(0,) * degree: 1.0, (1,): -1.0}])
     complicating = complicating_variables(problem)
-    assert least_order(problem, complicating) == least
+    assert least_order([problem.equalities], complicating) == least
     lift(problem, least)
     if least > 1:
         for build in (lambda: lift(problem, least - 1), lambda: lasserre(problem, least - 1)):

@@ -29,7 +29,7 @@ def lifted(name):
         return 0
     problem = with_objective(name)
     complicating = complicating_variables(problem, 2)
-    return 0 if complicating is None else least_order(problem, complicating)
+    return 0 if complicating is None else least_order([problem.equalities, problem.inequalities], complicating)
 
 
 LIFTED = {name: lifted(name) for name in names() if lifted(name)}

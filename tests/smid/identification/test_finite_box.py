@@ -1,6 +1,5 @@
 """Boxes proven from the data: they hold the truth, and where nothing bounds a parameter that is said."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,9 +8,24 @@ import sympy
 
 from benchmarks.soundness.random_problems import RandomProblem, random_problem
 from relaxations.search.enclosure import Proof
-from smid import CentreStatus, Dataset, ErrorsInVariables, FeasibleSet, Hammerstein, Model, OutputError, identify
-from smid.identification.finite_box import Boxed, vanishing_factors, with_finite_box
+from smid import (
+    CentreStatus,
+    Dataset,
+    ErrorsInVariables,
+    FeasibleSet,
+    Hammerstein,
+    Model,
+    ModelError,
+    OutputError,
+    identify,
+    load_model,
+    save_model,
+    verify,
+)
+from smid.identification.finite_box import Boxed, with_finite_box
+from smid.identification.products import products_needed
 from smid.models import Line, Measurement, Parameter
+from smid.models.edit_lines import rename_channels
 from smid.models.symbols import signal, t
 
 SEEDS = 16
@@ -55,15 +69,46 @@ def test_a_finite_prior_is_left_alone() -> None:
     assert (boxed.derived, boxed.unbounded) == ((), ())
 
 
-def test_the_factor_that_may_vanish() -> None:
-    alpha = sympy.Symbol("alpha", real=True)
+def test_products_are_taken_where_a_factor_may_vanish_or_two_parameters_have_no_box() -> None:
+    a1, a2, alpha, g1, g2, b0 = sympy.symbols("alpha1 alpha2 alpha gamma1 gamma2 beta0", real=True)
+
+    def expanded(products: dict[str, sympy.Expr]) -> set[sympy.Expr]:
+        return {sympy.expand(own) for own in products.values()}
+
     one = Hammerstein(1, (3, 1), stable=True)
-    assert vanishing_factors(one, ("gamma1", "gamma2")) == {"gamma1": alpha + 1, "gamma2": alpha + 1}
-    assert vanishing_factors(one, ("gamma2",)) == {"gamma2": alpha + 1}
-    a1, a2 = sympy.symbols("alpha1 alpha2", real=True)
-    two = vanishing_factors(Hammerstein(2, (3,), stable=True), ("gamma1",))
-    assert sympy.expand(two["gamma1"] - (1 + a1 + a2)) == 0
-    assert vanishing_factors(OutputError(2, 1, stable=True), ("b0", "b1")) == {}
+    assert expanded(products_needed(one, ("gamma1", "gamma2"))) == {g1 + alpha * g1, g2 + alpha * g2}
+    two = products_needed(Hammerstein(2, (3,), stable=True), ("gamma1",))
+    assert expanded(two) == {g1 + a1 * g1 + a2 * g1}
+    zero = products_needed(Hammerstein(1, (3,), 1, stable=True), ("gamma1", "beta0"))
+    assert expanded(zero) == {b0 * g1, g1 + alpha * g1}
+    assert products_needed(OutputError(2, 1, stable=True), ("b0", "b1")) == {}
+
+
+@pytest.mark.parametrize("stable", [True, False])
+@pytest.mark.parametrize(("poles", "zeros", "fixed"), [(1, 1, "beta0"), (2, 1, "gamma2"), (1, 2, ""), (2, 0, "gamma2")])
+def test_gains_and_zeros_of_a_hammerstein_model_get_a_box(poles: int, zeros: int, fixed: str, stable: bool) -> None:
+    denominator = np.array([[1.0, -0.6], [1.0, -1.1, 0.4]][poles - 1])
+    numerator, gains = np.array([1.0, 0.5, -0.2])[: zeros + 1], np.array([0.7, 1.0])
+    if not fixed:  # unit DC gain
+        numerator = numerator * denominator.sum() / numerator.sum()
+    names = ["alpha"] if poles == 1 else ["alpha1", "alpha2"]
+    names += ["gamma1", "gamma2", *(["beta"] if zeros == 0 else [f"beta{k}" for k in range(zeros + 1)])]
+    truth = dict(zip(names, [*denominator[1:], *gains, *numerator], strict=True))
+    rng = np.random.default_rng(poles + 10 * zeros)
+    u = rng.uniform(-1, 1, 40)
+    v, w = gains[0] * u**3 + gains[1] * u, np.zeros(40)
+    for k in range(40):
+        w[k] = -sum(denominator[i] * w[k - i] for i in range(1, poles + 1) if k >= i)
+        w[k] += sum(numerator[j] * v[k - 1 - j] for j in range(zeros + 1) if k >= 1 + j)
+    known = {"unit_dc_gain": False, "fixed": {fixed: truth[fixed]}} if fixed else {}
+    model = Hammerstein(poles, (3, 1), zeros, stable=stable, **known)
+    feasible = FeasibleSet(model, record(u, w + rng.uniform(-0.02, 0.02, 40)), 0.02)
+    boxed = with_finite_box(feasible)
+    assert boxed.unbounded == ()
+    problem = boxed.feasible.problem
+    for name, low, high in zip(problem.names, problem.lower, problem.upper, strict=True):
+        if name in truth:
+            assert -100 < low <= truth[name] <= high < 100, name
 
 
 def record(u: np.ndarray, y: np.ndarray) -> Dataset:
@@ -142,16 +187,74 @@ def hidden_state() -> tuple[Model, dict[str, np.ndarray], np.ndarray]:
     return model, {"u": inputs}, 0.8 * state**2 + rng.uniform(-0.02, 0.02, 12)
 
 
-def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works() -> None:
+def test_a_hidden_state_without_a_box_is_named_and_the_cure_that_is_told_works(tmp_path) -> None:
     model, inputs, y = hidden_state()
-    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    data, file = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0), tmp_path / "proof.json"
     estimate = identify(model, data, 0.02)
     assert estimate.unbounded == ("x",)
     assert "No box could be proven for x: no channel measures x" in estimate.summary
+    assert "model.bound(x=(lower, upper))" in estimate.summary
 
-    known = replace(model, measurements=(*model.measurements, Measurement("x0", "x", "deviation")))
-    data = Dataset.from_arrays(input=inputs, output={"y": y, "x0": 0 * y}, sampling_time=1.0)
-    cured = identify(known, data, {"y": 0.02, "x0": 5.0}, rounds=1)
+    known = model.bound(x=(-5, 5))
+    cured = identify(known, data, 0.02, rounds=1, certificate=file)
     assert cured.unbounded == ()
     assert cured["a"].lower <= 0.5 <= cured["a"].upper
     assert cured["b"].lower <= 0.8 <= cured["b"].upper
+    # The proof holds for these bounds alone.
+    assert verify(file, data, known, 0.02).intervals["a"] == (cured["a"].lower, cured["a"].upper)
+    for other in (model, model.bound(x=(-4, 5))):
+        with pytest.raises(ModelError, match="the bounds of 'x' of the model is not that of the proof"):
+            verify(file, data, other, 0.02)
+
+
+def test_bounds_of_a_state_that_could_be_eliminated_narrow_the_set() -> None:
+    a, h, x, u = Parameter("a", 0.1, 0.9), signal("h"), signal("x"), signal("u")
+    lines = (Line(h[t], a.symbol * h[t - 1] + u[t - 1]), Line(x[t], h[t - 1]))
+    model = Model("hidden", (a,), lines, (Measurement("y", "x", "eta"),))
+    rng = np.random.default_rng(1)
+    inputs, state = rng.uniform(0, 1, 15), np.zeros(15)
+    for k in range(1, 15):
+        state[k] = 0.5 * state[k - 1] + inputs[k - 1]
+    seen = np.r_[0.0, state[:-1]] + rng.uniform(-0.3, 0.3, 15)
+    data = Dataset.from_arrays(input={"u": inputs}, output={"y": seen}, sampling_time=1.0)
+    free, bounded = (
+        identify(own, data, 0.3, order=1)["a"] for own in (model, model.bound(h=(0.0, float(state.max()))))
+    )
+    assert free.lower <= bounded.lower + 1e-6
+    assert bounded.upper <= free.upper + 1e-6
+    assert bounded.width < 0.95 * free.width
+    assert bounded.lower <= 0.5 <= bounded.upper
+
+
+def test_bounds_of_signals_are_kept_and_bad_ones_are_refused(tmp_path) -> None:
+    model, _, _ = hidden_state()
+    known = model.bound(x=(-5, 5))
+    assert "x[t] in [-5, 5]" in str(known)
+    assert Model.from_dict(known.to_dict()) == known
+    assert load_model(save_model(known, tmp_path / "model.toml")) == known
+    assert rename_channels(known, {"u": "x"}).bounds == {"x2": (-5.0, 5.0)}
+    for box, why in (
+        ({"z": (0, 1)}, "'z' is not a hidden state"),
+        ({"q": (0, 1)}, "no parameter 'q'"),
+        ({"x": (1, 0)}, "the bounds of 'x' are"),
+        ({"x": (0, np.inf)}, "give finite ones"),
+    ):
+        with pytest.raises(ModelError, match=why):
+            model.bound(**box)
+
+
+def test_stability_of_four_poles_does_not_delay_a_box() -> None:
+    """The conditions of stability are of degree 3; they are left out where the least order does without."""
+    poles, numerator = np.poly([0.6 + 0.5j, 0.6 - 0.5j, -0.3, 0.4]).real, [1.0, 0.4, -0.3, 0.2]
+    rng = np.random.default_rng(0)
+    u, w = rng.uniform(-1, 1, 60), np.zeros(60)
+    for k in range(60):
+        w[k] = -sum(poles[i] * w[k - i] for i in range(1, 5) if k >= i)
+        w[k] += sum(numerator[j] * u[k - 1 - j] for j in range(4) if k >= 1 + j)
+    feasible = FeasibleSet(OutputError(4, 3, stable=True), record(u, w + rng.uniform(-0.02, 0.02, 60)), 0.02)
+    boxed = with_finite_box(feasible)
+    assert boxed.derived == ("b0", "b1", "b2", "b3")
+    ends = dict(
+        zip(feasible.problem.names, np.c_[boxed.feasible.problem.lower, boxed.feasible.problem.upper], strict=True)
+    )
+    assert all(-20 < ends[f"b{k}"][0] <= true <= ends[f"b{k}"][1] < 20 for k, true in enumerate(numerator))

@@ -178,3 +178,7 @@ def test_poles_on_the_circle_that_fixed_coefficients_imply_are_admitted():
     model = OutputError(na=2, nb=1, stable=True, pole_radius=0.5, fixed={"a2": -0.25})
     (a1,) = (p for p in model.parameters if p.name == "a1")
     assert a1.lower == a1.upper == 0
+
+
+def test_a_model_without_poles_is_stable() -> None:
+    assert OutputError(0, 1, stable=True) == OutputError(0, 1)

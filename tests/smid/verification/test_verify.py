@@ -72,6 +72,15 @@ def two_runs() -> tuple[Any, Dataset, float]:
     return OutputError(stable=True), Dataset.merge(runs), 0.2
 
 
+def with_a_zero() -> tuple[Any, Dataset, float]:
+    rng = np.random.default_rng(6)
+    u, w = np.round(rng.uniform(-1, 1, 16), 2), np.zeros(16)
+    x = u + 0.5 * u**3
+    for k in range(2, 16):
+        w[k] = 0.6 * w[k - 1] + 0.3 * x[k - 1] + 0.1 * x[k - 2]
+    return Hammerstein(1, (3, 1), 1, stable=True), record_of(u[1:], w[1:]), 0.02
+
+
 def known(record: Any) -> tuple[Any, Dataset, Any]:
     return record.model, record.data, record.noise_bound
 
@@ -79,6 +88,7 @@ def known(record: Any) -> tuple[Any, Dataset, Any]:
 CASES = {
     "output error": lambda: known(output_error(12)),
     "Hammerstein, boxes by products": lambda: known(hammerstein(10)),
+    "Hammerstein with a zero, boxes by products of two": with_a_zero,
     "errors in variables": lambda: known(errors_in_variables(6, poles=1)),
     "constraints of two poles": second_order,
     "a curved sensor": wiener,

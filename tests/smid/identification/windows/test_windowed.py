@@ -235,3 +235,16 @@ def test_windows_can_be_declined_and_are_not_for_every_model():
     whole = identify(MODEL, data, BOUND, windows=False, seconds=1.0)
     assert not whole.windows
     assert holds_truth(whole)
+
+
+def test_a_pole_that_remembers_most_of_a_long_record_is_proven_to_a_percent_of_the_width() -> None:
+    rng = np.random.default_rng(0)
+    u = np.repeat(rng.uniform(-1, 1, 120), 50)
+    w = lfilter([0.0, 0.002], [1.0, -0.998], u)
+    y = w + rng.uniform(-0.05, 0.05, len(u))
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    found = identify(OutputError(stable=True), data, 0.05, tolerance=1e-2)
+    assert found.reason is Reason.TIGHT
+    for name, true in (("a1", -0.998), ("b0", 0.002)):
+        assert found[name].lower <= true <= found[name].upper
+        assert found[name].gap <= 1e-2 * found[name].width
