@@ -33,12 +33,44 @@ Noises = Mapping[str, Array]
 
 
 @dataclass(frozen=True, eq=False)
-class _Equations:
-    """The equations of one output from a sample on, and the coefficients of their terms without its own noise."""
+class Equations:
+    """The equations of one output from a sample on, and the coefficients of their terms without its own noise.
+
+    Parameters
+    ----------
+    own
+        The output's noise.
+    """
 
     template: Template
+    own: str
     first: int
     known: tuple[tuple[Term, Balls], ...]
+
+    def recursion(self, values: Mapping[str, float]) -> dict[int, Balls]:
+        """Return the coefficient of the output's own noise at each lag."""
+        found: dict[int, Balls] = {}
+        for term in self.template.terms:
+            for latent, lag in term.latents:
+                if latent == self.own:
+                    constant = sum((factor for factor, _ in term.data), start=Fraction(0))
+                    factor = product(term, values) * Balls.enclose(constant)
+                    found[lag] = found[lag] + factor if lag in found else factor
+        return found
+
+    def at(self, values: Mapping[str, float]) -> tuple[Array, dict[tuple[str, int], Array]]:
+        """Return the equations at some parameters in floats: their constants, and the factors of each noise and lag."""
+        constant, factors = (
+            np.zeros(()),
+            {(self.own, lag): np.asarray(factor.mid) for lag, factor in self.recursion(values).items()},
+        )
+        for term, coefficients in self.known:
+            part = float(product(term, values).mid) * coefficients.mid
+            if term.latents:
+                factors[term.latents[0]] = factors.get(term.latents[0], np.zeros(())) + part
+            else:
+                constant = constant + part
+        return constant, factors
 
 
 class WholeRecord:
@@ -54,7 +86,7 @@ class WholeRecord:
         self.templates, self.data = templates, data
         self._noises = {m.signal: m for m in templates.model.measurements if m.noise is not None}
         self._channels = {m.noise: m.channel for m in self._noises.values()}
-        self._equations = [self._of(run.values) for run in data.experiments]
+        self.equations = [self._of(run.values) for run in data.experiments]
 
     def noises(self, simulated: Sequence[Mapping[str, Array]]) -> list[dict[str, Array]]:
         """Return the noises with which the outputs are those of a simulation, per experiment."""
@@ -83,7 +115,7 @@ class WholeRecord:
         """
         fits = _fits_priors(self.templates, values)
         reached = dict.fromkeys(self._channels.values(), 0.0 if fits else np.inf)
-        for run, found, equations in zip(self.data.experiments, noises, self._equations, strict=True):
+        for run, found, equations in zip(self.data.experiments, noises, self.equations, strict=True):
             reaches = {self._noises[e.template.signal].channel: self._reach(e, values, found) for e in equations}
             for channel, noise in found.items():
                 largest = float(np.abs(noise[~np.isnan(run.values[channel])]).max(initial=0.0))
@@ -92,7 +124,7 @@ class WholeRecord:
                 reached[channel] = max(reached[channel], least)
         return reached
 
-    def _of(self, samples: Mapping[str, Array]) -> list[_Equations]:
+    def _of(self, samples: Mapping[str, Array]) -> list[Equations]:
         values = {name: np.nan_to_num(column) for name, column in samples.items()}
         n, found = len(next(iter(values.values()))), []
         for template in self.templates.lines:
@@ -100,19 +132,13 @@ class WholeRecord:
             known = [
                 (term, term.coefficients(values, times)) for term in template.terms if own not in dict(term.latents)
             ]
-            found.append(_Equations(template, template.max_lag, tuple(known)))
+            found.append(Equations(template, own, template.max_lag, tuple(known)))
         return found
 
-    def _reach(self, e: _Equations, values: Mapping[str, float], noises: Noises) -> float:
+    def _reach(self, e: Equations, values: Mapping[str, float], noises: Noises) -> float:
         """Return how far an output's exact noises lie from given ones at most; infinite where nothing is proven."""
         own = self._noises[e.template.signal]
-        recursion: dict[int, Balls] = {}
-        for term in e.template.terms:
-            for latent, lag in term.latents:
-                if latent == own.noise:
-                    constant = sum((factor for factor, _ in term.data), start=Fraction(0))
-                    factor = _product(term, values) * Balls.enclose(constant)
-                    recursion[lag] = recursion[lag] + factor if lag in recursion else factor
+        recursion = e.recursion(values)
         # What the equations leave.
         noise = noises[own.channel]
         n = len(noise) - e.first
@@ -122,7 +148,7 @@ class WholeRecord:
 
         left = Balls.exact(np.zeros(n))
         for term, coefficients in e.known:
-            part = _product(term, values) * coefficients
+            part = product(term, values) * coefficients
             for latent, lag in term.latents:
                 part = part * at(self._channels[latent], lag)
             left = left + part
@@ -177,7 +203,7 @@ def _fits_priors(templates: Templates, values: Mapping[str, float]) -> bool:
     )
 
 
-def _product(term: Term, values: Mapping[str, float]) -> Balls:
+def product(term: Term, values: Mapping[str, float]) -> Balls:
     """Return the product of a term's parameters."""
     product = Balls.exact(1.0)
     for name in term.parameters:
