@@ -129,6 +129,7 @@ class WholeRecord:
         n, found = len(next(iter(values.values()))), []
         for template in self.templates.lines:
             times, own = np.arange(template.max_lag, n), self._noises[template.signal].noise
+            assert own is not None
             known = [
                 (term, term.coefficients(values, times)) for term in template.terms if own not in dict(term.latents)
             ]
