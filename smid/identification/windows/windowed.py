@@ -34,7 +34,7 @@ from smid.identification.windows.search import Search
 from smid.identification.windows.whole_record import WholeRecord, suits
 from smid.models import Model
 
-LONG = 2000
+LONG = 1000
 """Samples from which windows are the default."""
 
 MOST = 5000
