@@ -150,8 +150,8 @@ def identify(
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
-        again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together, which
-        takes longer (:mod:`smid.identification.separated`).
+        again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together
+        (:mod:`smid.identification.separated`), which takes longer.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
