@@ -87,6 +87,7 @@ class Separated:
         self.model, self._models, self._encloser = model, parts, encloser
         self._parts = [encloser(part) for part in parts]
         self._found: list[Enclosed] = []
+        self._together: Encloser | None = None
 
     def enclose(self) -> Enclosed:
         """Return the intervals of all parts; their inner ends are at points of all of them."""
@@ -95,7 +96,8 @@ class Separated:
             if found.enclosure is not None and found.enclosure.empty is not None:
                 return found
             if found.reason is Reason.UNBOUNDED:
-                return self._encloser(self.model).enclose()
+                self._together = self._encloser(self.model)
+                return self._together.enclose()
             self._found.append(found)
         reason = next((f.reason for f in self._found if f.reason is not Reason.TIGHT), Reason.TIGHT)
         enclosures = [f.enclosure for f in self._found if f.enclosure is not None]
@@ -129,6 +131,8 @@ class Separated:
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres of all parts are feasible."""
+        if self._together is not None:
+            return self._together.centre(enclosure)
         if any(found.enclosure is None for found in self._found):
             return CentreStatus.UNDECIDED, None
         told = [part.centre(f.enclosure) for part, f in zip(self._parts, self._found, strict=True) if f.enclosure]
