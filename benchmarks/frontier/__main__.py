@@ -9,6 +9,7 @@ from benchmarks.pages import write
 NAMES = (
     "growth",
     "windows",
+    "several",
     "curves",
     "exercise",
     "order_studies",

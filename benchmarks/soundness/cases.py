@@ -15,12 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.soundness import curve_problems, mixed_problems, piecewise_problems, random_problems
+from benchmarks.soundness import curve_problems, hidden_problems, mixed_problems, piecewise_problems, random_problems
 from benchmarks.soundness.emptiness import Record, least_noise_bound
 from smid import Dataset, ErrorsInVariables, Hammerstein, Model, OutputError
 
 SMOOTH, PIECEWISE, MIXED = random_problems.KINDS, piecewise_problems.KINDS, mixed_problems.KINDS
-CURVES = curve_problems.KINDS
+CURVES, HIDDEN = curve_problems.KINDS, hidden_problems.KINDS
+SPOILT = ("output error 1", "hammerstein")
 KINDS = (*SMOOTH, *PIECEWISE, *MIXED, *CURVES)
 STATIC = ("dead zone", "two-sided dead zone", "saturation", "gap and limit", "relay", "hammerstein, hinge")
 LEVELS = 4
@@ -40,6 +41,8 @@ class Case:
     noise_bound : dict channel -> float
     truth : dict
         The parameters that made the data: outside the set where that is empty.
+    outliers : int
+        So many outputs may break the bound.
     """
 
     kind: str
@@ -48,6 +51,7 @@ class Case:
     data: Dataset
     noise_bound: dict[str, float]
     truth: dict[str, float]
+    outliers: int = 0
 
 
 def feasible_case(seed: int) -> Case:
@@ -65,12 +69,55 @@ def empty_case(seed: int) -> Case:
     return _outlier(_boxed(drawn(kind, seed, 0)), seed)
 
 
-def long_case(feasible: bool, seed: int) -> Case:
-    """Draw a set of a smooth model with hundreds of samples, which windows apply to."""
-    kind = SMOOTH[seed % len(SMOOTH)]
+def new_case(feasible: bool, seed: int) -> Case:
+    """Draw a set for windows, of a noisy curve, of a hidden state or with outliers, in turn."""
+    later = seed // 4
+    if seed % 4 == 0:
+        return _long(feasible, seed, SMOOTH[later % len(SMOOTH)])
+    if seed % 4 == 1:
+        kind = CURVES[later % len(CURVES)]
+        return drawn(kind, seed, 0) if feasible else _curve_outlier(seed, kind)
+    if seed % 4 == 2:
+        return _hidden(feasible, seed, HIDDEN[later % len(HIDDEN)])
+    return _with_outliers(feasible, seed, SPOILT[later % len(SPOILT)])
+
+
+def _long(feasible: bool, seed: int, kind: str) -> Case:
+    """Return a set of a smooth model with hundreds of samples, which windows apply to."""
     plain = random_problems.random_problem(seed, kind, int(np.random.default_rng([seed, 4]).integers(200, 500)))
     case = Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth)
     return case if feasible else _outlier(_boxed(case), seed)
+
+
+def _hidden(feasible: bool, seed: int, kind: str) -> Case:
+    """Return a set of a model with a hidden state; an empty one has one output that no parameters reach."""
+    plain = hidden_problems.hidden_problem(seed, kind)
+    case = Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth)
+    if feasible:
+        return case
+    rng, x = np.random.default_rng([seed, 2]), plain.data.values("x").copy()
+    at = int(rng.integers(2, len(x)))
+    x[at] = rng.choice([-1, 1]) * hidden_problems.farthest(plain, at) * (1 + rng.choice([0.01, 0.1, 1.0]))
+    data = Dataset.from_arrays(
+        input={"u": plain.data.values("u")}, output={"x": x}, sampling_time=plain.data.sampling_time
+    )
+    return replace(case, construction="outlier", data=data)
+
+
+def _with_outliers(feasible: bool, seed: int, kind: str) -> Case:
+    """Return a set in which as many outputs as are allowed break the bound, or, empty, one more."""
+    rng, allowed = np.random.default_rng([seed, 6]), 1 + seed // 16 % 3
+    plain = random_problems.random_problem(seed, kind, int(rng.integers(60, 121)))
+    case = _boxed(Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth))
+    outputs, place = case.data.values("y").copy(), np.arange(6, len(case.data.values("y")) - 6, 6)
+    if feasible:  # of any size, from just beyond the bound
+        for at in rng.choice(place, allowed, replace=False):
+            outputs[at] += rng.choice([-1, 1]) * case.noise_bound["y"] * rng.choice([0.5, 3.0, 30.0])
+    else:  # in disjoint stretches, none of which any parameters fit
+        for at in rng.choice(place, allowed + 1, replace=False):
+            outputs[at] = _out_of_reach(case, outputs, int(at), rng)
+    construction = "feasible" if feasible else "outlier"
+    return replace(case, construction=construction, data=_with_output(case.data, outputs), outliers=allowed)
 
 
 def drawn(kind: str, seed: int, levels: int) -> Case:
@@ -106,10 +153,16 @@ def _boxed(case: Case) -> Case:
 
 
 def _outlier(case: Case, seed: int) -> Case:
-    rng = np.random.default_rng([seed, 2])
-    u, y = case.data.values("u"), case.data.values("y").copy()
+    rng, y = np.random.default_rng([seed, 2]), case.data.values("y").copy()
+    at = int(rng.integers(case.model.max_lag, len(y)))  # before that no equation reads it
+    y[at] = _out_of_reach(case, y, at, rng)
+    return replace(case, construction="outlier", data=_with_output(case.data, y))
+
+
+def _out_of_reach(case: Case, y: np.ndarray, at: int, rng: np.random.Generator) -> float:
+    """Return an output of a sample that no parameters in their boxes reach from the outputs before it."""
     bound = case.noise_bound["y"]
-    top = float(np.abs(u).max()) + case.noise_bound.get("u", 0.0)
+    top = float(np.abs(case.data.values("u")).max()) + case.noise_bound.get("u", 0.0)
     added = {
         "output error 2": 2 * BOX * top,
         "hammerstein": 2 * BOX * (top**3 + top),
@@ -117,12 +170,10 @@ def _outlier(case: Case, seed: int) -> Case:
         "relay": BOX,
         "coulomb": BOX * top + 1,  # the friction is at most 1
     }.get(case.kind, BOX * top)
-    at = int(rng.integers(case.model.max_lag, len(y)))  # before that no equation reads it
     past = abs(y[at - 1]) + bound
     if case.kind == "output error 2":
         past = 2 * past + abs(y[at - 2]) + bound
-    y[at] = rng.choice([-1, 1]) * (past + added + bound) * (1 + rng.choice([0.01, 0.1, 1.0]))
-    return replace(case, construction="outlier", data=_with_output(case.data, y))
+    return float(rng.choice([-1, 1]) * (past + added + bound) * (1 + rng.choice([0.01, 0.1, 1.0])))
 
 
 def _curve_outlier(seed: int, kind: str) -> Case:

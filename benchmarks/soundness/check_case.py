@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.soundness.cases import SMOOTH, Case, empty_case, feasible_case, long_case
+from benchmarks.soundness.cases import CURVES, SMOOTH, Case, empty_case, feasible_case, new_case
 from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
 from smid.identification.windows import windowed
 
-__all__ = ["check_case", "check_windows", "inside"]
+__all__ = ["check_case", "check_new", "inside"]
 
 
 def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
@@ -33,10 +33,11 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
     )
 
 
-def check_windows(feasible: bool, seed: int) -> CaseResult:
-    """Draw a long record and prove it on windows, however few its samples are."""
+def check_new(feasible: bool, seed: int) -> CaseResult:
+    """Draw a case of the kinds behind ``--new``; windows prove records of a hundred samples."""
     windowed.LONG = 100
-    return _judged(long_case(feasible, seed), seed, tolerance=1e-2)
+    case = new_case(feasible, seed)
+    return _judged(case, seed, tolerance=0.1 if case.outliers or case.kind in CURVES else 1e-2, outliers=case.outliers)
 
 
 def _judged(case: Case, seed: int, **settings: Any) -> CaseResult:
@@ -52,8 +53,9 @@ def _judged(case: Case, seed: int, **settings: Any) -> CaseResult:
     else:
         verdict, message = inside(estimate, case.truth) if feasible else _never_feasible(estimate)
         message = message or ("windows" if estimate.windows else "")
+    kind = f"{case.kind}, {case.outliers} outliers" if case.outliers else case.kind
     return CaseResult(
-        case.kind, case.construction, seed, len(case.data.values("y")), verdict, time.perf_counter() - started, message
+        kind, case.construction, seed, case.data.n_samples, verdict, time.perf_counter() - started, message
     )
 
 

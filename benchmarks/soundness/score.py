@@ -48,7 +48,7 @@ class CaseResult:
         return self.verdict in FALSE
 
 
-def markdown(results: Sequence[CaseResult], seconds: float, windows: bool = False) -> str:
+def markdown(results: Sequence[CaseResult], seconds: float, new: bool = False) -> str:
     """Return the section: two tables, and every false statement or failure with its seed."""
     feasible = [r for r in results if r.is_feasible]
     empty = [r for r in results if not r.is_feasible]
@@ -56,15 +56,16 @@ def markdown(results: Sequence[CaseResult], seconds: float, windows: bool = Fals
     failed = [r for r in results if r.verdict == "failed"]
     spent = sum(r.seconds for r in results)
     parts = [
-        f"## Soundness: random feasible and empty sets{', on windows' if windows else ''}",
-        f"`python -m benchmarks.soundness sets{' --windows' if windows else ''}`: "
+        "## Soundness: random "
+        + ("sets on windows, with noisy curves, hidden states and outliers" if new else "feasible and empty sets"),
+        f"`python -m benchmarks.soundness sets{' --new' if new else ''}`: "
         f"{len(feasible)} sets contain known true parameters, and "
         f"{len(empty)} sets are empty by construction. Either an outlier cannot be explained by any parameters "
         "in their boxes, or the noise bound is too small. Linear programs over sub-boxes of the poles prove that it is "
         "too small. "
         f"False statements: {len(false)}. Errors: {len(failed)}. {spent / 60:.0f} minutes of one core, "
         f"{seconds / 60:.0f} in this run."
-        + (f" On windows: {sum(r.message == 'windows' for r in results)}." if windows else ""),
+        + (f" On windows: {sum(r.message == 'windows' for r in results)}." if new else ""),
     ]
     if feasible:
         parts.append(table("feasible sets", feasible, ("inside", "inside, no box"), lambda r: r.kind))

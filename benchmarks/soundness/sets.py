@@ -12,7 +12,7 @@ from pathlib import Path
 
 from benchmarks.pages import merged
 from benchmarks.resumable import kept, run
-from benchmarks.soundness.check_case import check_case, check_windows
+from benchmarks.soundness.check_case import check_case, check_new
 from benchmarks.soundness.score import CaseResult, markdown
 
 
@@ -23,21 +23,21 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--infeasible", type=int, default=500, help="number of empty sets")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="first seed of both")
     parser.add_argument("--method", default="auto", help="of the smooth models")
-    parser.add_argument("--windows", action="store_true", help="long records of the smooth models, proven on windows")
+    parser.add_argument("--new", action="store_true", help="windows, noisy curves, hidden states, outliers")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--output", type=Path, help="Markdown page that gets the section")
     parser.add_argument("--cache", type=Path)
     given = parser.parse_args(arguments)
-    cache = given.cache or Path(f".cache/soundness{'-windows' if given.windows else ''}.jsonl")
+    cache = given.cache or Path(f".cache/soundness{'-new' if given.new else ''}.jsonl")
 
     wanted = [(True, seed) for seed in range(given.first, given.first + given.feasible)]
     wanted += [(False, seed) for seed in range(given.first, given.first + given.infeasible)]
     known = {(r.is_feasible, r.seed): r for r in (CaseResult(**entry) for entry in kept(cache))}
     results = [known[key] for key in wanted if key in known]
-    missing = [(*key, *(() if given.windows else (given.method,))) for key in wanted if key not in known]
+    missing = [(*key, *(() if given.new else (given.method,))) for key in wanted if key not in known]
     print(f"{len(wanted)} sets, {len(results)} of them in {cache}", flush=True)
     started = time.perf_counter()
-    for result in run(cache, check_windows if given.windows else check_case, missing, given.workers):
+    for result in run(cache, check_new if given.new else check_case, missing, given.workers):
         results.append(result)
         if result.is_false or result.verdict == "failed" or len(results) % 50 == 0:
             print(
@@ -45,7 +45,7 @@ def main(arguments: list[str]) -> int:
                 f"seed {result.seed} ({result.seconds:.1f} s) {result.message}",
                 flush=True,
             )
-    section = markdown(results, time.perf_counter() - started, given.windows)
+    section = markdown(results, time.perf_counter() - started, given.new)
     print(f"\n{section}", flush=True)
     if given.output:
         page = given.output.read_text(encoding="utf-8") if given.output.exists() else ""

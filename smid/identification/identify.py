@@ -33,6 +33,7 @@ from smid.identification.estimate import CentreStatus, Estimate, ParameterInterv
 from smid.identification.outliers import WithOutliers
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
+from smid.identification.separated import Separated, separate
 from smid.identification.windows.windowed import Windowed, has_windows
 from smid.models import Model, ModelError
 from smid.verification.origin import origin_of
@@ -149,7 +150,8 @@ def identify(
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
-        again; at a thousand samples that takes half a minute.
+        again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together
+        (:mod:`smid.identification.separated`), which takes longer.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
@@ -182,9 +184,17 @@ def identify(
     bounds = check_noise_bound(model, noise_bound, None)
 
     def encloser_of(model: Model, data: Dataset) -> Encloser:
+        # A file holds one proof, so with a certificate all outputs are proven together.
+        parts = () if kept or len(model.output_channels) < 2 else separate(model)
+        if len(parts) > 1:
+            return Separated(model, parts, lambda part: encloser_of_one(part, data))
+        return encloser_of_one(model, data)
+
+    def encloser_of_one(model: Model, data: Dataset) -> Encloser:
+        own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}
         if windows and method == "auto" and order is None and has_windows(model, data):
-            return Windowed(model, data, bounds, settings, kept)
-        feasible = FeasibleSet(model, data, bounds)
+            return Windowed(model, data, own, settings, kept)
+        feasible = FeasibleSet(model, data, own)
         return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
 
     encloser: Encloser

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case
-from benchmarks.soundness.check_case import check_case
+from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case, new_case
+from benchmarks.soundness.check_case import check_case, check_new
 from benchmarks.soundness.emptiness import Record, least_noise_bound
 from benchmarks.soundness.score import CaseResult, markdown
 from smid import FeasibleSet
+from smid.identification.windows import windowed
 
 COUNT = len(KINDS)
 
@@ -101,3 +102,39 @@ def test_the_section_counts_what_is_false_and_names_its_seed() -> None:
     assert "False statements: 1" in text
     assert "- truth outside, relay, feasible, seed 2: d = 0.3 outside" in text
     assert "| relay, outlier | 2 | 1 | 1 | 0 | 0 | 2.00 | 2.0 |" in text
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_the_truth_of_a_new_case_lies_within_the_priors(seed: int) -> None:
+    case = new_case(True, seed)
+    parameters = FeasibleSet(case.model, case.data, case.noise_bound).model.parameters
+    assert {p.name for p in parameters} == set(case.truth)
+    assert all(p.lower <= case.truth[p.name] <= p.upper for p in parameters)
+    assert new_case(True, seed).data.checksum == case.data.checksum
+    assert (case.outliers > 0) == (seed % 4 == 3)
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_no_parameters_reach_the_outlier_beside_a_hidden_state(seed: int) -> None:
+    rng, case = np.random.default_rng(0), new_case(False, seed)
+    u, x, bound = case.data.values("u"), case.data.values("x"), case.noise_bound["x"]
+    reached = np.full(len(x), -np.inf)
+    for _ in range(300):
+        seen = x - rng.choice([-bound, bound], len(x))
+        p = {q.name: rng.uniform(q.lower, q.upper) for q in case.model.parameters}
+        for t in range(2, len(x)):
+            if seed == 2:  # position and speed, Euler's step of 0.1 s
+                speed = (seen[t - 1] - seen[t - 2]) / 0.1
+                found = seen[t - 1] + 0.1 * (speed + 0.1 * (p["b"] * u[t - 2] - p["k"] * seen[t - 2] - p["c"] * speed))
+            else:
+                hidden = seen[t - 1] - p["a"] * seen[t - 2]
+                hidden = p["c"] * seen[t - 2] + 0.3 * hidden + p["b"] * u[t - 2]
+                found = p["a"] * seen[t - 1] + hidden
+            reached[t] = max(reached[t], np.sign(x[t]) * found)
+    assert (np.abs(x) - bound > reached)[2:].any()
+
+
+@pytest.mark.parametrize(("feasible", "seed"), [(True, 3), (False, 3), (False, 1)])
+def test_a_new_case_is_judged(feasible: bool, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(windowed, "LONG", windowed.LONG)  # what the check sets is taken back
+    assert check_new(feasible, seed).verdict == ("inside" if feasible else "certified empty")

@@ -3,8 +3,8 @@
 There are as many unknown noises as samples. But once the parameters are fixed the equations are linear in the noises,
 and a linear program says by how much the noise bounds would have to be stretched: parameters fit the record where they
 need not be. Parameters that do not fit are excluded by a few equations in a row. So the ends are searched for on
-windows, the points that are found there are asked on the whole record, piece by piece, and what objects joins the
-windows.
+windows, the points that are found there are asked on the whole record (:mod:`.record_noises`), and what objects joins
+the windows.
 """
 
 from __future__ import annotations
@@ -27,14 +27,18 @@ from smid.data.window import Window, cut_all, windows_before
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit
+from smid.identification.windows.record_noises import RecordNoises
 from smid.identification.windows.search import Held
 from smid.identification.windows.whole_record import Noises, WholeRecord
 from smid.models import Model
 
 _FIRST, _LONG = 20, 15  # the first windows, evenly over the record, and their length
-_PIECE, _BEYOND = 2000, 50  # samples of a piece of the record, and so many beyond it that its noises must leave room to
-_FEW = 5  # pieces that are asked while the ends still move; on a long record one of so many
-_ENOUGH = 4  # pieces that object at a time
+_PASSES = 60
+_ASKED_AFTER = (3, 8, 20, 40)  # passes: whether the worst noises object
+_FEW = 20  # parts beyond their bounds: linear programs mend so many in less time than further passes
+_MARGIN = 1e-9  # share of the noise bounds that is kept for rounding
+_REACH, _FARTHEST = 25, 800  # samples on each side of a noise beyond its bound that are asked with it
+_ENOUGH = 4  # parts that object at a time
 _ROUNDS = 12
 _CARRIES = 1e-3  # multipliers from this share of the largest one
 _COARSE = 0.03  # share of the way to an end that is left open first
@@ -53,10 +57,16 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """The least excess over the noise bounds in a piece, noises that have it, and the places that hold it."""
+    """The least excess over the noise bounds in a part, noises that have it, and the places that hold it.
+
+    Parameters
+    ----------
+    noises
+        Shape (n_noises, n_samples). Shares of their bounds.
+    """
 
     excess: float
-    noises: Noises
+    noises: Array
     holding: Index
 
 
@@ -77,14 +87,9 @@ class NoisePrograms:
         self._lag = max(line.max_lag for line in whole.templates.lines)
         self._length = 2 * self._lag
         self._count, self._outer = len(model.parameters), np.arange(len(model.parameters))
-        self._pieces = [
-            (e, begin)
-            for e, run in enumerate(data.experiments)
-            for begin in range(0, run.n_samples - self._lag, _PIECE)
-        ]
         self._inside = np.zeros(self._count)
-        self._random = np.random.default_rng(0)
         self._channels = {m.noise: m.channel for m in model.measurements if m.noise is not None}
+        self._limits = {noise: bounds[channel] for noise, channel in self._channels.items()}
 
     def held(self, tolerance: float) -> Held:
         """Return what holds the ends."""
@@ -105,13 +110,13 @@ class NoisePrograms:
                 found = self._searched(windows, left, lower, upper, _AGREE * share)
                 if isinstance(found, Held):
                     return found
-                # Ask the record just inside each: a few pieces while the ends still move.
+                # Ask the record just inside each.
                 before = len(places)
                 for end, point, held in found:
                     holding[end], drawn = held, point + share * (self._inside - point)
-                    asked = self._asked_anywhere(drawn) if share == _COARSE else self._asked(drawn)
+                    asked = self._asked(drawn)
                     places = _joined([places, *asked.objecting])
-                    if self._holds(drawn, asked.noises):
+                    if share != _COARSE and self._holds(drawn, asked.noises):
                         fitting[end] = drawn
                     if end in fitting or (share == _COARSE and not asked.objecting):
                         left.remove(end)
@@ -153,9 +158,11 @@ class NoisePrograms:
     def _vector(self, values: Mapping[str, float]) -> Array:
         return np.array([values[p.name] for p in self.model.parameters])
 
+    def _values(self, p: Array) -> dict[str, float]:
+        return {q.name: float(value) for q, value in zip(self.model.parameters, p, strict=True)}
+
     def _holds(self, p: Array, noises: Sequence[Noises] | None) -> bool:
-        values = {q.name: float(value) for q, value in zip(self.model.parameters, p, strict=True)}
-        return noises is not None and self.whole.holds(values, noises, self.bounds)
+        return noises is not None and self.whole.holds(self._values(p), noises, self.bounds)
 
     def _holding(self, feasible: FeasibleSet, windows: tuple[Window, ...], multipliers: Array) -> Index:
         """Return the places of the equations that carry multipliers."""
@@ -165,57 +172,91 @@ class NoisePrograms:
         which, times = feasible.samples[rows].T
         return np.stack([origin[which, 0], origin[which, 1] + times], axis=1)
 
-    def _asked_anywhere(self, p: Array) -> _Asked:
-        """Ask some pieces of the record, chosen at random."""
-        count = max(_FEW, len(self._pieces) // _FEW)
-        some = [self._pieces[k] for k in self._random.permutation(len(self._pieces))[:count]]
-        asked = [self._piece(e, begin, p) for e, begin in some]
-        return _Asked(None, [piece.holding for piece in asked if piece.excess > 0])
-
     def _asked(self, p: Array) -> _Asked:
-        """Ask all pieces in order, each beginning with the last noises of the one before, until enough object."""
-        noises = [{c: np.zeros(run.n_samples) for c in self._channels.values()} for run in self.data.experiments]
-        fits, known = True, False
-        objecting: list[Index] = []
-        for e, begin in self._pieces:
-            before = {channel: own[begin : begin + self._lag] for channel, own in noises[e].items()}
-            past = before if known and begin else None
-            piece = self._piece(e, begin, p, past)
-            if piece.excess > 0 and past:
-                fits, piece = False, self._piece(e, begin, p)
-            known = piece.excess <= 0
-            objecting += [] if known else [piece.holding]
-            if len(objecting) == _ENOUGH:
+        """Ask every experiment, until enough object."""
+        values, noises, objecting = self._values(p), [], []
+        for e, run in enumerate(self.data.experiments):
+            try:
+                found = RecordNoises(self.whole.equations[e], values, self._limits, run.n_samples)
+            except np.linalg.LinAlgError:
+                raise DataError("some equations say the same: take all samples") from None
+            fitting = self._fitting(e, p, found)
+            if isinstance(fitting, list):
+                objecting += fitting
+            else:
+                noises.append(fitting)
+            if len(objecting) >= _ENOUGH:
                 break
-            for channel, own in piece.noises.items():
-                noises[e][channel][begin : begin + len(own)] = own
-        return _Asked([*noises] if fits and not objecting else None, objecting)
+        fits = len(noises) == len(self.data.experiments)
+        return _Asked(noises if fits else None, objecting)
 
-    def _piece(self, experiment: int, begin: int, p: Array, past: Noises | None = None) -> _Piece:
-        """Solve the linear program of a piece, with the first noises fixed where they are given."""
-        length = self.data.experiments[experiment].n_samples
-        window = Window(experiment, begin, min(begin + self._lag + _PIECE + _BEYOND, length) - 1)
+    def _fitting(self, e: int, p: Array, record: RecordNoises) -> dict[str, Array] | list[Index]:
+        """Return noises of an experiment within their bounds, or the places that object; no places without a decision.
+
+        Passes over the whole record leave ever fewer noises beyond their bounds. From time to time a linear program
+        asks the samples around the worst of them, with nothing fixed before or behind, whether they object.
+        """
+        noises = np.zeros(())
+        for k, noises in enumerate(record.passes(_PASSES), 1):
+            beyond = np.abs(noises).max(axis=0) - 1.0 + _MARGIN
+            if beyond.max() <= 0:
+                return self._named(noises)
+            if k in _ASKED_AFTER:
+                parts = self._worst(beyond, _REACH)
+                pieces = [self._piece(e, p, *around) for around in parts[:_ENOUGH]]
+                if objecting := [piece.holding for piece in pieces if piece.excess > 0]:
+                    return objecting
+                if len(parts) <= _FEW:
+                    break
+        # Mend what is left by linear programs between noises that stay; where there is none, ask more samples.
+        reach = _REACH
+        while reach <= _FARTHEST:
+            for first, last in self._worst(np.abs(noises).max(axis=0) - 1.0 + _MARGIN, reach):
+                between = self._piece(e, p, first, last, noises)
+                if between.excess <= 0:
+                    noises[:, first : last + 1] = between.noises
+                elif (alone := self._piece(e, p, first, last)).excess > 0:
+                    return [alone.holding]
+            noises = record.solving(noises)  # the linear programs solve the equations to their own tolerance
+            if np.abs(noises).max() <= 1.0 - _MARGIN:
+                return self._named(noises)
+            reach *= 2
+        return []
+
+    def _worst(self, beyond: Array, reach: int) -> list[tuple[int, int]]:
+        """Return first and last samples of the parts around noises beyond their bounds, the worst first."""
+        places = np.flatnonzero(beyond > 0)
+        parts = np.split(places, np.flatnonzero(np.diff(places) > 2 * reach) + 1)
+        ordered = sorted(parts, key=lambda part: -beyond[part].max())
+        return [(max(part[0] - reach, 0), min(part[-1] + reach, len(beyond) - 1)) for part in ordered]
+
+    def _named(self, shares: Array) -> dict[str, Array]:
+        """Return noises in their units, by channel."""
+        limits = self._limits.items()
+        return {self._channels[noise]: limit * own for (noise, limit), own in zip(limits, shares, strict=True)}
+
+    def _piece(self, experiment: int, p: Array, first: int, last: int, around: Array | None = None) -> _Piece:
+        """Solve the linear program of some samples; with noises around, those at its ends join on to them."""
+        window, length = Window(experiment, first, last), self.data.experiments[experiment].n_samples
         feasible = FeasibleSet(self.model, cut_all(self.data, [window]), self.bounds)
         problem = feasible.problem
         place = {name: k for k, name in enumerate(problem.names)}
-        slots = {
-            channel: np.array([place.get(f"{noise}[{k}]", -1) for k in range(len(window))])
-            for noise, channel in self._channels.items()
-        }
+        slots = np.array([[place.get(f"{noise}[{k}]", -1) for k in range(len(window))] for noise in self._channels])
+        limits = np.array([*self._limits.values()])[:, None]
+        noises = np.zeros(slots.shape) if around is None else limits * around[:, first : last + 1]
+        # Fix the noises that equations before and behind read.
+        stays = np.full(slots.shape, around is not None)
+        stays[:, self._lag if first else 0 : len(window) - (self._lag if last < length - 1 else 0)] = False
         lower, upper = problem.lower.copy(), problem.upper.copy()
-        for channel, values in (past or {}).items():
-            own = slots[channel][: len(values)]
-            lower[own[own >= 0]] = upper[own[own >= 0]] = values[own >= 0]
+        held = stays & (slots >= 0)
+        lower[slots[held]] = upper[slots[held]] = noises[held]
         split = Split.of(problem.with_box(lower, upper), self._outer)
         answer = ask(split, p, self._solver)
         if answer is None:
-            return _Piece(np.inf, {}, np.zeros((0, 2), dtype=np.int64))
-        point = split.recover(p, answer.inner)
-        # A noise that no equation of the piece reads is as before.
-        noises = {channel: np.where(own >= 0, point[own], 0.0) for channel, own in slots.items()}
-        for channel, values in (past or {}).items():
-            noises[channel][: len(values)] = values
-        return _Piece(answer.excess, noises, self._holding(feasible, (window,), answer.multipliers[None]))
+            return _Piece(np.inf, noises, np.zeros((0, 2), dtype=np.int64))
+        # A noise that no equation of these samples reads stays as well.
+        solved = np.where((slots >= 0) & ~stays, split.recover(p, answer.inner)[slots], noises)
+        return _Piece(answer.excess, solved / limits, self._holding(feasible, (window,), answer.multipliers[None]))
 
 
 def _spread(data: Dataset) -> Index:

@@ -2,9 +2,10 @@
 
 Given noises solve the model's equations up to rounding. With the parameters and the noises of the inputs as they are,
 the exact noises of an output differ from the given ones by ``d``, where ``C d = -r``: r is what the equations leave,
-enclosed in ball arithmetic, and C is the model's own recursion, with constant coefficients. For any finite sequence G
-with ``C G = I + E`` and the norm of E below 1, each noise differs by at most ``sum |G| max |r| / (1 - |E|)``: the
-inverse of ``I + E`` is a Neumann series. Nothing else is asked of G, so it is computed in floats.
+enclosed in ball arithmetic, and C is the model's own recursion. For any finite sequence G with ``G C = I + E`` and the
+norm of E below 1, each noise differs by at most ``sum |G| max |r| / (1 - |E|)``: the inverse of ``I + E`` is a Neumann
+series. Nothing else is asked of G, so it is computed in floats, for the middle of coefficients that vary with the data
+(linear parameter-varying models); how far they are from it counts in E.
 
 Reference: Rump, Verification methods: rigorous results using floating-point arithmetic, Acta Numerica 19 (2010).
 """
@@ -18,13 +19,14 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from smid.data import Dataset
 from smid.feasible.template import Template, Templates, Term
 
 _LONGEST = 200_000  # samples of an impulse response
 _FADED = 1e-20
+_LARGEST = 0.99  # norm of the defect of an inverse
 _UP = 1.0 + 1e-9  # covers the rounding of a sum of floats, and of what is done with it
 
 
@@ -33,12 +35,42 @@ Noises = Mapping[str, Array]
 
 
 @dataclass(frozen=True, eq=False)
-class _Equations:
-    """The equations of one output from a sample on, and the coefficients of their terms without its own noise."""
+class Equations:
+    """The equations of one output from a sample on, with the coefficients of their terms.
+
+    Parameters
+    ----------
+    own
+        The output's noise, and its terms; ``known`` are the others.
+    """
 
     template: Template
+    own: str
     first: int
+    recursive: tuple[tuple[Term, Balls], ...]
     known: tuple[tuple[Term, Balls], ...]
+
+    def recursion(self, values: Mapping[str, float]) -> dict[int, Balls]:
+        """Return the coefficient of the output's own noise at each lag: a number, or one for each sample."""
+        found: dict[int, Balls] = {}
+        for term, coefficient in self.recursive:
+            lag, factor = dict(term.latents)[self.own], product(term, values) * coefficient
+            found[lag] = found[lag] + factor if lag in found else factor
+        return found
+
+    def at(self, values: Mapping[str, float]) -> tuple[Array, dict[tuple[str, int], Array]]:
+        """Return the equations at some parameters in floats: their constants, and the factors of each noise and lag."""
+        constant, factors = (
+            np.zeros(()),
+            {(self.own, lag): np.asarray(factor.mid) for lag, factor in self.recursion(values).items()},
+        )
+        for term, coefficients in self.known:
+            part = float(product(term, values).mid) * coefficients.mid
+            if term.latents:
+                factors[term.latents[0]] = factors.get(term.latents[0], np.zeros(())) + part
+            else:
+                constant = constant + part
+        return constant, factors
 
 
 class WholeRecord:
@@ -54,7 +86,7 @@ class WholeRecord:
         self.templates, self.data = templates, data
         self._noises = {m.signal: m for m in templates.model.measurements if m.noise is not None}
         self._channels = {m.noise: m.channel for m in self._noises.values()}
-        self._equations = [self._of(run.values) for run in data.experiments]
+        self.equations = [self._of(run.values) for run in data.experiments]
 
     def noises(self, simulated: Sequence[Mapping[str, Array]]) -> list[dict[str, Array]]:
         """Return the noises with which the outputs are those of a simulation, per experiment."""
@@ -83,7 +115,7 @@ class WholeRecord:
         """
         fits = _fits_priors(self.templates, values)
         reached = dict.fromkeys(self._channels.values(), 0.0 if fits else np.inf)
-        for run, found, equations in zip(self.data.experiments, noises, self._equations, strict=True):
+        for run, found, equations in zip(self.data.experiments, noises, self.equations, strict=True):
             reaches = {self._noises[e.template.signal].channel: self._reach(e, values, found) for e in equations}
             for channel, noise in found.items():
                 largest = float(np.abs(noise[~np.isnan(run.values[channel])]).max(initial=0.0))
@@ -92,27 +124,22 @@ class WholeRecord:
                 reached[channel] = max(reached[channel], least)
         return reached
 
-    def _of(self, samples: Mapping[str, Array]) -> list[_Equations]:
+    def _of(self, samples: Mapping[str, Array]) -> list[Equations]:
         values = {name: np.nan_to_num(column) for name, column in samples.items()}
         n, found = len(next(iter(values.values()))), []
         for template in self.templates.lines:
             times, own = np.arange(template.max_lag, n), self._noises[template.signal].noise
-            known = [
-                (term, term.coefficients(values, times)) for term in template.terms if own not in dict(term.latents)
-            ]
-            found.append(_Equations(template, template.max_lag, tuple(known)))
+            assert own is not None
+            terms = [(term, own in dict(term.latents)) for term in template.terms]
+            recursive = [(term, _coefficients(term, values, times)) for term, is_own in terms if is_own]
+            known = [(term, term.coefficients(values, times)) for term, is_own in terms if not is_own]
+            found.append(Equations(template, own, template.max_lag, tuple(recursive), tuple(known)))
         return found
 
-    def _reach(self, e: _Equations, values: Mapping[str, float], noises: Noises) -> float:
+    def _reach(self, e: Equations, values: Mapping[str, float], noises: Noises) -> float:
         """Return how far an output's exact noises lie from given ones at most; infinite where nothing is proven."""
         own = self._noises[e.template.signal]
-        recursion: dict[int, Balls] = {}
-        for term in e.template.terms:
-            for latent, lag in term.latents:
-                if latent == own.noise:
-                    constant = sum((factor for factor, _ in term.data), start=Fraction(0))
-                    factor = _product(term, values) * Balls.enclose(constant)
-                    recursion[lag] = recursion[lag] + factor if lag in recursion else factor
+        recursion = e.recursion(values)
         # What the equations leave.
         noise = noises[own.channel]
         n = len(noise) - e.first
@@ -122,29 +149,33 @@ class WholeRecord:
 
         left = Balls.exact(np.zeros(n))
         for term, coefficients in e.known:
-            part = _product(term, values) * coefficients
+            part = product(term, values) * coefficients
             for latent, lag in term.latents:
                 part = part * at(self._channels[latent], lag)
             left = left + part
         for lag, coefficient in recursion.items():
             left = left + coefficient * at(own.channel, lag)
-        # An approximate inverse of the recursion, and how good it is.
-        impulse = _impulse_response({lag: float(c.mid) for lag, c in recursion.items()})
+        # An approximate inverse of the recursion with coefficients in the middle of theirs, and how good it is.
+        middle = {lag: 0.5 * float(c.mid.min()) + 0.5 * float(c.mid.max()) for lag, c in recursion.items()}
+        impulse = _impulse_response(middle)
         if impulse is None:
             return np.inf
         padded = np.concatenate([impulse, np.zeros(max(recursion) + 1)])
         defect = Balls.exact(-np.eye(1, len(padded))[0])
+        varies = np.zeros(())
         for lag, coefficient in recursion.items():
             shifted = np.concatenate([np.zeros(lag), padded[: len(padded) - lag]])
-            defect = defect + coefficient * Balls.exact(shifted)
-        size = float(np.sum(defect.magnitude())) * _UP
-        if not size < 0.5:
+            defect = defect + Balls.exact(middle[lag]) * Balls.exact(shifted)
+            varies = varies + (coefficient - Balls.exact(middle[lag])).magnitude()
+        gain = float(np.sum(np.abs(impulse)))
+        size = (float(np.sum(defect.magnitude())) + gain * float(np.max(varies))) * _UP
+        if not size < _LARGEST:
             return np.inf
-        return float(np.sum(np.abs(impulse)) * np.max(left.magnitude(), initial=0.0) / (1 - size)) * _UP
+        return float(gain * np.max(left.magnitude(), initial=0.0) / (1 - size)) * _UP
 
 
 def suits(templates: Templates) -> bool:
-    """Return whether every line is a recursion of its own output's noise, with coefficients that do not vary.
+    """Return whether every line is a recursion of its own output's noise, whose coefficients may vary with the data.
 
     The noises of inputs may enter linearly.
     """
@@ -156,17 +187,18 @@ def suits(templates: Templates) -> bool:
         and outputs <= noises.keys()
         and all(
             len(term.latents) <= 1
-            and all(
-                latent in inputs or (latent == noises[line.signal] and _is_constant(term)) for latent, _ in term.latents
-            )
+            and all(latent in inputs or latent == noises[line.signal] for latent, _ in term.latents)
             for line in templates.lines
             for term in line.terms
         )
     )
 
 
-def _is_constant(term: Term) -> bool:
-    return all(not powers for _, powers in term.data)
+def _coefficients(term: Term, values: Mapping[str, Array], times: Index) -> Balls:
+    """Return the coefficient at each of some times; a single number for a term that reads no data."""
+    if any(powers for _, powers in term.data):
+        return term.coefficients(values, times)
+    return Balls.enclose(sum((factor for factor, _ in term.data), start=Fraction(0)))
 
 
 def _fits_priors(templates: Templates, values: Mapping[str, float]) -> bool:
@@ -177,7 +209,7 @@ def _fits_priors(templates: Templates, values: Mapping[str, float]) -> bool:
     )
 
 
-def _product(term: Term, values: Mapping[str, float]) -> Balls:
+def product(term: Term, values: Mapping[str, float]) -> Balls:
     """Return the product of a term's parameters."""
     product = Balls.exact(1.0)
     for name in term.parameters:

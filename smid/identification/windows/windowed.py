@@ -34,7 +34,7 @@ from smid.identification.windows.search import Search
 from smid.identification.windows.whole_record import WholeRecord, suits
 from smid.models import Model
 
-LONG = 2000
+LONG = 1000
 """Samples from which windows are the default."""
 
 MOST, MOST_NOISY = 20_000, 5000
@@ -67,6 +67,7 @@ class Windowed:
         self.model, self.data, self.bounds, self.settings, self.kept = model, data, bounds, settings, kept
         self._windows: tuple[Window, ...] = ()
         self._whole = WholeRecord(Templates.of(model), data)
+        self._lag = max(line.max_lag for line in self._whole.templates.lines)
         self._inner: Polynomial | None = None
         self._search: Search | None = None
         self._fitting: tuple[Array, ...] = ()  # parameters that are verified to fit all samples
@@ -117,7 +118,9 @@ class Windowed:
 
     def _windows_of(self, places: Index, length: int) -> tuple[tuple[Window, ...], bool]:
         """Return windows of at most so many samples, and whether they are shorter than asked; none for all samples."""
-        asked, most = length, MOST_NOISY if inputs_are_noisy(self.model) else MOST
+        # Samples before the first equation are read by it.
+        places, asked = np.maximum(places, [0, self._lag]), length
+        most = MOST_NOISY if inputs_are_noisy(self.model) else MOST
         while sum(map(len, windows := windows_before(places, length))) > most and length > 1:
             length //= 2
         if self.data.n_samples <= most and sum(map(len, windows)) > _SHARE * self.data.n_samples:

@@ -1,0 +1,137 @@
+"""Models with several poles, several inputs and outputs, or a pole that follows a channel, as records of one size each.
+
+Every end is certified, and met by verified parameters. Each record runs in a process of its own.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from benchmarks.frontier.growth import apart
+from benchmarks.records import Known
+from smid import Dataset, ErrorsInVariables, Model, OutputError, OwnModel, identify
+
+GAP = 1e-2
+NOISE = 0.05
+
+
+@dataclass(frozen=True)
+class Run:
+    """One record identified: seconds of processor time, the largest gap / width, samples in windows, truth inside."""
+
+    seconds: float
+    gap: float
+    held: int
+    inside: bool
+
+
+def _inputs(rng: np.random.Generator, count: int, n: int) -> np.ndarray:
+    return np.repeat(rng.uniform(-1, 1, (count, n)), 3, axis=1)[:, :n]
+
+
+def _known(
+    name: str, model: Model, u: dict[str, np.ndarray], y: dict[str, np.ndarray], truth: dict[str, float]
+) -> Known:
+    data = Dataset.from_arrays(input=u, output=y, sampling_time=1.0)
+    noisy = {c: NOISE for c in (*y, *(("u",) if name.startswith("errors") else ()))}
+    return Known(name, model, data, noisy, tuple(truth[p.name] for p in model.parameters))
+
+
+def output_error(n: int) -> Known:
+    """Make a record of two complex poles."""
+    rng = np.random.default_rng(0)
+    u = _inputs(rng, 1, n)[0]
+    w = lfilter([0, 0.8, 0.4], [1, -1.2, 0.5], u)
+    truth = {"a1": -1.2, "a2": 0.5, "b0": 0.8, "b1": 0.4}
+    return _known(
+        "output error, na = 2, nb = 1",
+        OutputError(2, 1, stable=True),
+        {"u": u},
+        {"y": w + rng.uniform(-NOISE, NOISE, n)},
+        truth,
+    )
+
+
+def errors_in_variables(n: int) -> Known:
+    """Make a record of three poles, both channels noisy."""
+    rng = np.random.default_rng(0)
+    u = _inputs(rng, 1, n)[0]
+    a, b = (-1.5, 0.85, -0.2), (0.8, 0.4, -0.2)
+    w = lfilter(b, [1.0, *a], u)
+    noise = rng.uniform(-NOISE, NOISE, (2, n))
+    truth = {f"a{k + 1}": v for k, v in enumerate(a)} | {f"b{k}": v for k, v in enumerate(b)}
+    model = ErrorsInVariables(3, 2, stable=True)
+    return _known("errors in variables, na = 3, nb = 2", model, {"u": u + noise[0]}, {"y": w + noise[1]}, truth)
+
+
+def two_by_two(n: int) -> Known:
+    """Make a record of two inputs and two outputs, each with two poles of its own."""
+    rng = np.random.default_rng(0)
+    u = _inputs(rng, 2, n)
+    truth = {"a1": -1.2, "a2": 0.5, "b1": 0.8, "b2": 0.4, "c1": -0.9, "c2": 0.3, "d1": -0.5, "d2": 1.0}
+    w = [lfilter([0, 1], [1, -1.2, 0.5], 0.8 * u[0] + 0.4 * u[1]), lfilter([0, 1], [1, -0.9, 0.3], u[1] - 0.5 * u[0])]
+    y = np.array(w) + rng.uniform(-NOISE, NOISE, (2, n))
+    lines = [
+        "w1[t] = -a1*w1[t-1] - a2*w1[t-2] + b1*u1[t-1] + b2*u2[t-1]",
+        "w2[t] = -c1*w2[t-1] - c2*w2[t-2] + d1*u1[t-1] + d2*u2[t-1]",
+    ]
+    reach = {"a1": 2, "a2": 1, "c1": 2, "c2": 1}
+    box = {name: [-reach.get(name, 3), reach.get(name, 3)] for name in truth}
+    model = OwnModel(lines, {"y1": "w1", "y2": "w2"}, ["u1", "u2"], box)
+    return _known("two inputs, two outputs", model, dict(u1=u[0], u2=u[1]), dict(y1=y[0], y2=y[1]), truth)
+
+
+def varying(n: int) -> Known:
+    """Make a record of a pole and a gain that follow a channel."""
+    rng = np.random.default_rng(0)
+    u, r, w = _inputs(rng, 1, n)[0], np.sin(0.01 * np.arange(n)) + rng.uniform(-0.2, 0.2, n), np.zeros(n)
+    for k in range(1, n):
+        w[k] = (0.7 - 0.15 * r[k - 1]) * w[k - 1] + (0.8 + 0.3 * r[k - 1]) * u[k - 1]
+    truth = {"a0": -0.7, "a1": 0.15, "b0": 0.8, "b1": 0.3}
+    box = {name: [-1, 1] if name.startswith("a") else [-3, 3] for name in truth}
+    model = OwnModel(["w[t] = -(a0 + a1*r[t-1])*w[t-1] + (b0 + b1*r[t-1])*u[t-1]"], {"y": "w"}, ["u", "r"], box)
+    y = w + rng.uniform(-NOISE, NOISE, n)
+    return _known("pole that follows a channel", model, {"u": u, "r": r}, {"y": y}, truth)
+
+
+CASES: dict[str, tuple[Callable[[int], Known], int]] = {
+    "output error": (output_error, 2000),
+    "two by two": (two_by_two, 1000),
+    "varying": (varying, 20_000),
+    "errors in variables": (errors_in_variables, 200),
+}
+
+
+def one(kind: str, n_samples: int) -> Run:
+    """Identify one record."""
+    known = CASES[kind][0](n_samples)
+    started = time.process_time()
+    estimate = identify(known.model, known.data, known.noise_bound, tolerance=GAP)
+    seconds = time.process_time() - started
+    inside = all(i.lower <= t <= i.upper for i, t in zip(estimate, known.truth, strict=True))
+    return Run(seconds, max(i.gap / i.width for i in estimate), sum(map(len, estimate.windows)), inside)
+
+
+def run() -> str:
+    """Return the table as Markdown."""
+    lines = [
+        "## Several poles, several channels, varying poles",
+        "",
+        f"Asked for is a gap of {GAP:g} of the width of each interval. Times are processor times.",
+        "",
+        "| model | parameters | N | samples in windows | s | gap / width | truth inside |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for kind, (make, n) in CASES.items():
+        known, r = make(n), apart(one, kind, n)
+        lines.append(
+            f"| {known.name} | {len(known.truth)} | {n} | {r.held or 'all'} | {r.seconds:.1f} | {r.gap:.1e} | "
+            f"{'yes' if r.inside else 'no'} |"
+        )
+        print(lines[-1], flush=True)
+    return "\n".join(lines)
