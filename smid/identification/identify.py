@@ -26,10 +26,13 @@ from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
+from smid.feasible.template import NotPolynomialError
 from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
+from smid.identification.inversion.inverted import NAME as INVERSION
+from smid.identification.inversion.inverted import Inverted
 from smid.identification.outliers import WithOutliers
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
@@ -39,7 +42,7 @@ from smid.verification.origin import origin_of
 
 __all__ = ["METHODS", "EmptyFeasibleSetError", "identify"]
 
-METHODS = method_names()
+METHODS = (*method_names(), INVERSION)
 """How bounds may be asked for."""
 
 
@@ -127,6 +130,8 @@ def identify(
         A short name of :func:`relaxations.proof.method_names`, or a method object, ``Lift(order=2)`` say.
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and for the
         complicating parameters of long records (all, with errors in variables) cuts, :mod:`relaxations.search.benders`.
+        A model that is no polynomial is treated by ``"inversion"`` of its free run, which any model can be
+        (:mod:`smid.identification.inversion`); it needs a box of every parameter.
     order
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
@@ -138,7 +143,8 @@ def identify(
         At most so many contractions.
     nodes
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
-        Min, Abs or sign is always branched (:mod:`smid.identification.piecewise`).
+        Min, Abs or sign is always branched (:mod:`smid.identification.piecewise`). Inversion contracts at most so many
+        boxes; 0: 20,000.
     seconds
         Time allowed, wall clock. Then the ends proven so far are returned, and ``reason`` says so. The time to write a
         certificate is not counted.
@@ -182,9 +188,17 @@ def identify(
     bounds = check_noise_bound(model, noise_bound, None)
 
     def encloser_of(model: Model, data: Dataset) -> Encloser:
-        if windows and method == "auto" and order is None and has_windows(model, data):
-            return Windowed(model, data, bounds, settings, kept)
-        feasible = FeasibleSet(model, data, bounds)
+        automatic = method == "auto" and order is None
+        if method == INVERSION:
+            return Inverted(model, data, bounds, settings, kept)
+        try:
+            if windows and automatic and has_windows(model, data):
+                return Windowed(model, data, bounds, settings, kept)
+            feasible = FeasibleSet(model, data, bounds)
+        except NotPolynomialError:
+            if not automatic:
+                raise
+            return Inverted(model, data, bounds, settings, kept)
         return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
 
     encloser: Encloser
@@ -202,8 +216,8 @@ def identify(
         if steps:
             origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
-    if isinstance(encloser, WithOutliers) and found.reason is Reason.EMPTY:
-        raise EmptyFeasibleSetError(encloser.contradiction, None, ())
+    if isinstance(encloser, WithOutliers | Inverted) and found.reason is Reason.EMPTY:
+        raise EmptyFeasibleSetError(encloser.contradiction, None, encloser.heaviest)
     if enclosure is not None and enclosure.empty is not None:
         raise _proven_empty(found, enclosure.empty, data, settings)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.
