@@ -6,6 +6,6 @@ Linear programs contract the box, and their multipliers prove it. Boxes that rea
 gives certified intervals, or the proof that the set is empty.
 
 From the bottom: :mod:`.tape` (the operations of a model), :mod:`.free_run` (their enclosures along the record),
-:mod:`.record` (the rows of a box, and verified points), :mod:`.contraction`, :mod:`.climb` (points further out),
+:mod:`.record` (the rows of a box, and verified points), :mod:`.contraction`, :mod:`.outermost` (points near the ends),
 :mod:`.cover` (the boxes), :mod:`.inverted` (the intervals).
 """

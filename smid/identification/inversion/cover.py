@@ -19,7 +19,6 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import TINY
-from smid.identification.inversion.climb import climbed
 from smid.identification.inversion.contraction import Contraction, contracted
 from smid.identification.inversion.record import Record
 
@@ -158,7 +157,7 @@ class Cover:
             box.contractions.append(found)
             if found.empty:
                 return
-            if found.inside is not None and not self.points:
+            if found.inside is not None:
                 self.add(found.inside)
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
@@ -173,11 +172,8 @@ class Cover:
                 return
             side, place = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
             k, sign = int(self._targets[place]), 1 if side == 0 else -1
-            self.points += climbed(self.record, self.points, k, sign, box.left, self.tolerance)
             value = float(self.inner[side][k])
             outer = sign * (value - (lower, upper)[side][k])
-            if outer <= 0:
-                return
             if outer <= _OUTER * (upper[k] - lower[k]):
                 yield from _cut(box, k, value)
                 return

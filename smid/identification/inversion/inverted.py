@@ -18,6 +18,7 @@ from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_w
 from smid.identification.estimate import CentreStatus
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.cover import Cover
+from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 from smid.models import Model, ModelError
@@ -103,20 +104,9 @@ class Inverted:
         )
 
     def _start(self) -> None:
-        """Look for a point that fits, by a local search."""
-        with suppress(DataError, ModelError):  # the search diverges: a point may be found on the way
-            scan = Scan(self.model, self.data, self.bounds)
-            self.cover.add(self._unknowns(scan))
-
-    def _unknowns(self, scan: Scan) -> Array:
-        """Return the unknowns of the run that a scan found inside."""
-        fit, run = scan.problem.result(scan.inside, 0.0), scan.problem.run
-        unknowns = [fit.model.values.get(p.name, p.lower) for p in self.model.parameters]
-        for inputs, initial, table in zip(scan.problem.inputs, fit.initial, self.record.initial, strict=True):
-            signals, _ = run.run(inputs, fit.model.values, initial, jacobian=False)
-            for k, now in np.argwhere(table >= 0).tolist():
-                unknowns.append(float(signals[self.record.tape.signals[k]][now]))
-        return np.clip(unknowns, self.record.lower, self.record.upper)
+        """Look for points that fit, by a local search."""
+        with suppress(DataError, ModelError):  # it diverges: a point may be found on the way
+            self.cover.points += outermost(self.record, Scan(self.model, self.data, self.bounds))
 
     def _intervals(self) -> tuple[Interval, ...]:
         (lower, upper), (low, high) = self.cover.outer, self.cover.inner

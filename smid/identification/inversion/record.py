@@ -147,16 +147,6 @@ class Record:
         kept = forms[useful]
         return Rows(kept[:, CENTRE], kept[:, RADIUS], kept[:, SLOPES:], sources[useful], 0 if len(impossible) else -1)
 
-    def linearised(self, point: Array, lower: Array, upper: Array) -> Rows:
-        """Return the rows of a box around a point with the radii that they have at the point: they prove nothing."""
-        parts = [self._rows_of(e, 0, lower, upper) for e in range(len(self._data))]
-        there = [self._rows_of(e, 0, point, point) for e in range(len(self._data))]
-        forms = np.concatenate([forms for forms, _ in parts])
-        radius = np.concatenate([forms[:, RADIUS] for forms, _ in there])
-        known = np.isfinite(forms[:, RADIUS]) & np.isfinite(radius)
-        sources = np.concatenate([sources for _, sources in parts])
-        return Rows(forms[:, CENTRE], radius, forms[:, SLOPES:], sources, -1).where(known)
-
     def knowledge(self, lower: Array, upper: Array) -> float:
         """Return how much the rows of a box say: the sum of what is inverse to their radii."""
         parts = [self._rows_of(e, a, lower, upper)[0] for a in range(len(ANCHORS)) for e in range(len(self._data))]
