@@ -22,6 +22,9 @@ from relaxations.algebra.ball_arithmetic import TINY
 from smid.identification.inversion.contraction import Contraction, contracted
 from smid.identification.inversion.record import Record
 
+HEAVIEST = 5
+"""Samples that are said to carry a proof."""
+
 _PASSES = 8  # contractions of a box in a row
 _WORTH = 0.1  # each takes at least this share of a width
 _OUTER = 0.5  # a part beyond the verified points of at most this share of a box is cut off
@@ -204,3 +207,21 @@ def _cut(box: Box, k: int, value: float) -> Iterator[Box]:
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
         yield Box(*ends)
+
+
+def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:
+    """Return the experiment and sample of what carries the proofs that boxes are empty, each with its share of them."""
+    shares: dict[tuple[int, int], float] = {}
+    waiting = [cover.root]
+    while waiting:
+        box = waiting.pop()
+        waiting += box.parts
+        if box.empty:
+            proof = box.contractions[-1].proof[-1]
+            size = np.abs(proof.values) / np.abs(proof.values).sum()
+            for (anchor, e, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
+                if anchor >= 0:
+                    shares[e, sample] = shares.get((e, sample), 0.0) + share
+    total = sum(shares.values())
+    most = sorted(shares, key=shares.__getitem__, reverse=True)[:HEAVIEST]
+    return tuple((e, sample, shares[e, sample] / total) for e, sample in most)
