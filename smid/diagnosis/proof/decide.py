@@ -28,7 +28,9 @@ from smid.identification.inversion.outermost import unknowns_of
 from smid.identification.inversion.record import Record
 from smid.models import Model, ModelError, signal, t
 
-REACH = 1e3
+REACH = 10.0
+"""What has no box is at most so many times as large as in a fit."""
+
 MOST = 20_000
 """Contractions of a proof."""
 
@@ -129,7 +131,7 @@ def _posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Re
     loose = {p.name: fit.model.values[p.name] for p in model.parameters if not np.isfinite(p.upper - p.lower)}
     boxes = {name: (-_reach(value), _reach(value)) for name, value in loose.items()}
     hidden = {name: (-_reach(value), _reach(value)) for name, value in largest.items()}
-    record = Record(model.bound(**boxes), part, bounds, hidden)
+    record = Record(model.bound(**boxes), part, bounds, hidden).turned(signals)
     return record, [unknowns_of(record, problem, vector) for vector in vectors]
 
 

@@ -82,10 +82,10 @@ class Cover:
 
     def __init__(self, record: Record, tolerance: float) -> None:
         self.record, self.tolerance = record, tolerance
-        self.root = Box(record.lower, record.upper)
+        self.root = Box(*record.box)
         self.points: list[Array] = []
         self.contracted = 0
-        width = record.upper - record.lower
+        width = self.root.upper - self.root.lower
         free = np.flatnonzero((width > 0) & np.isfinite(width))
         self._free, self._targets = free.tolist(), free[free < len(record.tape.parameters)]
         self._open: list[tuple[float, int, Box]] = []
@@ -161,7 +161,8 @@ class Cover:
             if found.empty:
                 return
             if found.inside is not None:
-                self.add(found.inside)
+                frame = self.record.frame
+                self.add(found.inside if frame is None else frame.unknowns(found.inside))
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return
