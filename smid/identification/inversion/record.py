@@ -32,6 +32,7 @@ ANCHORS = (np.inf, 1.0)
 CONSTRAINT, PRIOR = -1, -2
 """In place of an anchor: the row is a constraint of the model, or the box of an unknown."""
 
+_UNKNOWN = 1e12
 _UP = 1 + 64 * EPSILON  # covers the sums below
 
 
@@ -154,9 +155,9 @@ class Record:
         return Rows(kept[:, CENTRE], kept[:, RADIUS], kept[:, SLOPES:], sources[useful], 0 if len(impossible) else -1)
 
     def knowledge(self, lower: Array, upper: Array) -> float:
-        """Return how much the rows of a box say: the sum of what is inverse to their radii."""
+        """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
         parts = [self._rows_of(e, a, lower, upper)[0] for a in range(len(ANCHORS)) for e in range(len(self._data))]
-        return float(sum((1 / np.maximum(forms[:, RADIUS], 1e-300)).sum() for forms in parts))
+        return -float(sum(np.log(np.clip(forms[:, RADIUS], TINY, _UNKNOWN)).sum() for forms in parts))
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.
