@@ -139,7 +139,7 @@ class Enclosure:
     @property
     def how(self) -> str:
         """Return in words the method, the variables that it treats apart, and its order."""
-        names = {"lift": "parametric lift", Cuts.name: "Benders cuts"}
+        names = {"lift": "parametric lift", Cuts.name: "Benders cuts", "inversion": "inversion of the free run"}
         within = f" in {', '.join(self.complicating)}" if self.complicating else ""
         order = f", order {self.order}" if self.order else ""
         before = f"{names[Cuts.name]}, then " if self.after_cuts else ""
@@ -148,7 +148,8 @@ class Enclosure:
     @property
     def work(self) -> str:
         """Return in words what was solved."""
-        kind = "linear programs" if self.method == Cuts.name else "programs" if self.after_cuts else "certified solves"
+        kinds = {Cuts.name: "linear programs", "inversion": "contractions"}
+        kind = "programs" if self.after_cuts else kinds.get(self.method, "certified solves")
         return f"{self.solves} {kind}"
 
     def _repr_html_(self) -> str:

@@ -28,6 +28,10 @@ Reference = tuple[str, int]  # (signal or channel, lag)
 MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 
+class NotPolynomialError(ModelError):
+    """A line is no polynomial with fractions as coefficients."""
+
+
 @dataclass(frozen=True)
 class Term:
     """One monomial of a template, in parameters and latents with repetition.
@@ -292,14 +296,14 @@ def _terms(
         constant = next(constants, None)
         if constant is not None:
             near = float(constant)
-            raise ModelError(
+            raise NotPolynomialError(
                 f"the line of {name!r} holds {constant}, which is not a fraction: proofs need exact numbers; "
                 f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
                 f"{np.nextafter(near, np.inf)!s})"
             ) from None
-        raise ModelError(
+        raise NotPolynomialError(
             f"the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; "
-            "write it with polynomials, Max, Min, Abs and sign, or simulate only"
+            "write it with polynomials, Max, Min, Abs and sign, or give method='inversion'"
         ) from None
     # Group the monomials by their unknowns; the rest of each is a product of samples.
     split = len(unknowns)

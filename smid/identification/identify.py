@@ -26,10 +26,13 @@ from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
+from smid.feasible.template import NotPolynomialError
 from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
+from smid.identification.inversion.inverted import NAME as INVERSION
+from smid.identification.inversion.inverted import Inverted
 from smid.identification.outliers import WithOutliers
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
@@ -40,7 +43,7 @@ from smid.verification.origin import origin_of
 
 __all__ = ["METHODS", "EmptyFeasibleSetError", "identify"]
 
-METHODS = method_names()
+METHODS = (*method_names(), INVERSION)
 """How bounds may be asked for."""
 
 
@@ -128,6 +131,8 @@ def identify(
         A short name of :func:`relaxations.proof.method_names`, or a method object, ``Lift(order=2)`` say.
         ``"auto"`` takes the parametric lift where it applies, the sparse hierarchy elsewhere; and for the
         complicating parameters of long records (all, with errors in variables) cuts, :mod:`relaxations.search.benders`.
+        A model that is no polynomial is treated by ``"inversion"`` of its free run, which any model can be
+        (:mod:`smid.identification.inversion`); it needs a box of every parameter.
     order
         Highest relaxation order (lower ones contract the box first); by default 2 for at most two complicating
         variables, 1 beyond.
@@ -139,7 +144,8 @@ def identify(
         At most so many contractions.
     nodes
         Where they leave a gap, branch with at most so many relaxations for each end (the lift only). A model with Max,
-        Min, Abs or sign is always branched (:mod:`smid.identification.piecewise`).
+        Min, Abs or sign is always branched (:mod:`smid.identification.piecewise`). Inversion contracts at most so many
+        boxes; 0: 20,000.
     seconds
         Time allowed, wall clock. Then the ends proven so far are returned, and ``reason`` says so. The time to write a
         certificate is not counted.
@@ -182,17 +188,25 @@ def identify(
     model, kept = bind(model, data), certificate is not None
     check_data(model, data)
     bounds = check_noise_bound(model, noise_bound, None)
+    automatic = method == "auto" and order is None
 
     def encloser_of(model: Model, data: Dataset) -> Encloser:
-        # A file holds one proof, so with a certificate all outputs are proven together.
-        parts = () if kept or len(model.output_channels) < 2 else separate(model)
-        if len(parts) > 1:
-            return Separated(model, parts, lambda part: encloser_of_one(part, data))
-        return encloser_of_one(model, data)
+        if method == INVERSION:
+            return Inverted(model, data, bounds, settings, kept)
+        try:
+            # A file holds one proof, so with a certificate all outputs are proven together.
+            parts = () if kept or len(model.output_channels) < 2 else separate(model)
+            if len(parts) > 1:
+                return Separated(model, parts, lambda part: of_polynomials(part, data))
+            return of_polynomials(model, data)
+        except NotPolynomialError:
+            if not automatic:
+                raise
+            return Inverted(model, data, bounds, settings, kept)
 
-    def encloser_of_one(model: Model, data: Dataset) -> Encloser:
+    def of_polynomials(model: Model, data: Dataset) -> Encloser:
         own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}
-        if windows and method == "auto" and order is None and has_windows(model, data):
+        if windows and automatic and has_windows(model, data):
             return Windowed(model, data, own, settings, kept)
         feasible = FeasibleSet(model, data, own)
         return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
@@ -212,8 +226,8 @@ def identify(
         if steps:
             origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
-    if isinstance(encloser, WithOutliers) and found.reason is Reason.EMPTY:
-        raise EmptyFeasibleSetError(encloser.contradiction, None, ())
+    if isinstance(encloser, WithOutliers | Inverted) and found.reason is Reason.EMPTY:
+        raise EmptyFeasibleSetError(encloser.contradiction, None, encloser.heaviest)
     if enclosure is not None and enclosure.empty is not None:
         raise _proven_empty(found, enclosure.empty, data, settings)
     # Examine the centre; the intervals are proven and must not be lost where this is stopped.

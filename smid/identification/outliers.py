@@ -136,6 +136,9 @@ class WithOutliers:
         )
         return Enclosed(None, reason, whole)
 
+    heaviest: tuple[tuple[str, int, float], ...] = ()
+    """The samples that carry the proof of an empty set: several proofs have them."""
+
     @property
     def contradiction(self) -> str:
         """Return in words what is proven where no parameters fit."""

@@ -20,7 +20,8 @@ from smid.models import Model
 
 _FITTED = 20_000  # samples of each experiment for the start by least squares
 _MARGIN = 1e-9  # kept from the noise bounds, so that rounding does not break them
-_PRICE, _WORTH = 1e3, 1e-6
+_PRICES = (1e3, 1e5, 1e7)  # of an error beyond the bound: raised while one is worth it, as where parameters trade
+_WORTH = 1e-6
 _INNER = 1e-9  # least predicted reduction of the largest error, for a run inside: on a long record few are
 _OBJECTING = 5  # errors beyond the bound that a point of the windows adds to them
 _BACK = 40  # halvings of the way back to a point inside
@@ -92,7 +93,13 @@ class Scan:
         place = self.problem.run.parameters.index(name)
         cost = np.zeros(len(self.inside))
         cost[place] = sign
-        found = self._descents.descend(self.inside, cost, 1.0 - _MARGIN, _PRICE, _WORTH)
+        found, start = None, self.inside
+        for price in _PRICES:
+            found = self._descents.descend(start, cost, 1.0 - _MARGIN, price, _WORTH)
+            if found.largest <= 1.0:
+                break
+            start = found.vector
+        assert found is not None
         vector = self._pulled_back(found.vector)
         return Extreme(float(vector[place]), vector, found.rows)
 

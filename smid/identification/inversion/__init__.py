@@ -1,0 +1,11 @@
+"""Sets by inversion of the free run: for any model that can be simulated, polynomial or not.
+
+Where the noise is at the outputs, the unknowns are few: the parameters, and the initial samples of the states. Over a
+box of these a free run is enclosed in affine arithmetic, so each sample states a linear inequality with a small radius.
+Linear programs contract the box, and their multipliers prove it. Boxes that reach beyond verified points are cut. This
+gives certified intervals, or the proof that the set is empty.
+
+From the bottom: :mod:`.tape` (the operations of a model), :mod:`.free_run` (their enclosures along the record),
+:mod:`.record` (the rows of a box, and verified points), :mod:`.contraction`, :mod:`.outermost` (points near the ends),
+:mod:`.cover` (the boxes), :mod:`.inverted` (the intervals).
+"""

@@ -1,0 +1,186 @@
+"""Contraction of a box by linear programs: multipliers prove each bound, whatever the solver returns.
+
+For rows ``|c + G e| <= r`` with e in [-1, 1] and any multipliers m,
+
+    s e_k  =  m (G e)  +  (s 1_k - m G) e  >=  sum of min(m (-c - r), m (-c + r))  -  sum |s 1_k - m G|,
+
+so any multipliers give a true bound, and those of the solved program give the best one. It is rounded outwards. Without
+``s e_k`` a positive bound proves that no point of the box keeps all rows.
+
+Reference: Neumaier and Shcherbina, Safe bounds in linear and mixed-integer linear programming, Mathematical Programming
+99 (2004) 283-296.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import highspy
+import numpy as np
+
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from smid.identification.inversion.record import Rows
+
+NOTHING = -1
+"""In place of an unknown: the multipliers prove that the box is empty."""
+
+_SMALLEST = 1e-12  # multipliers below this share of the largest are left out
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """What proves an end.
+
+    Parameters
+    ----------
+    unknown
+        Place of the unknown, or `NOTHING`.
+    sign
+        1 for a lower end, -1 for an upper one.
+    sources
+        Shape (n, 4). The rows, see :class:`.record.Rows`.
+    values
+        Shape (n,).
+    """
+
+    unknown: int
+    sign: int
+    sources: Index
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Contraction:
+    """A smaller box, or none where the box is proven empty.
+
+    Parameters
+    ----------
+    lower, upper
+        Shape (unknowns,).
+    inside
+        A point near the middle of what the rows leave.
+    proof
+        In order, each on the box before the contraction; the last one of an empty box proves that.
+    """
+
+    lower: Array
+    upper: Array
+    inside: Array | None
+    proof: tuple[Multipliers, ...]
+    empty: bool = False
+
+
+class Program:
+    """The linear program of some rows, solved for one end after the other."""
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows = rows
+        # A row's own scale: its largest slope.
+        scale = np.abs(rows.slopes).max(axis=1)
+        self._scale = np.where(scale > 0, scale, 1.0)
+        ends = [(-rows.centre - rows.radius) / self._scale, (-rows.centre + rows.radius) / self._scale]
+        self._slopes, self._ends = rows.slopes / self._scale[:, None], ends
+
+    @cached_property
+    def _program(self) -> highspy.Highs:
+        count = self._slopes.shape[1]
+        return _solver(np.zeros(count), (-np.ones(count), np.ones(count)), self._slopes, *self._ends)
+
+    def end(self, k: int, sign: int) -> tuple[float, Multipliers, Array] | None:
+        """Return a proven lower bound of ``sign e_k``, its proof, and the point where the program ends.
+
+        None where the program has no solution.
+        """
+        program = self._program
+        program.changeColCost(k, float(sign))
+        program.run()
+        solved = program.getModelStatus() == highspy.HighsModelStatus.kOptimal
+        solution = program.getSolution()
+        values, point = np.array(solution.row_dual) / self._scale, np.array(solution.col_value)
+        program.changeColCost(k, 0.0)
+        return (*self._proven(values, k, sign), point) if solved else None
+
+    def emptiness(self) -> Multipliers | None:
+        """Return a proof that no point keeps all rows; None where it fails.
+
+        All rows are widened by a share of their radius, and the least share that leaves a solution has multipliers.
+        """
+        (count, unknowns), (low, high) = self._slopes.shape, self._ends
+        size = (self._rows.radius / self._scale)[:, None]
+        slopes = np.block([[self._slopes, size], [self._slopes, -size]])
+        free = np.full(count, highspy.kHighsInf)
+        box = np.append(-np.ones(unknowns), 0.0), np.append(np.ones(unknowns), highspy.kHighsInf)
+        cost = np.append(np.zeros(unknowns), 1.0)
+        program = _solver(cost, box, slopes, np.append(low, -free), np.append(free, high))
+        program.run()
+        dual = np.array(program.getSolution().row_dual)
+        bound, proof = self._proven((dual[:count] + dual[count:]) / self._scale, NOTHING, 1)
+        return proof if bound > 0 else None
+
+    def _proven(self, values: Array, k: int, sign: int) -> tuple[float, Multipliers]:
+        used = np.flatnonzero(np.abs(values) > _SMALLEST * np.abs(values).max(initial=0.0))
+        rows, m = self._rows.where(used), values[used]
+        left = -(m @ rows.slopes)
+        if k != NOTHING:
+            left[k] += sign
+        ends = np.where(m > 0, -rows.centre - rows.radius, -rows.centre + rows.radius)
+        size = 1 + np.abs(m) @ (np.abs(rows.centre) + rows.radius + np.abs(rows.slopes).sum(axis=1))
+        rounding = (2 * len(m) + len(left) + 16) * EPSILON * size
+        return float(m @ ends - np.abs(left).sum() - rounding), Multipliers(k, sign, rows.sources, m)
+
+
+def contracted(rows: Rows, lower: Array, upper: Array, which: Sequence[int]) -> Contraction:
+    """Return the box after each of some unknowns is bounded by the rows.
+
+    Parameters
+    ----------
+    lower, upper
+        The box of the rows, shape (unknowns,).
+    """
+    if rows.impossible >= 0:
+        proof = Multipliers(NOTHING, 1, rows.sources, np.ones(1))
+        return Contraction(lower, upper, None, (proof,), empty=True)
+    if not len(rows.centre):
+        return Contraction(lower, upper, None, ())
+    program = Program(rows)
+    # The unknowns are middle + half * e: the numbers of the forms.
+    middle = 0.5 * lower + 0.5 * upper
+    half = np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON) + TINY
+    low, high = lower.copy(), upper.copy()
+    proofs, points = list[Multipliers](), list[Array]()
+    for k in which:
+        for sign in (1, -1):
+            found = program.end(k, sign)
+            if found is None:
+                empty = program.emptiness()
+                return Contraction(low, high, None, (*proofs, empty) if empty else tuple(proofs), empty is not None)
+            bound, proof, point = found
+            reach = half[k] * bound - 8 * EPSILON * (abs(middle[k]) + half[k])
+            better = middle[k] + reach > low[k] if sign > 0 else middle[k] - reach < high[k]
+            if better:
+                proofs.append(proof)
+                low[k], high[k] = (middle[k] + reach, high[k]) if sign > 0 else (low[k], middle[k] - reach)
+            points.append(point)
+            if low[k] > high[k]:
+                return Contraction(low, high, None, tuple(proofs), empty=True)
+    return Contraction(low, high, middle + half * np.mean(points, axis=0), tuple(proofs))
+
+
+def _solver(cost: Array, box: tuple[Array, Array], slopes: Array, low: Array, high: Array) -> highspy.Highs:
+    """Return a linear program that is ready to run."""
+    count, unknowns = slopes.shape
+    solver, program = highspy.Highs(), highspy.HighsLp()  # type: ignore[no-untyped-call]
+    for option, value in (("output_flag", False), ("presolve", "off"), ("threads", 1)):
+        solver.setOptionValue(option, value)
+    program.num_col_, program.num_row_ = unknowns, count
+    program.col_cost_, (program.col_lower_, program.col_upper_) = cost, box
+    program.row_lower_, program.row_upper_ = low, high
+    program.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+    program.a_matrix_.start_ = np.arange(count + 1) * unknowns
+    program.a_matrix_.index_ = np.tile(np.arange(unknowns), count)
+    program.a_matrix_.value_ = slopes.ravel()
+    solver.passModel(program)
+    return solver

@@ -1,0 +1,228 @@
+"""Boxes that cover the feasible set: contracted and cut, until none reaches further than verified points.
+
+One cover serves all ends. Only a box that reaches beyond the verified points can decide an end, so the one that
+reaches furthest is next. It is contracted, and what is left is cut. Where its part beyond the verified points is small,
+that part is cut off: it is often empty. Otherwise the box is halved along the unknown that narrows the enclosures most.
+A box that reaches no further than the verified points, within the tolerance, is closed.
+
+Reference: Jaulin, Kieffer, Didrit and Walter, Applied Interval Analysis, Springer (2001), chapters 3 to 6.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import TINY
+from smid.identification.inversion.contraction import Contraction, contracted
+from smid.identification.inversion.record import Record
+
+HEAVIEST = 5
+"""Samples that are said to carry a proof."""
+
+_PASSES = 8  # contractions of a box in a row
+_WORTH = 0.1  # each takes at least this share of a width
+_OUTER = 0.5  # a part beyond the verified points of at most this share of a box is cut off
+_POINT = 1e-9  # share of its size that counts as width, where the verified points have none
+_NARROW = 1e-13  # an unknown is not halved below this share of its size
+
+
+@dataclass(eq=False)
+class Box:
+    """A part of the space of the unknowns, with what is proven of it.
+
+    Parameters
+    ----------
+    contractions
+        One after the other; the last may prove that the box is empty.
+    cut
+        The unknown and the value where what is left is cut in two ``parts``.
+    """
+
+    lower: Array
+    upper: Array
+    contractions: list[Contraction] = field(default_factory=list)
+    cut: tuple[int, float] | None = None
+    parts: tuple[Box, ...] = ()
+
+    @property
+    def left(self) -> tuple[Array, Array]:
+        """The ends after the contractions."""
+        last = self.contractions[-1] if self.contractions else self
+        return last.lower, last.upper
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is left."""
+        return bool(self.contractions) and self.contractions[-1].empty
+
+
+class Cover:
+    """Boxes that cover the feasible set of a record.
+
+    Parameters
+    ----------
+    tolerance
+        A box may reach so far beyond the verified points, as a share of the width between these.
+
+    Attributes
+    ----------
+    root
+        The first box, which leads to all others.
+    points
+        Verified points.
+    contracted
+        Number of contractions.
+    """
+
+    def __init__(self, record: Record, tolerance: float) -> None:
+        self.record, self.tolerance = record, tolerance
+        self.root = Box(*record.box)
+        self.points: list[Array] = []
+        self.contracted = 0
+        width = self.root.upper - self.root.lower
+        free = np.flatnonzero((width > 0) & np.isfinite(width))
+        self._free, self._targets = free.tolist(), free[free < len(record.tape.parameters)]
+        self._open: list[tuple[float, int, Box]] = []
+        self._closed: list[Box] = []
+        self._number = count()
+        self._put(self.root)
+
+    @property
+    def done(self) -> bool:
+        """Whether no box reaches too far."""
+        return not self._open
+
+    @property
+    def boxes(self) -> list[Box]:
+        """The boxes that cover the set; none where it is empty."""
+        return [*self._closed, *(box for _, _, box in self._open)]
+
+    @property
+    def outer(self) -> tuple[Array, Array]:
+        """The ends of all boxes."""
+        lower, upper = zip(*(box.left for box in self.boxes), strict=True)
+        return np.min(lower, axis=0), np.max(upper, axis=0)
+
+    @property
+    def inner(self) -> tuple[Array, Array]:
+        """The ends of the verified points; empty where there is none."""
+        points = np.array(self.points).reshape(-1, len(self.record.names))
+        return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+
+    def add(self, point: Array) -> bool:
+        """Keep a point that is verified to fit, and return whether it is."""
+        fits = self.record.fits(point)
+        self.points += [point] if fits else []
+        return fits
+
+    def step(self) -> None:
+        """Contract the box that reaches furthest, then cut or close it; where it is stopped, the box stays."""
+        box = self._open[0][2]
+        self._contract(box)
+        parts = () if box.empty else tuple(self._parts(box))
+        heapq.heappop(self._open)
+        box.parts = parts
+        for part in parts or ([] if box.empty else [box]):
+            self._put(part)
+
+    def _put(self, box: Box) -> None:
+        reach = float(self._beyond(box).max(initial=-np.inf))
+        if reach > self.tolerance:
+            heapq.heappush(self._open, (-reach, next(self._number), box))
+        else:
+            self._closed.append(box)
+
+    def _beyond(self, box: Box) -> Array:
+        """Return how far a box reaches beyond the verified points, in widths; its own size where there are none.
+
+        Shape (2, targets).
+        """
+        k, (lower, upper) = self._targets, box.left
+        if not self.points:
+            whole = np.maximum(self.root.upper[k] - self.root.lower[k], TINY)
+            return self.tolerance + np.array([upper[k] - lower[k]] * 2) / whole
+        low, high = self.inner
+        size = np.maximum(np.abs(low[k]), np.abs(high[k]))
+        width = np.maximum(high[k] - low[k], np.maximum(_POINT * size, TINY))
+        return np.array([low[k] - lower[k], upper[k] - high[k]]) / width
+
+    def _contract(self, box: Box) -> None:
+        for _ in range(_PASSES):
+            lower, upper = box.left
+            found = contracted(self.record.rows(lower, upper), lower, upper, self._free)
+            self.contracted += 1
+            box.contractions.append(found)
+            if found.empty:
+                return
+            if found.inside is not None:
+                frame = self.record.frame
+                self.add(found.inside if frame is None else frame.unknowns(found.inside))
+            before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
+            if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
+                return
+
+    def _parts(self, box: Box) -> Iterator[Box]:
+        """Yield the two parts of a box; nothing where it is to be judged again, or cannot be cut."""
+        lower, upper = box.left
+        if self.points:
+            beyond = self._beyond(box)
+            if beyond.max() <= self.tolerance:
+                return
+            side, place = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+            k, sign = int(self._targets[place]), 1 if side == 0 else -1
+            value = float(self.inner[side][k])
+            outer = sign * (value - (lower, upper)[side][k])
+            if outer <= _OUTER * (upper[k] - lower[k]):
+                yield from _cut(box, k, value)
+                return
+        widest = self._best(lower, upper)
+        if widest is not None:
+            yield from _cut(box, widest, float(0.5 * lower[widest] + 0.5 * upper[widest]))
+
+    def _best(self, lower: Array, upper: Array) -> int | None:
+        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
+        best, most = None, -np.inf
+        for k in self._free:
+            quarter = 0.25 * (upper[k] - lower[k])
+            if not (np.isfinite(quarter) and quarter > _NARROW * max(abs(lower[k]), abs(upper[k]))):
+                continue
+            low, high = lower.copy(), upper.copy()
+            low[k], high[k] = lower[k] + quarter, upper[k] - quarter
+            said = self.record.knowledge(low, high)
+            if said > most:
+                best, most = k, said
+        return best
+
+
+def _cut(box: Box, k: int, value: float) -> Iterator[Box]:
+    """Cut what is left of a box in two."""
+    box.cut = k, value
+    lower, upper = box.left
+    for side in (0, 1):
+        ends = lower.copy(), upper.copy()
+        ends[1 - side][k] = value
+        yield Box(*ends)
+
+
+def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:
+    """Return the experiment and sample of what carries the proofs that boxes are empty, each with its share of them."""
+    shares: dict[tuple[int, int], float] = {}
+    waiting = [cover.root]
+    while waiting:
+        box = waiting.pop()
+        waiting += box.parts
+        if box.empty:
+            proof = box.contractions[-1].proof[-1]
+            size = np.abs(proof.values) / np.abs(proof.values).sum()
+            for (anchor, e, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
+                if anchor >= 0:
+                    shares[e, sample] = shares.get((e, sample), 0.0) + share
+    total = sum(shares.values())
+    most = sorted(shares, key=shares.__getitem__, reverse=True)[:HEAVIEST]
+    return tuple((e, sample, shares[e, sample] / total) for e, sample in most)

@@ -1,0 +1,194 @@
+"""A free run enclosed over a box: what the model says of every sample, as affine forms.
+
+The symbols of the forms are the unknowns: parameters, and the initial samples of the states. What an operation leaves
+over goes into a radius. Where a state is remembered, its radius becomes a symbol of its own, so that what is left over
+at one sample is known to be the same at the next: without this, errors of states that turn around each other grow
+without limit (the wrapping effect). So many symbols are kept; the oldest one is folded back into the radii.
+
+A measured state that is known less well than it is measured may be replaced by its measurement within the noise bound.
+A run that is `anchored` does so, so that it is useful over wide boxes; one that is not keeps the dependence on the
+unknowns, so that it is narrow over small boxes.
+
+References
+----------
+R. J. Lohner, "Enclosing the solutions of ordinary initial and boundary value problems" (1987), for the wrapping effect.
+W. Kuehn, "Rigorously computed orbits of dynamical systems without the wrapping effect", Computing 61 (1998).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from relaxations.algebra.affine_arithmetic import (
+    HIGH,
+    LOW,
+    RADIUS,
+    SLOPES,
+    add,
+    apply,
+    compiled,
+    copy,
+    hull,
+    interval,
+    linear,
+    multiply,
+    nothing_known,
+    spread,
+)
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import EPSILON
+from smid.identification.inversion.tape import Operation
+
+NO_SAMPLE, ZERO = -2, -1
+"""In place of an initial sample: there is none, or it is zero."""
+
+_NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _DEFINE = map(int, Operation)
+
+
+@compiled
+def _operate(
+    entry: Index, number: Array, to: int, forms: Array, start: Array, past: Array, data: Array, noise: Array, now: int
+) -> None:
+    """Write one form of the tape."""
+    operation, a, b, c = entry[0], entry[1], entry[2], entry[3]
+    if operation == _NUMBER:
+        interval(forms, to, number[0], number[1])
+    elif operation == _PARAMETER:
+        copy(forms, to, start, a)
+    elif operation == _CHANNEL:
+        if now >= b and math.isfinite(data[a, now - b]):
+            interval(forms, to, data[a, now - b], noise[a])
+        else:
+            nothing_known(forms, to)
+    elif operation == _PAST:
+        if now >= b:
+            copy(forms, to, past[a], (now - b) % past.shape[1])
+        else:
+            nothing_known(forms, to)
+    elif operation == _ADD:
+        add(forms, to, a, b, 1.0)
+    elif operation == _SUBTRACT:
+        add(forms, to, a, b, -1.0)
+    elif operation == _MULTIPLY:
+        multiply(forms, to, a, b)
+    elif operation == _SCALE:
+        linear(forms, to, a, number[0], 0.0, 0.0)
+    elif operation == _DEFINE:
+        copy(forms, to, forms, a)
+    elif operation == _APPLY:
+        apply(forms, to, a, b, number[0])
+    elif forms[a, LOW] >= 0.0:
+        copy(forms, to, forms, b)
+    elif forms[a, HIGH] < 0.0:
+        copy(forms, to, forms, c)
+    else:
+        hull(forms, to, b, c)
+
+
+@compiled
+def _fold(forms: Array, symbol: int) -> None:
+    """Move the share of a symbol into the radius of every form."""
+    for k in range(forms.shape[0]):
+        if forms[k, symbol] != 0.0:
+            forms[k, RADIUS] = (forms[k, RADIUS] + abs(forms[k, symbol])) * (1.0 + 2.0 * EPSILON)
+            forms[k, symbol] = 0.0
+
+
+@compiled
+def enclose_run(
+    tape: tuple[Index, Index, Array, Index, Mask, Index, Index],
+    places: tuple[Index, Index, Index, Index],
+    start: Array,
+    data: Array,
+    noise: Array,
+    depth: int,
+    kept: int,
+    anchor: float,
+    outputs: Array,
+    bounded: Array,
+) -> None:
+    """Write the forms of all measured outputs over a box.
+
+    Parameters
+    ----------
+    tape
+        What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first and rows.
+    places
+        For each signal and sample which unknown the initial sample is, `ZERO` or `NO_SAMPLE`; for each measured
+        output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint.
+    start
+        The forms of the unknowns, shape (unknowns, 4 + unknowns + kept).
+    data, noise
+        Shapes (channels, n) and (channels,).
+    kept
+        Symbols for what is left over.
+    anchor
+        A measured state whose reach is beyond so many noise bounds is replaced by its measurement.
+    outputs
+        Shape (measured outputs, n, 4 + unknowns). Each form is zero where the model fits the sample.
+    bounded
+        Shape (constraints, 4 + unknowns).
+    """
+    once, each, numbers, defined, remembered, first, rows = tape
+    initial, row_channels, row_signals, constraints = places
+    unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
+    width = start.shape[1]
+    forms = np.zeros((numbers.shape[0], width))
+    past = np.zeros((signals, depth + 1, width))
+    flat = past.reshape(signals * (depth + 1), width)
+    # What parameters alone decide.
+    for k in range(once.shape[0]):
+        _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0)
+    for k in range(constraints.shape[0]):
+        copy(bounded, k, forms, constraints[k])
+    oldest = 0
+    for now in range(n):
+        # Compute what the tape gives; states begin with their initial samples.
+        signal = 0
+        for k in range(each.shape[0]):
+            to = once.shape[0] + k
+            _operate(each[k], numbers[to], to, forms, start, past, data, noise, now)
+            while signal < signals and defined[signal] <= to:
+                own = defined[signal]
+                if now < first[signal]:
+                    place = initial[signal, now] if now < initial.shape[1] else NO_SAMPLE
+                    if place >= 0:
+                        copy(forms, own, start, place)
+                    elif place == ZERO:
+                        interval(forms, own, 0.0, 0.0)
+                    else:
+                        nothing_known(forms, own)
+                signal += 1
+        # Keep the rows.
+        for k in range(rows.shape[0]):
+            form = rows[k]
+            left = forms[form, RADIUS]
+            for symbol in range(SLOPES + unknowns, width):
+                left += abs(forms[form, symbol])
+            copy(outputs[k], now, forms, form)
+            outputs[k, now, RADIUS] = left * (1.0 + (kept + 4) * EPSILON)
+            # The state lies within the noise bound of its measurement.
+            own, value = row_signals[k], data[row_channels[k], now]
+            if own >= 0 and math.isfinite(value) and now >= first[own]:
+                state, reach = defined[own], noise[row_channels[k]]
+                if spread(forms, state) > anchor * reach:
+                    interval(forms, state, value, reach)
+                forms[state, LOW] = max(forms[state, LOW], value - reach * (1.0 + 4.0 * EPSILON) - EPSILON * abs(value))
+                forms[state, HIGH] = min(
+                    forms[state, HIGH], value + reach * (1.0 + 4.0 * EPSILON) + EPSILON * abs(value)
+                )
+        # Remember: each radius becomes a symbol.
+        for signal in range(signals):
+            if remembered[signal]:
+                own, place = defined[signal], now % (depth + 1)
+                copy(past[signal], place, forms, own)
+                radius = past[signal, place, RADIUS]
+                if kept > 0 and radius > 0.0 and math.isfinite(radius):
+                    symbol = SLOPES + unknowns + oldest
+                    _fold(flat, symbol)
+                    _fold(forms[once.shape[0] :], symbol)
+                    past[signal, place, symbol] = past[signal, place, RADIUS]
+                    past[signal, place, RADIUS] = 0.0
+                    oldest = (oldest + 1) % kept

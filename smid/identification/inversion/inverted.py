@@ -1,0 +1,152 @@
+"""Intervals by inversion of the free run, as `identify` gives them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import STOPS, check_time, stopped_by
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.bounding import Emptiness
+from relaxations.proof.proof_steps import Kinks, Step
+from relaxations.search.enclosure import Enclosure, Interval, Reason
+from smid.data import DataError, Dataset
+from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness
+from smid.identification.estimate import CentreStatus
+from smid.identification.inversion.contraction import contracted
+from smid.identification.inversion.cover import Cover, heaviest
+from smid.identification.inversion.outermost import outermost
+from smid.identification.inversion.record import Record
+from smid.identification.windows.scan import Scan
+from smid.models import Model, ModelError
+
+NAME = "inversion"
+MOST = 20_000
+"""Contractions, unless ``nodes`` says otherwise."""
+
+_TOLD = 100  # contractions between two lines of progress
+
+
+class Inverted:
+    """Encloses the parameters by boxes.
+
+    Parameters
+    ----------
+    hidden
+        What is known of the initial samples of states that no channel measures, by name.
+
+    Raises
+    ------
+    ModelError
+        For a parameter or an initial sample without a box, a function without an enclosure, a run that is unknown
+        whatever the parameters are, or a proof that is to be kept.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: Dataset,
+        bounds: Mapping[str, float],
+        settings: Settings,
+        kept: bool,
+        hidden: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
+        if kept:
+            raise ModelError("no file holds a proof by inversion of the free run: leave certificate out")
+        self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
+        loose = [p.name for p in model.parameters if not np.isfinite(p.upper - p.lower)]
+        if loose:
+            raise ModelError(
+                f"inversion of the free run needs a box of every parameter, and {', '.join(loose)} has none: give it "
+                f"ends, as in model.bound({loose[0]}=(-10, 10))"
+            )
+        self.record = record = Record(model, data, bounds, hidden)
+        middle = np.where(np.isfinite(record.upper - record.lower), 0.5 * record.lower + 0.5 * record.upper, np.nan)
+        known = ~np.isnan(middle)
+        ends = np.where(known, middle, record.lower), np.where(known, middle, record.upper)
+        if not known.all() and not record.knowledge(*ends):
+            unknown = dict.fromkeys(name.split("[")[0] for name in np.array(record.names)[~known].tolist())
+            raise ModelError(
+                f"no channel measures {', '.join(unknown)}, so nothing is known of where it begins, nor of the run: "
+                "give a Measurement with noise of it, a channel of zeros whose bound is the largest magnitude"
+            )
+        self.cover = Cover(record, settings.tolerance)
+
+    def enclose(self) -> Enclosed:
+        """Return the intervals of the parameters."""
+        began, reason = time.perf_counter(), Reason.ROUNDS
+        most, say, cover = self.settings.nodes or MOST, self.settings.progress or (lambda _: None), self.cover
+        try:
+            self._start()
+            while not cover.done and cover.contracted < most:
+                check_time()
+                before = cover.contracted
+                cover.step()
+                if before // _TOLD < cover.contracted // _TOLD:
+                    say(f"{cover.contracted} contractions, {len(cover.boxes)} boxes left")
+        except STOPS as stop:
+            reason = Reason[stopped_by(stop)]
+        empty = None if cover.boxes else Emptiness(0.0, np.zeros(0))
+        reason = Reason.EMPTY if empty else reason
+        intervals = () if empty else self._intervals()
+        if not empty and all(is_tight(interval, self.settings.tolerance) for interval in intervals):
+            reason = Reason.TIGHT
+        count = len(self.model.parameters)
+        points = tuple(point[:count] for point in cover.points)
+        seconds = time.perf_counter() - began
+        return Enclosed(
+            None,
+            reason,
+            Enclosure(intervals, points, empty, NAME, 0, reason, 0, cover.contracted, seconds, (), 0, 0),
+        )
+
+    def _start(self) -> None:
+        """Look for points that fit, by a local search."""
+        with suppress(DataError, ModelError):  # it diverges: a point may be found on the way
+            self.cover.points += outermost(self.record, Scan(self.model, self.data, self.bounds))
+
+    def _intervals(self) -> tuple[Interval, ...]:
+        (lower, upper), (low, high) = self.cover.outer, self.cover.inner
+        low, high = (np.where(np.isfinite(end), end, np.nan) for end in (low, high))
+        ends = (end[: len(self.model.parameters)].tolist() for end in (lower, upper, low, high))
+        return tuple(
+            Interval(p.name, a, b, inner_a, inner_b, (a <= p.lower, b >= p.upper), ("", ""))
+            for p, a, b, inner_a, inner_b in zip(self.model.parameters, *ends, strict=True)
+        )
+
+    @property
+    def contradiction(self) -> str:
+        """Return in words what is proven where no parameters fit."""
+        bounds = ", ".join(f"{b:g} {self.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in self.bounds.items())
+        carried = ", ".join(f"{sample} ({share:.0%})" for _, sample, share in self.heaviest)
+        return (
+            f"proven: no parameters within their boxes explain the data within {bounds}. Raise the bound, widen the "
+            f"boxes or extend the model. Most influential samples: {carried}"
+        )
+
+    @property
+    def heaviest(self) -> tuple[tuple[str, int, float], ...]:
+        """Return the samples that carry most of the proof of an empty set, with their shares."""
+        return tuple((self.data.experiments[e].name, sample, share) for e, sample, share in heaviest(self.cover))
+
+    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
+        """Raise an error: no file holds the boxes."""
+        raise NotImplementedError
+
+    def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
+        """Decide whether the centres fit, from some initial states."""
+        centre = np.array([i.centre for i in enclosure.intervals])
+        lower, upper = self.record.lower.copy(), self.record.upper.copy()
+        lower[: len(centre)] = upper[: len(centre)] = centre
+        near = nearest_witness(enclosure)
+        if any(self.record.fits(np.concatenate([centre, point[len(centre) :]])) for point in self.cover.points):
+            return CentreStatus.FEASIBLE, None
+        free = np.flatnonzero(np.isfinite(upper - lower) & (lower < upper)).tolist()
+        found = contracted(self.record.rows(lower, upper), lower, upper, free)
+        if found.inside is not None and self.record.fits(found.inside):
+            return CentreStatus.FEASIBLE, None
+        return (CentreStatus.INFEASIBLE if found.empty else CentreStatus.UNDECIDED), near

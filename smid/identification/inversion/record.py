@@ -1,0 +1,288 @@
+"""A model and a record: what each sample states about a box of the unknowns, and whether a point fits all samples.
+
+The unknowns are the parameters, and for each experiment the samples of the states before the first that the model
+computes. A measured state begins at its measurement, within the noise bound. A free run is enclosed over the box
+(:mod:`.free_run`), so every sample states a linear inequality in the unknowns, with what is left over as a radius.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from smid.data import Dataset
+from smid.identification.inversion.frame import Frame, static_curves
+from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
+from smid.identification.inversion.tape import Tape, tape_of
+from smid.models import Model
+from smid.models.running import at_sampling_time
+
+KEPT = 40
+"""Symbols for what operations leave over, see :mod:`.free_run`."""
+
+ANCHORS = (np.inf, 1.0)
+"""A run that keeps all dependence, and one that is bounded by the measurements; a row may come from either."""
+
+CONSTRAINT, PRIOR = -1, -2
+"""In place of an anchor: the row is a constraint of the model, or the box of an unknown."""
+
+_UNKNOWN = 1e12
+_UP = 1 + 64 * EPSILON  # covers the sums below
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """``|centre + slopes @ e| <= radius`` for unknowns ``middle + half * e`` with e in [-1, 1].
+
+    Parameters
+    ----------
+    centre, radius
+        Shape (n,).
+    slopes
+        Shape (n, unknowns).
+    sources
+        Shape (n, 4). Place of the anchor, experiment, measured output, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
+    impossible
+        A row that no unknowns of the box keep; -1: none.
+    """
+
+    centre: Array
+    radius: Array
+    slopes: Array
+    sources: Index
+    impossible: int
+
+    def where(self, kept: Mask | Index) -> Rows:
+        """Return some of the rows."""
+        return Rows(self.centre[kept], self.radius[kept], self.slopes[kept], self.sources[kept], -1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Forms:
+    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints."""
+
+    outputs: Array
+    places: Index
+    constraints: Array
+
+
+class Record:
+    """A model and a record, prepared for many boxes.
+
+    Parameters
+    ----------
+    bounds
+        Of each noisy channel, in its unit.
+    hidden
+        What is known of the initial samples of states that no channel measures, by name.
+
+    Attributes
+    ----------
+    names
+        Of the unknowns, the parameters first.
+    lower, upper
+        What is known of the unknowns beforehand, shape (unknowns,).
+    initial
+        Per experiment, shape (signals, samples): which unknown each initial sample is, `ZERO` or `NO_SAMPLE`.
+
+    Raises
+    ------
+    ModelError
+        For a function without an enclosure.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: Dataset,
+        bounds: Mapping[str, float],
+        hidden: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
+        model = at_sampling_time(model, data.sampling_time).discretised()
+        self.model, self.data, self.tape = model, data, tape_of(model)
+        tape = self.tape
+        noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
+        plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}
+        self._noise = np.array(
+            [noise.get(name, 0.0) if seen else 0.0 for name, seen in zip(tape.channels, tape.seen, strict=True)]
+        )
+        self._data = [np.array([run.values[name] for name in tape.channels]) for run in data.experiments]
+        self._outputs = np.array([_seen_channel(tape, channel) for channel, _ in tape.measured], dtype=np.int64)
+        self._states = np.array(
+            [tape.signals.index(own) if plain.get(own) == channel else -1 for channel, own in tape.measured],
+            dtype=np.int64,
+        )
+        # The unknowns: parameters, and initial samples of states.
+        names, ends = [p.name for p in model.parameters], [(p.lower, p.upper) for p in model.parameters]
+        self.initial = []
+        for run in data.experiments:
+            table = np.full((len(tape.signals), max(int(tape.first.max(initial=0)), 1)), NO_SAMPLE)
+            for k in np.flatnonzero(tape.states):
+                name = tape.signals[k]
+                for now in range(tape.first[k]):
+                    table[k, now] = ZERO if tape.clocks[k] else len(names)
+                    if tape.clocks[k]:
+                        continue
+                    names.append(f"{name}[{now}]" if len(data.experiments) == 1 else f"{name}[{now}] of {run.name}")
+                    measured = run.values[plain[name]][now] if name in plain else np.nan
+                    reach = noise.get(plain.get(name, ""), 0.0)
+                    around = (np.nextafter(measured - reach, -np.inf), np.nextafter(measured + reach, np.inf))
+                    ends.append(around if np.isfinite(measured) else (hidden or {}).get(name, (-np.inf, np.inf)))
+            self.initial.append(table)
+        self.names = tuple(names)
+        self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
+        self.frame: Frame | None = None
+
+    def rows(self, lower: Array, upper: Array) -> Rows:
+        """Return what the record states about a box, but for rows that hold anywhere in it or say nothing."""
+        parts = [self._rows_of(e, a, lower, upper) for a in range(len(ANCHORS)) for e in range(len(self._data))]
+        forms = np.concatenate([forms for forms, _ in parts])
+        sources = np.concatenate([sources for _, sources in parts])
+        reach = np.abs(forms[:, SLOPES:]).sum(axis=1)
+        impossible = np.flatnonzero((forms[:, LOW] > 0) | (forms[:, HIGH] < 0))
+        with np.errstate(invalid="ignore"):
+            useful = np.isfinite(forms[:, RADIUS]) & (np.abs(forms[:, CENTRE]) + reach > forms[:, RADIUS])
+        if len(impossible):
+            useful[:] = False
+            useful[impossible[0]] = True
+        kept = forms[useful]
+        return Rows(kept[:, CENTRE], kept[:, RADIUS], kept[:, SLOPES:], sources[useful], 0 if len(impossible) else -1)
+
+    def knowledge(self, lower: Array, upper: Array) -> float:
+        """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
+        parts = [self._rows_of(e, a, lower, upper)[0] for a in range(len(ANCHORS)) for e in range(len(self._data))]
+        return -float(sum(np.log(np.clip(forms[:, RADIUS], TINY, _UNKNOWN)).sum() for forms in parts))
+
+    def fits(self, point: Array) -> bool:
+        """Return whether a point is verified to fit every sample.
+
+        With the noise bound added to the measurement, the form of an output is not positive, and with the bound
+        subtracted not negative. So by continuity it is zero for a noise between.
+        """
+        for e in range(len(self._data)):
+            for sign in (-1.0, 1.0):
+                found = self._run(e, 0, point, point, sign)
+                forms = found.outputs
+                reach = (np.abs(forms[:, SLOPES:]).sum(axis=1) + forms[:, RADIUS]) * _UP
+                # A sensor's curve may fall.
+                above, below = forms[:, CENTRE] - reach >= 0, forms[:, CENTRE] + reach <= 0
+                if sign < 0:
+                    first = above, below
+                elif not np.all((first[0] & below) | (first[1] & above)):
+                    return False
+            bounded = found.constraints
+            reach = (np.abs(bounded[:, SLOPES:]).sum(axis=1) + bounded[:, RADIUS]) * _UP
+            if not np.all(bounded[:, CENTRE] >= reach):
+                return False
+        return True
+
+    def _rows_of(self, e: int, a: int, lower: Array, upper: Array) -> tuple[Array, Index]:
+        """Return forms that are zero somewhere in their enclosure, and where they come from."""
+        found = self._run(e, a, lower, upper)
+        count = len(found.outputs)
+        sources = np.column_stack([np.full(count, a), np.full(count, e), found.places])
+        if e or a:
+            return found.outputs, sources
+        # A form that is not negative, and at most its own largest value, is within half of that of its half.
+        forms = found.constraints.copy()
+        most = forms[:, HIGH].copy()
+        forms[:, CENTRE] -= 0.5 * most
+        forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
+        forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
+        forms[:, HIGH] = np.inf
+        own = self._prior(lower, upper)
+        places = np.zeros((len(forms) + len(own), 4), dtype=np.int64)
+        places[:, 0] = np.repeat([CONSTRAINT, PRIOR], [len(forms), len(own)])
+        places[:, 2] = np.concatenate([np.arange(len(forms)), np.arange(len(own))])
+        return np.concatenate([found.outputs, forms, own]), np.concatenate([sources, places])
+
+    def _prior(self, lower: Array, upper: Array) -> Array:
+        """Return forms that are zero somewhere in their enclosure where the unknowns keep their boxes."""
+        if self.frame is None:
+            return np.zeros((0, SLOPES + len(lower)))
+        forms = self._start(lower, upper, True)[:, : SLOPES + len(lower)]
+        middle = 0.5 * self.lower + 0.5 * self.upper
+        half = np.maximum(self.upper - middle, middle - self.lower) * (1 + 4 * EPSILON)
+        forms[:, CENTRE] -= middle
+        forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * (np.abs(forms[:, CENTRE]) + np.abs(middle))) * _UP
+        forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
+        return forms
+
+    def _run(self, e: int, a: int, lower: Array, upper: Array, shift: float = 0.0) -> _Forms:
+        """Return the forms over a box; with a shift, for outputs that are exact and so many noise bounds larger."""
+        tape, data, noise, states = self.tape, self._data[e], self._noise, self._states
+        if shift:
+            moved = np.zeros(len(noise))
+            moved[self._outputs] = noise[self._outputs]
+            # A measurement less its bound says nothing of the state.
+            data, noise, states = data + shift * moved[:, None], np.zeros(len(noise)), np.full_like(states, -1)
+        # A point, for which alone data are shifted, is one of the unknowns themselves.
+        start = self._start(lower, upper, not shift)
+        width = SLOPES + len(self.lower)
+        outputs = np.zeros((len(tape.rows), data.shape[1], width))
+        constraints = np.zeros((len(tape.constraints), width))
+        enclose_run(
+            (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
+            (self.initial[e], self._outputs, states, tape.constraints),
+            start,
+            data,
+            noise,
+            tape.depth,
+            KEPT,
+            ANCHORS[a],
+            outputs,
+            constraints,
+        )
+        there = np.isfinite(data[self._outputs])
+        return _Forms(outputs[there], np.argwhere(there), constraints)
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """The first box: of the coordinates, where there is a frame."""
+        return (self.lower, self.upper) if self.frame is None else (self.frame.lower, self.frame.upper)
+
+    def turned(self, signals: Mapping[str, Array]) -> Record:
+        """Return the record in coordinates in which the coefficients of static curves are known well or not at all.
+
+        Parameters
+        ----------
+        signals
+            Of any run of the first experiment.
+        """
+        curves = list(static_curves(self.model, signals))
+        if not curves or not np.isfinite(self.upper - self.lower).all():
+            return self
+        other = copy(self)
+        other.frame = Frame.of(self.lower, self.upper, curves)
+        return other
+
+    def _start(self, lower: Array, upper: Array, framed: bool) -> Array:
+        """Return the forms of the unknowns over a box, of the coordinates where it is framed."""
+        count = len(lower)
+        forms = np.zeros((count, SLOPES + count + KEPT))
+        known = np.isfinite(upper - lower)
+        with np.errstate(invalid="ignore"):
+            middle = np.where(known, 0.5 * lower + 0.5 * upper, 0.0)
+            half = np.where(known, np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), 0.0)
+        half += np.where(half > 0, TINY, 0.0)
+        if self.frame is None or not framed:
+            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(known, 0.0, np.inf)
+            forms[np.arange(count), SLOPES + np.arange(count)] = half
+            forms[:, LOW], forms[:, HIGH] = lower, upper
+        else:
+            self.frame.write(forms, middle, half)
+            forms[:, LOW] = np.maximum(forms[:, LOW], self.lower)
+            forms[:, HIGH] = np.minimum(forms[:, HIGH], self.upper)
+        return forms
+
+
+def _seen_channel(tape: Tape, channel: str) -> int:
+    """Return the place of an output as a sensor shows it."""
+    shown = zip(tape.channels, tape.seen, strict=True)
+    return next(k for k, (name, seen) in enumerate(shown) if seen and name == channel)

@@ -1,0 +1,325 @@
+"""The equations of a model as a list of operations on affine forms.
+
+Each distinct part of an expression is one operation. What parameters alone decide is computed once, before the run
+through time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import reduce
+
+import numpy as np
+import sympy
+from sympy.core.relational import Relational
+
+from relaxations.algebra.affine_arithmetic import Function
+from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from smid.models import Model, ModelError
+from smid.models.parts import Line, Measurement
+from smid.models.structure import causal_order, first_samples, state_lags
+from smid.models.symbols import VALUE, plain_symbols, references, signal, t
+
+__all__ = ["Operation", "Tape", "tape_of"]
+
+
+class Operation(IntEnum):
+    """What a line of the tape does to the forms it names."""
+
+    NUMBER = 0  # number, its error
+    PARAMETER = 1  # place of the parameter
+    CHANNEL = 2  # place of the channel, lag
+    PAST = 3  # place of the signal, lag
+    ADD = 4
+    SUBTRACT = 5
+    MULTIPLY = 6
+    SCALE = 7  # form; number
+    APPLY = 8  # form, function; exponent
+    CHOOSE = 9  # condition, form where it is not negative, form elsewhere
+    DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
+
+
+_FUNCTIONS = {
+    sympy.exp: Function.EXP,
+    sympy.log: Function.LOG,
+    sympy.sin: Function.SIN,
+    sympy.cos: Function.COS,
+    sympy.tanh: Function.TANH,
+    sympy.atan: Function.ATAN,
+    sympy.sign: Function.SIGN,
+    sympy.floor: Function.FLOOR,
+}
+_SEEN = "~"  # no name holds it
+_READS = {
+    Operation.NUMBER: 0,
+    Operation.PARAMETER: 0,
+    Operation.CHANNEL: 0,
+    Operation.PAST: 0,
+    Operation.SCALE: 1,
+    Operation.DEFINE: 1,
+    Operation.APPLY: 1,
+    Operation.ADD: 2,
+    Operation.SUBTRACT: 2,
+    Operation.MULTIPLY: 2,
+    Operation.CHOOSE: 3,
+}
+"""So many of an operation's places are forms."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tape:
+    """Operations, and what they read and define.
+
+    Parameters
+    ----------
+    signals
+        In the order in which they are defined.
+    seen
+        Whether each channel is read less its noise, as a sensor's; a channel of the data that a line reads is exact.
+    once, each
+        Shape (n, 4) each: an operation and up to three places that it reads. The k-th of both together writes form k.
+    numbers
+        Shape (n_once + n_each, 2).
+    defined
+        Form of each signal at the present sample.
+    remembered
+        Whether each signal is read at later samples.
+    first
+        The sample from which each signal is computed; before it, a state has initial samples.
+    states
+        Whether the past of each signal decides its future.
+    clocks
+        Whether each signal is a clock, which is zero at sample 0.
+    depth
+        Longest lag.
+    measured
+        Channel and signal of each measured output.
+    rows
+        For each measured output, the form that is zero where the model fits the sample.
+    constraints
+        Forms that are not negative.
+    """
+
+    parameters: tuple[str, ...]
+    signals: tuple[str, ...]
+    channels: tuple[str, ...]
+    seen: Mask
+    once: Index
+    each: Index
+    numbers: Array
+    defined: Index
+    remembered: Mask
+    first: Index
+    states: Mask
+    clocks: Mask
+    depth: int
+    measured: tuple[tuple[str, str], ...]
+    rows: Index
+    constraints: Index
+
+
+class _Writer:
+    """Operations being written; what is known of an expression is written once."""
+
+    def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...]) -> None:
+        self.parameters = {sympy.Symbol(name, real=True): k for k, name in enumerate(parameters)}
+        self.signals = {name: k for k, name in enumerate(signals)}
+        self.channels: dict[str, int] = {}
+        self.known: dict[object, int] = {}
+        self.now: dict[str, int] = {}
+        self.entries: list[tuple[bool, tuple[int, int, int, int], tuple[float, float]]] = []
+
+    def put(
+        self, operation: Operation, *places: int, number: float = 0.0, error: float = 0.0, fixed: bool = False
+    ) -> int:
+        padded = (int(operation), *places, *[0] * (3 - len(places)))
+        key = (padded, number, error)
+        if key not in self.known:
+            self.entries.append((fixed, (padded[0], padded[1], padded[2], padded[3]), (number, error)))
+            self.known[key] = len(self.entries) - 1
+        return self.known[key]
+
+    def of(self, operation: Operation, *forms: int, number: float = 0.0) -> int:
+        """Put an operation on forms: it is fixed if they all are."""
+        return self.put(operation, *forms, number=number, fixed=all(self.entries[k][0] for k in forms))
+
+    def apply(self, function: Function, a: int, exponent: float = 0.0) -> int:
+        return self.put(Operation.APPLY, a, int(function), number=exponent, fixed=self.entries[a][0])
+
+    def channel(self, name: str, lag: int) -> int:
+        place = self.channels.setdefault(name, len(self.channels))
+        return self.put(Operation.CHANNEL, place, lag)
+
+    def number(self, value: sympy.Expr) -> int:
+        exact = value if value.is_Rational else None
+        nearest = float(value)
+        if not np.isfinite(nearest):
+            raise ModelError(f"a line of the model holds {value}: give a finite number")
+        error = 0.0 if exact is not None and sympy.Rational(nearest) == exact else abs(nearest) * 2 * EPSILON + TINY
+        return self.put(Operation.NUMBER, number=nearest, error=error, fixed=True)
+
+    def write(self, node: sympy.Basic) -> int:
+        """Return the form of an expression, with its operations if there are none yet."""
+        if node not in self.known:
+            self.known[node] = self._written(node)
+        return self.known[node]
+
+    def _written(self, node: sympy.Basic) -> int:
+        if node in self.parameters:
+            return self.put(Operation.PARAMETER, self.parameters[node], fixed=True)
+        if isinstance(node, sympy.Indexed):
+            return self._read(node)
+        if node.is_number:
+            return self.number(node)
+        if isinstance(node, sympy.Add):
+            return reduce(lambda a, b: self.of(Operation.ADD, a, b), self._sorted(node.args))
+        if isinstance(node, sympy.Mul):
+            return self._product(node)
+        if isinstance(node, sympy.Pow):
+            return self._power(node.base, node.exp)
+        if isinstance(node, sympy.Max | sympy.Min):
+            return reduce(
+                lambda a, b: self._larger(a, b) if isinstance(node, sympy.Max) else self._smaller(a, b),
+                map(self.write, node.args),
+            )
+        if isinstance(node, sympy.Abs):
+            inside = self.write(node.args[0])
+            return self.of(Operation.SUBTRACT, self._scaled(self.apply(Function.POSITIVE, inside), 2.0), inside)
+        if isinstance(node, sympy.Piecewise):
+            return self._piecewise(node.args)
+        if node.func in (sympy.sinh, sympy.cosh, sympy.tan):
+            return self.write(node.rewrite(sympy.sin if node.func is sympy.tan else sympy.exp))
+        if node.func is sympy.ceiling:
+            return self._scaled(self.apply(Function.FLOOR, self._scaled(self.write(node.args[0]), -1.0)), -1.0)
+        if node.func in _FUNCTIONS:
+            return self.apply(_FUNCTIONS[node.func], self.write(node.args[0]))
+        known = sorted({*(f.__name__ for f in _FUNCTIONS), "Abs", "Max", "Min", "Piecewise", "ceiling", "sqrt", "tan"})
+        raise ModelError(
+            f"inversion has no enclosure of {node.func} in '{node}': write the line with {', '.join(known)}"
+        )
+
+    def _sorted(self, nodes: tuple[sympy.Basic, ...]) -> list[int]:
+        """Return the forms of expressions, the fixed ones first, so that they are joined once."""
+        return sorted(map(self.write, nodes), key=lambda k: not self.entries[k][0])
+
+    def _scaled(self, a: int, factor: float) -> int:
+        return self.of(Operation.SCALE, a, number=factor)
+
+    def _product(self, node: sympy.Mul) -> int:
+        factor, rest = node.as_coeff_Mul()
+        exact = factor.is_Rational and sympy.Rational(float(factor)) == factor
+        if factor != 1 and exact:
+            return self._scaled(self.write(rest), float(factor))
+        return reduce(lambda a, b: self.of(Operation.MULTIPLY, a, b), self._sorted(node.args))
+
+    def _power(self, base: sympy.Expr, exponent: sympy.Expr) -> int:
+        if base == sympy.E:
+            return self.apply(Function.EXP, self.write(exponent))
+        if not exponent.is_number:
+            return self.apply(
+                Function.EXP,
+                self.of(Operation.MULTIPLY, self.write(exponent), self.apply(Function.LOG, self.write(base))),
+            )
+        if exponent.could_extract_minus_sign():
+            return self.apply(Function.RECIPROCAL, self.write(base**-exponent))
+        form = self.write(base)
+        if exponent == sympy.S.Half:
+            return self.apply(Function.ROOT, form)
+        if exponent.is_Integer:
+            squared = self.apply(Function.SQUARE, self._power(base, exponent // 2)) if exponent > 1 else form
+            return self.of(Operation.MULTIPLY, squared, form) if exponent % 2 and exponent > 1 else squared
+        nearest = float(exponent)
+        if sympy.Rational(nearest) == exponent:
+            return self.apply(Function.POWER, form, nearest)
+        return self.apply(
+            Function.EXP, self.of(Operation.MULTIPLY, self.number(exponent), self.apply(Function.LOG, form))
+        )
+
+    def _larger(self, a: int, b: int) -> int:
+        return self.of(Operation.ADD, b, self.apply(Function.POSITIVE, self.of(Operation.SUBTRACT, a, b)))
+
+    def _smaller(self, a: int, b: int) -> int:
+        return self.of(Operation.SUBTRACT, a, self.apply(Function.POSITIVE, self.of(Operation.SUBTRACT, a, b)))
+
+    def _piecewise(self, branches: tuple[sympy.Basic, ...]) -> int:
+        (value, condition), *rest = branches
+        if condition == sympy.true or not rest:
+            return self.write(value)
+        if not isinstance(condition, Relational) or condition.func in (sympy.Eq, sympy.Ne):
+            raise ModelError(f"inversion does not read the condition '{condition}': write it as one inequality")
+        above = condition.gts - condition.lts
+        return self.of(Operation.CHOOSE, self.write(above), self.write(value), self._piecewise(tuple(rest)))
+
+    def _read(self, node: sympy.Indexed) -> int:
+        ((name, lag),) = references(node)
+        if name not in self.signals:
+            place = self.channels.setdefault(name, len(self.channels))
+            return self.put(Operation.CHANNEL, place, lag)
+        return self.put(Operation.PAST, self.signals[name], lag) if lag else self.now[name]
+
+
+def tape_of(model: Model) -> Tape:
+    """Return the tape of a model without rate lines.
+
+    Raises
+    ------
+    ModelError
+        For a function without an enclosure.
+    """
+    read = {m.signal: _seen(m) for m in reversed(model.measurements) if m.signal in model.inputs}
+    lines = causal_order((*(Line(signal(name)[t], shown) for name, shown in read.items()), *model.lines))
+    parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
+    writer = _Writer(parameters, signals)
+    constraints = [writer.write(constraint) for constraint in model.constraints]
+    for line in lines:
+        form = writer.write(line.expression)
+        writer.now[line.signal] = writer.put(Operation.DEFINE, form, writer.signals[line.signal])
+    outputs = [m for m in model.measurements if m.channel in model.output_channels]
+    rows = [writer.write(signal(m.signal)[t] - _seen(m)) for m in outputs]
+    # The fixed operations come first.
+    order = sorted(range(len(writer.entries)), key=lambda k: not writer.entries[k][0])
+    place = {old: new for new, old in enumerate(order)}
+    table = [_placed(writer.entries[k][1], place) for k in order]
+    count = sum(fixed for fixed, _, _ in writer.entries)
+    first, states = first_samples(lines), state_lags(lines)
+    lags = [(name, lag) for line in lines for name, lag in line.reads]
+    return Tape(
+        parameters,
+        signals,
+        tuple(name.removesuffix(_SEEN) for name in writer.channels),
+        np.array([name.endswith(_SEEN) for name in writer.channels]),
+        np.array(table[:count], dtype=np.int64).reshape(-1, 4),
+        np.array(table[count:], dtype=np.int64).reshape(-1, 4),
+        np.array([writer.entries[k][2] for k in order]),
+        np.array([place[writer.now[name]] for name in signals], dtype=np.int64),
+        np.array([any(name == own and lag for name, lag in lags) for own in signals]),
+        np.array([first[name] for name in signals], dtype=np.int64),
+        np.array([name in states for name in signals]),
+        np.array([is_clock(line) for line in lines]),
+        max((lag for _, lag in lags), default=0),
+        tuple((m.channel, m.signal) for m in outputs),
+        np.array([place[k] for k in rows], dtype=np.int64),
+        np.array([place[k] for k in constraints], dtype=np.int64),
+    )
+
+
+def _seen(measurement: Measurement) -> sympy.Expr:
+    """Return the signal as its channel shows it, the channel without its noise."""
+    inverse = VALUE if measurement.inverse is None else measurement.inverse
+    return inverse.xreplace({VALUE: signal(measurement.channel + _SEEN)[t]})
+
+
+def _placed(entry: tuple[int, ...], place: Mapping[int, int]) -> tuple[int, ...]:
+    """Return an operation that reads forms by their final places."""
+    operation, *reads = entry
+    forms = _READS[Operation(operation)]
+    return operation, *(place[k] if n < forms else k for n, k in enumerate(reads))
+
+
+def is_clock(line: Line) -> bool:
+    """Return whether a line depends on its own past only: a clock, which is zero at sample 0."""
+    own = {name for name, _ in line.reads}
+    return own == {line.signal} and not plain_symbols(line.expression)
