@@ -23,6 +23,7 @@ __all__ = [
     "StateLine",
     "base_parameters",
     "entries",
+    "is_linear",
     "let_vary",
     "magnitude",
     "multiplied_out",
@@ -156,6 +157,14 @@ def entries(model: Model, state: StateLine, input: str) -> tuple[str, ...]:
 
     read = sorted({name for name, lag in state.line.reads if lag == state.lag} - states)
     return tuple(name for name in read if carries(name, frozenset((name,))))
+
+
+def is_linear(model: Model) -> bool:
+    """Return whether all lines are sums of signals with constant factors, and a constant."""
+    terms = (term for line in model.lines for term in sympy.Add.make_args(multiplied_out(line.expression)))
+    read = ((term, term.atoms(sympy.Indexed)) for term in terms)
+    curved = any(m.inverse is not None for m in model.measurements)
+    return not curved and all(not found or not (term / next(iter(found))).atoms(sympy.Indexed) for term, found in read)
 
 
 def static_end(model: Model, name: str) -> str:
