@@ -181,7 +181,8 @@ def test_a_tank_that_empties_with_the_root(model: Model, below: float) -> None:
 
 def test_a_pump_whose_zero_is_off_is_told_where_the_tank_shows_it() -> None:
     """Behind the root law it changes how fast the level moves; a linear tank shows it as a bias of its sensor."""
-    u, pump, outflow, w = held(5, hold=15, low=0.2), Parameter("pump", 0.0, 50.0), Parameter("k", 0.0, 50.0), signal("w")
+    u, w = held(5, hold=15, low=0.2), signal("w")
+    pump, outflow = Parameter("pump", 0.0, 50.0), Parameter("k", 0.0, 50.0)
     root = sympy.sqrt(sympy.Max(0, w[t]))
     line = Line(w[t], pump.symbol * signal("u")[t] - outflow.symbol * root, rate=True)
     model = Model("root", (pump, outflow), (line,), (Measurement("y", "w", "eta"),), sampling_time=STEP)
