@@ -3,7 +3,7 @@
 The zero of an actuator, a valve that does not close, a force on an axis. A linear plant that settles shows it as it
 shows a sensor bias, so there it is not offered. A linear plant that integrates shows it as a straight drift of the
 sensor, which is not offered there: a push is the likelier of the two.
-Reference: Ljung, System Identification, 2nd ed. (1999), section 14.1 (offsets).
+Reference: Ljung, System Identification, 2nd ed. (1999), section 14.1 (drifts and detrending).
 """
 
 from __future__ import annotations
