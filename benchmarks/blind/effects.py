@@ -3,7 +3,8 @@
 An entry of `EFFECTS` tells on which plants an effect is drawn, which signals cannot show it, and how it is built. Left
 out are combinations in which the effect does not exist (friction of a reactor) or is another one under a second name:
 behind a signal of two levels every static curve is a straight line; the free static curve of the clutch model swallows
-input and output curves; an integrator's initial state swallows a sensor's bias.
+input and output curves; an integrator's initial state swallows a sensor's bias; where a plant settles, a bias of the
+input is one of the sensor.
 """
 
 from __future__ import annotations
@@ -123,6 +124,13 @@ def input_curve(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twi
     heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(knots))])
     heights -= np.interp(min(max(0.0, plant.low), plant.high), knots, heights)
     return _after_input(twist, lambda v: np.interp(v, knots, heights))
+
+
+def input_bias(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:
+    # The way that it pushes the arm over the record, in deviations of what the input does.
+    way = float(rng.choice([-1, 1])) * _between(rng, 0.3, 2.0) * float(np.std(y))
+    bias = way / (plant.gain * len(u) * plant.sampling_time)
+    return _after_input(twist, lambda v: v + bias)
 
 
 def input_delay(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:  # noqa: ARG001
@@ -476,6 +484,7 @@ EFFECTS: dict[str, Effect] = {
         Effect("input_saturation", input_saturation, EVERY, BINARY),
         Effect("input_backlash", input_backlash, STABLE, BINARY),
         Effect("input_curve", input_curve, _CURVED, BINARY),
+        Effect("input_bias", input_bias, ("arm_angle", "arm_free")),
         Effect("input_delay", input_delay, (*EVERY, "arm_free"), SMOOTH),
         Effect("variable_delay", variable_delay, ("cstr", "linear1", "linear2"), SMOOTH),
         Effect("rate_limit", rate_limit, STABLE, _SLOW_EDGES),

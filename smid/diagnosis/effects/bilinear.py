@@ -21,7 +21,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import further
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, read_channel, signal_of
-from smid.diagnosis.effects.parts.plant import StateLine, shown_at, state_lines
+from smid.diagnosis.effects.parts.plant import StateLine, entries, shown_at, state_lines
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import swapped
 
@@ -42,7 +42,9 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
             if isinstance(state.line.expression, sympy.Indexed):
                 continue  # a position, whose rate is its speed
             label = f"{channel} times {state.own}"
-            if force := _force(model, site, state, name):
+            # An input multiplies as it acts on the state: behind a delay or a dead zone of it, if there is one.
+            acting = next(iter(entries(model, state, name)), name)
+            if force := _force(model, site, state, acting):
                 size = most * site.scale(site.input) / site.scale(shown_at(model, site, state))
                 factor = fresh(model, f"{state.own}_{site.input}_bilinear", (-size, size), "", 0.0)
                 yield Extension(
@@ -52,12 +54,12 @@ def extend(base: Model, site: Site) -> Iterator[Extension]:
                     describe=partial(_as_force, channel, state.own),
                 )
                 continue
-            if any(_force(model, replace(site, input=other), state, name) for other in model.input_channels):
+            if any(_force(model, replace(site, input=other), state, acting) for other in model.input_channels):
                 continue  # offered there
             per, time = (site.sampling_time, "s") if state.line.rate else (1.0, "sample")
             factor = fresh(model, f"{state.own}_bilinear", (-most / per, most / per), "", 0.0)
             yield Extension(
-                _multiplied(model, state, factor, signal(name)[t - state.lag]),
+                _multiplied(model, state, factor, signal(acting)[t - state.lag]),
                 tuple({factor.name: share * most / per} for share in _SHARES),
                 label,
                 describe=partial(_of_state, channel, state.own, time),
@@ -86,11 +88,12 @@ def _force(model: Model, site: Site, state: StateLine, name: str) -> sympy.Expr 
     """Return what the product of a channel and a state of order two adds, where it enters as the input does."""
     if state.line.rate or state.order != 2:
         return None
-    w, v, u = (signal(x) for x in (state.own, name, signal_of(model, site.input)))
-    force = sympy.S.Zero
-    for lag in sorted({lag for read, lag in state.line.reads if read == str(u.label) and lag > 0}):
-        mean = (3 * w[t - 1] - w[t - 2]) / 2 if lag == 1 else (w[t - lag] + w[t - lag + 1]) / 2
-        force += state.coefficient(u[t - lag]) * v[t - lag] * mean
+    w, v, force = signal(state.own), signal(name), sympy.S.Zero
+    for read in entries(model, state, signal_of(model, site.input)):
+        u = signal(read)
+        for lag in sorted({lag for other, lag in state.line.reads if other == read and lag > 0}):
+            mean = (3 * w[t - 1] - w[t - 2]) / 2 if lag == 1 else (w[t - lag] + w[t - lag + 1]) / 2
+            force += state.coefficient(u[t - lag]) * v[t - lag] * mean
     return force or None
 
 

@@ -1,6 +1,7 @@
 """Sensor drift: the output is shown with an offset that moves, ``y = w + b1 (time / T) + b2 (time / T)^2``.
 
-T is the length of the record.  An offset at the start is `sensor_bias`.
+T is the length of the record.  An offset at the start is `sensor_bias`.  Where a linear plant integrates, a straight
+drift is an `input_bias` under another name, and is not offered.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.clock import with_clock
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity
+from smid.diagnosis.effects.parts.plant import is_linear, state_lines
 from smid.models import Model
 from smid.models.symbols import number
 
@@ -28,11 +30,12 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     share: sympy.Expr = now / number(site.duration)
     name = free_name(timed, f"{site.output}_joined")
     straight = linear.symbol * share
-    yield Extension(
-        timed.insert_sensor(site.output, lambda w: w + straight, [linear], new_name=name),
-        ({linear.name: 0.05 * size}, {linear.name: -0.05 * size}),
-        "straight",
-    )
+    if not (is_linear(model) and any(state.leak == 0 for state in state_lines(model))):
+        yield Extension(
+            timed.insert_sensor(site.output, lambda w: w + straight, [linear], new_name=name),
+            ({linear.name: 0.05 * size}, {linear.name: -0.05 * size}),
+            "straight",
+        )
     curved = straight + bent.symbol * share**2
     yield Extension(
         timed.insert_sensor(site.output, lambda w: w + curved, [linear, bent], new_name=name),

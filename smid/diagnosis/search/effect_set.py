@@ -127,9 +127,13 @@ def put_again(
 def reduced(
     one: EffectSet, base: Base, effects: Mapping[str, Effect], known: Mapping[tuple[str, ...], EffectSet]
 ) -> list[EffectSet]:
-    """Return the sets that have one effect less, fitted also from the values of the set that has it."""
+    """Return the sets that have one effect less, fitted also from the values of the set that has it.
+
+    Of a set with an effect on the noise, those of the rest too: what another effect explained may be such noise.
+    """
     if one.detected:
-        return [replace(one, detected=None)]
+        plain = replace(one, detected=None)
+        return [plain, *reduced(plain, base, effects, known)]
     result = []
     for k in range(len(one.trials)):
         rest = [t for i, t in enumerate(one.trials) if i != k]

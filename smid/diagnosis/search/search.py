@@ -104,7 +104,7 @@ def search(
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
             near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
-            silent = [one for one in dict.fromkeys((*near, *parts[best])) if one not in heard]
+            silent = [one for one in dict.fromkeys((*near, *parts[best], *_widest(ranked))) if one not in heard]
             if not silent:
                 return Found(ranked, _led(parts), failed, False)
             heard.update(silent)

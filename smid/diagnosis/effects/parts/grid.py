@@ -27,6 +27,7 @@ _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 24, 4
 _EVALUATIONS = 30
 _APART = 0.2  # in the logarithm of a parameter: nearer points are one start
+_TOGETHER = 64  # points that are simulated at once
 _RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
 
 
@@ -77,6 +78,9 @@ def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[st
 
 def _left(model: Model, site: Site, names: Iterable[str], points: Array) -> Array:
     """Return the sum of squares that each point leaves, outputs over their scales, shape (n_points,)."""
+    if len(points) > _TOGETHER:  # what a processor's cache holds
+        parts = np.array_split(points, -(-len(points) // _TOGETHER))
+        return np.concatenate([_left(model, site, names, part) for part in parts])
     left, begin = np.zeros(len(points)), model.max_lag
     for run in site.data.experiments:
         values = dict(zip(names, points.T, strict=True))

@@ -22,6 +22,8 @@ from smid.models.symbols import number, plain_symbols, references, swapped
 __all__ = [
     "StateLine",
     "base_parameters",
+    "entries",
+    "is_linear",
     "let_vary",
     "magnitude",
     "multiplied_out",
@@ -144,6 +146,27 @@ def shown_at(model: Model, site: Site, state: StateLine) -> str:
     return next(shown, site.output)
 
 
+def entries(model: Model, state: StateLine, input: str) -> tuple[str, ...]:
+    """List the signals by which an input enters a state's line: itself, or what effects have made of it."""
+    by_name = {line.signal: line for line in model.lines}
+    states = {name for other in state_lines(model) for name in (other.own, other.line.signal)}
+
+    def carries(name: str, seen: frozenset[str]) -> bool:
+        reads = {read for read, _ in by_name[name].reads} - states - seen if name in by_name else set()
+        return name == input or any(carries(read, seen | reads) for read in sorted(reads))
+
+    read = sorted({name for name, lag in state.line.reads if lag == state.lag} - states)
+    return tuple(name for name in read if carries(name, frozenset((name,))))
+
+
+def is_linear(model: Model) -> bool:
+    """Return whether all lines are sums of signals with constant factors, and a constant."""
+    terms = (term for line in model.lines for term in sympy.Add.make_args(multiplied_out(line.expression)))
+    read = ((term, term.atoms(sympy.Indexed)) for term in terms)
+    curved = any(m.inverse is not None for m in model.measurements)
+    return not curved and all(not found or not (term / next(iter(found))).atoms(sympy.Indexed) for term, found in read)
+
+
 def static_end(model: Model, name: str) -> str:
     """Return the last signal in a chain of static functions that are the only readers of each other."""
     readers: dict[str, list[Line]] = {}
@@ -201,14 +224,14 @@ def base_parameters(model: Model) -> tuple[Parameter, ...]:
 
 
 def _upstream(model: Model) -> Iterator[Line]:
-    """Yield the lines that the plant's states depend on, without lines that effects added."""
+    """Yield the lines that the plant's states depend on, also through lines that effects added, but without those."""
     by_name = {line.signal: line for line in model.lines}
     waiting = [state.line.signal for state in state_lines(model)]
     for name in waiting:
-        yield by_name[name]
+        if name not in model.origins:
+            yield by_name[name]
         reads = sorted({other for other, _ in by_name[name].reads})
-        added = {*waiting, *model.origins}
-        waiting += [other for other in reads if other in by_name and other not in added]
+        waiting += [other for other in reads if other in by_name and other not in waiting]
 
 
 def let_vary(

@@ -36,6 +36,7 @@ SELECTIVE = {
     "square_root_outflow",
     "time_constant",
     "sensor_lag",
+    "input_bias",
     "variable_delay",
     "load_friction",
 }

@@ -86,7 +86,7 @@ def test_a_bias_of_the_second_output_is_found() -> None:
     data = Dataset.from_arrays(input={"u": u}, output=outputs, sampling_time=0.1)
     trial, said = tried(sensor_bias.EFFECT, Model("two outputs", (a, k, c), lines, seen), data)
     assert_recovered(trial, data, errors)
-    assert trial.label == "at the output, z"
+    assert trial.label == "z"
     assert said.startswith("The sensor of z shows 0.3")
 
 

@@ -179,6 +179,34 @@ def test_a_tank_that_empties_with_the_root(model: Model, below: float) -> None:
     assert trial.values.get("root_outlet", 0.0) == pytest.approx(-below, abs=0.05)
 
 
+def test_a_pump_whose_zero_is_off_is_told_where_the_tank_shows_it() -> None:
+    """Behind the root law it changes how fast the level moves; a linear tank shows it as a bias of its sensor."""
+    u, w = held(5, hold=15, low=0.2), signal("w")
+    pump, outflow = Parameter("pump", 0.0, 50.0), Parameter("k", 0.0, 50.0)
+    root = sympy.sqrt(sympy.Max(0, w[t]))
+    line = Line(w[t], pump.symbol * signal("u")[t] - outflow.symbol * root, rate=True)
+    model = Model("root", (pump, outflow), (line,), (Measurement("y", "w", "eta"),), sampling_time=STEP)
+    y = walked(u, lambda x, v: 3 * (v + 0.15) - 1.5 * np.sqrt(x), start=2.0)[:, 0]
+    trial, before, after = tried("input_bias", model, u, y, 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["input_bias"] == pytest.approx(0.15, rel=0.1)
+    site = Site(Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=STEP), "u", "y")
+    assert not any(BY_NAME["input_bias"].extensions(tank(), site))
+
+
+def test_a_constant_force_on_a_mass_is_a_bias_of_its_drive() -> None:
+    gain, w = Parameter("gain", 0.1, 10.0), signal("w")
+    line = Line(w[t], gain.symbol * signal("u")[t], rate=True)
+    mass = Model("mass", (gain,), (line,), (Measurement("y", "w", "eta"),), sampling_time=STEP)
+    u = held(7)
+    y = walked(u, lambda x, v: 2 * (v - 0.05) + 0 * x)[:, 0]
+    trial, before, after = tried("input_bias", mass, u, y, 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.values["input_bias"] == pytest.approx(-0.05, rel=0.1)
+
+
 def test_a_cascade_that_empties_with_the_root() -> None:
     def rate(x: np.ndarray, v: float) -> np.ndarray:
         upper, lower = np.sqrt(np.maximum(x, 0.0))
