@@ -11,6 +11,7 @@ NAMES = (
     "windows",
     "several",
     "curves",
+    "library",
     "exercise",
     "order_studies",
     "small",

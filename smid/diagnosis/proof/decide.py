@@ -29,7 +29,9 @@ from smid.identification.inversion.record import Record
 from smid.models import Model, ModelError, signal, t
 
 REACH = 10.0
-"""What has no box is at most so many times as large as in a fit."""
+"""What has no box is taken to be at most so many times as large as in a fit."""
+
+ASSUMED = f"what has no box is at most {REACH:g} times its fit"
 
 MOST = 20_000
 """Contractions of a proof."""

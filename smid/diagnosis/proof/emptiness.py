@@ -12,7 +12,7 @@ from typing import Any
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.diagnosis.proof.decide import Decision, decide
+from smid.diagnosis.proof.decide import ASSUMED, Decision, decide
 from smid.diagnosis.proof.window import windows
 from smid.models import Model
 
@@ -49,7 +49,7 @@ class Emptiness:
         return (
             f"Proven: no parameters of the base model explain samples {self.first} to {self.last} of {self.experiment} "
             f"within {self.noise_bound:g} {self.unit}".rstrip()
-            + f"; the most influential samples are {carried}."
+            + f" ({ASSUMED}); the most influential samples are {carried}."
         )
 
     @staticmethod

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from smid.diagnosis.proof.decide import Decision
+from smid.diagnosis.proof.decide import ASSUMED, Decision
 from smid.display.result import Part, Result
 from smid.display.table import Table
 
@@ -39,7 +39,7 @@ class NameProof(Result):
     >>> excluded = Decision(Status.EXCLUDED, 20, 59, ((31, 0.4),), "", 0.2)
     >>> feasible = Decision(Status.FEASIBLE, 20, 59, (), "", 0.1)
     >>> print(NameProof(0.06, "bar", "run", 20, 59, ("gain",), excluded, feasible, "", {}, False, 0.3))
-    Proof of the name on samples 20 to 59 of run, within 0.06 bar.
+    Proof of the name on samples 20 to 59 of run, within 0.06 bar; what has no box is at most 10 times its fit.
     model       on these samples  most influential, or why undecided
     base model  excluded          31
     with gain   feasible
@@ -62,7 +62,7 @@ class NameProof(Result):
     def title(self) -> str:
         """What the proof is about."""
         about = f"samples {self.first} to {self.last} of {self.experiment}, within {self.noise_bound:g} {self.unit}"
-        return f"Proof of the name on {about.rstrip()}{' (interrupted)' if self.interrupted else ''}."
+        return f"Proof of the name on {about.rstrip()}; {ASSUMED}{' (interrupted)' if self.interrupted else ''}."
 
     @property
     def decisions(self) -> Iterator[tuple[str, Decision]]:

@@ -152,7 +152,7 @@ def test_a_method_that_raises_costs_only_the_proof(found, monkeypatch):
     def broken(*_arguments, **_settings):
         raise RuntimeError("no luck")
 
-    monkeypatch.setattr(deciding, "FeasibleSet", broken)
+    monkeypatch.setattr(deciding, "Record", broken)
     proof = prove_name(replace(found, proof=None), BOUND, 5).name_proof
     assert proof.base.status is Status.UNDECIDED
     assert proof.base.reason == "failed with RuntimeError: no luck"
