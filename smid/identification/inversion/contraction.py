@@ -169,10 +169,17 @@ def contracted(rows: Rows, lower: Array, upper: Array, which: Sequence[int]) -> 
     return Contraction(low, high, middle + half * np.mean(points, axis=0), tuple(proofs))
 
 
+class _Quiet(highspy.Highs):
+    """HiGHS without callbacks: to enable them prints its name."""
+
+    def enableCallbacks(self) -> None:
+        """Enable none."""
+
+
 def _solver(cost: Array, box: tuple[Array, Array], slopes: Array, low: Array, high: Array) -> highspy.Highs:
     """Return a linear program that is ready to run."""
     count, unknowns = slopes.shape
-    solver, program = highspy.Highs(), highspy.HighsLp()  # type: ignore[no-untyped-call]
+    solver, program = _Quiet(), highspy.HighsLp()  # type: ignore[no-untyped-call]
     for option, value in (("output_flag", False), ("presolve", "off"), ("threads", 1)):
         solver.setOptionValue(option, value)
     program.num_col_, program.num_row_ = unknowns, count
