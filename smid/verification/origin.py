@@ -41,7 +41,11 @@ def model_statement(model: Model) -> dict[str, Any]:
     Lines in derivatives are stated as the discretised lines that are simulated and bounded, and without the hidden
     states that are eliminated.
     """
-    plain = without_hidden_states(model)
+    return plain_statement(without_hidden_states(model))
+
+
+def plain_statement(plain: Model) -> dict[str, Any]:
+    """Return a model of plain lines as text."""
     return {
         "name": plain.name,
         "parameters": {p.name: [_end(p.lower), _end(p.upper)] for p in plain.parameters},

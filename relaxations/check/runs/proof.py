@@ -14,7 +14,7 @@ so any multipliers give a true bound, which is computed here in whole numbers, a
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from relaxations.check.arithmetic import Refused
@@ -75,7 +75,7 @@ def hull(nodes: Iterable[Node], stated: Stated) -> Box | None:
         box = waiting.pop()
         empty = any(low > high for low, high in box)
         for step in node.passes:
-            empty = empty or not contract(box, step, stated, f"box {number}")
+            empty = empty or not contract(box, step, rows(stated, box, step.sources), f"box {number}")
         if node.cut is not None:
             k, value = node.cut
             low, high = box[k]
@@ -87,15 +87,14 @@ def hull(nodes: Iterable[Node], stated: Stated) -> Box | None:
     return [_union(ends) for ends in zip(*left, strict=True)] if left else None
 
 
-def contract(box: Box, step: Pass, stated: Stated, where: str) -> bool:
-    """Narrow a box by a pass, and return whether a point may be left."""
-    known = rows(stated, box, step.sources)
+def contract(box: Box, step: Pass, known: Mapping[Source, Row | None], where: str) -> bool:
+    """Narrow a box by a pass, from the rows of this box, and return whether a point may be left."""
     used = [known.get(source) for source in step.sources]
     if any(row is not None and row.impossible for row in used):
         return False
     ends = list(box)
     for side in step.sides:
-        bound = _bound(side, used, where)
+        bound = bound_of(side, used, where)
         if side.unknown is None:
             if bound > 0:
                 return False
@@ -109,7 +108,7 @@ def contract(box: Box, step: Pass, stated: Stated, where: str) -> bool:
     return all(low <= high for low, high in box)
 
 
-def _bound(side: Side, used: list[Row | None], where: str) -> int:
+def bound_of(side: Side, used: list[Row | None], where: str) -> int:
     """Return what the multipliers prove, in units of ``2**-(BITS + shift)``."""
     total, left = 0, {} if side.unknown is None else {side.unknown: side.sign << (BITS + side.shift)}
     for place, multiplier in side.terms:
