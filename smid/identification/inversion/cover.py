@@ -22,6 +22,9 @@ from relaxations.algebra.ball_arithmetic import TINY
 from smid.identification.inversion.contraction import Contraction, contracted
 from smid.identification.inversion.record import Record
 
+HEAVIEST = 5
+"""Samples that are said to carry a proof."""
+
 _PASSES = 8  # contractions of a box in a row
 _WORTH = 0.1  # each takes at least this share of a width
 _OUTER = 0.5  # a part beyond the verified points of at most this share of a box is cut off
@@ -79,10 +82,10 @@ class Cover:
 
     def __init__(self, record: Record, tolerance: float) -> None:
         self.record, self.tolerance = record, tolerance
-        self.root = Box(record.lower, record.upper)
+        self.root = Box(*record.box)
         self.points: list[Array] = []
         self.contracted = 0
-        width = record.upper - record.lower
+        width = self.root.upper - self.root.lower
         free = np.flatnonzero((width > 0) & np.isfinite(width))
         self._free, self._targets = free.tolist(), free[free < len(record.tape.parameters)]
         self._open: list[tuple[float, int, Box]] = []
@@ -158,7 +161,8 @@ class Cover:
             if found.empty:
                 return
             if found.inside is not None:
-                self.add(found.inside)
+                frame = self.record.frame
+                self.add(found.inside if frame is None else frame.unknowns(found.inside))
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return
@@ -204,3 +208,21 @@ def _cut(box: Box, k: int, value: float) -> Iterator[Box]:
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
         yield Box(*ends)
+
+
+def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:
+    """Return the experiment and sample of what carries the proofs that boxes are empty, each with its share of them."""
+    shares: dict[tuple[int, int], float] = {}
+    waiting = [cover.root]
+    while waiting:
+        box = waiting.pop()
+        waiting += box.parts
+        if box.empty:
+            proof = box.contractions[-1].proof[-1]
+            size = np.abs(proof.values) / np.abs(proof.values).sum()
+            for (anchor, e, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
+                if anchor >= 0:
+                    shares[e, sample] = shares.get((e, sample), 0.0) + share
+    total = sum(shares.values())
+    most = sorted(shares, key=shares.__getitem__, reverse=True)[:HEAVIEST]
+    return tuple((e, sample, shares[e, sample] / total) for e, sample in most)

@@ -28,7 +28,6 @@ from relaxations.algebra.affine_arithmetic import (
     SLOPES,
     add,
     apply,
-    between,
     compiled,
     copy,
     hull,
@@ -50,18 +49,14 @@ _NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY
 
 @compiled
 def _operate(
-    entry: Index, number: Array, to: int, forms: Array, box: Array, past: Array, data: Array, noise: Array, now: int
+    entry: Index, number: Array, to: int, forms: Array, start: Array, past: Array, data: Array, noise: Array, now: int
 ) -> None:
     """Write one form of the tape."""
     operation, a, b, c = entry[0], entry[1], entry[2], entry[3]
     if operation == _NUMBER:
         interval(forms, to, number[0], number[1])
     elif operation == _PARAMETER:
-        between(forms, to, box[a, 0], box[a, 1])
-        # The symbol of a parameter takes the place of the radius.
-        if math.isfinite(forms[to, RADIUS]):
-            forms[to, SLOPES + a] = forms[to, RADIUS]
-            forms[to, RADIUS] = 0.0
+        copy(forms, to, start, a)
     elif operation == _CHANNEL:
         if now >= b and math.isfinite(data[a, now - b]):
             interval(forms, to, data[a, now - b], noise[a])
@@ -105,7 +100,7 @@ def _fold(forms: Array, symbol: int) -> None:
 def enclose_run(
     tape: tuple[Index, Index, Array, Index, Mask, Index, Index],
     places: tuple[Index, Index, Index, Index],
-    box: Array,
+    start: Array,
     data: Array,
     noise: Array,
     depth: int,
@@ -121,10 +116,10 @@ def enclose_run(
     tape
         What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first and rows.
     places
-        For each signal and sample the place of an initial sample in the box, `ZERO` or `NO_SAMPLE`; for each measured
+        For each signal and sample which unknown the initial sample is, `ZERO` or `NO_SAMPLE`; for each measured
         output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint.
-    box
-        Shape (unknowns, 2).
+    start
+        The forms of the unknowns, shape (unknowns, 4 + unknowns + kept).
     data, noise
         Shapes (channels, n) and (channels,).
     kept
@@ -138,20 +133,14 @@ def enclose_run(
     """
     once, each, numbers, defined, remembered, first, rows = tape
     initial, row_channels, row_signals, constraints = places
-    unknowns, signals, n = box.shape[0], defined.shape[0], data.shape[1]
-    width = SLOPES + unknowns + kept
+    unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
+    width = start.shape[1]
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
-    start = np.zeros((unknowns, width))
-    for k in range(unknowns):
-        between(start, k, box[k, 0], box[k, 1])
-        if math.isfinite(start[k, RADIUS]):
-            start[k, SLOPES + k] = start[k, RADIUS]
-            start[k, RADIUS] = 0.0
     # What parameters alone decide.
     for k in range(once.shape[0]):
-        _operate(once[k], numbers[k], k, forms, box, past, data, noise, 0)
+        _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0)
     for k in range(constraints.shape[0]):
         copy(bounded, k, forms, constraints[k])
     oldest = 0
@@ -160,7 +149,7 @@ def enclose_run(
         signal = 0
         for k in range(each.shape[0]):
             to = once.shape[0] + k
-            _operate(each[k], numbers[to], to, forms, box, past, data, noise, now)
+            _operate(each[k], numbers[to], to, forms, start, past, data, noise, now)
             while signal < signals and defined[signal] <= to:
                 own = defined[signal]
                 if now < first[signal]:

@@ -17,7 +17,7 @@ from smid.data import DataError, Dataset
 from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness
 from smid.identification.estimate import CentreStatus
 from smid.identification.inversion.contraction import contracted
-from smid.identification.inversion.cover import Cover
+from smid.identification.inversion.cover import Cover, heaviest
 from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
@@ -129,20 +129,8 @@ class Inverted:
 
     @property
     def heaviest(self) -> tuple[tuple[str, int, float], ...]:
-        """Return the samples that carry most of the proof that boxes are empty, with their shares."""
-        shares: dict[tuple[int, int], float] = {}
-        waiting = [self.cover.root]
-        while waiting:
-            box = waiting.pop()
-            waiting += box.parts
-            if box.empty:
-                proof = box.contractions[-1].proof[-1]
-                size = np.abs(proof.values)
-                for (anchor, e, _, sample), share in zip(proof.sources.tolist(), size / size.sum(), strict=True):
-                    if anchor >= 0:
-                        shares[e, sample] = shares.get((e, sample), 0.0) + float(share)
-        total, most = sum(shares.values()), sorted(shares, key=shares.__getitem__, reverse=True)[:5]
-        return tuple((self.data.experiments[e].name, sample, shares[e, sample] / total) for e, sample in most)
+        """Return the samples that carry most of the proof of an empty set, with their shares."""
+        return tuple((self.data.experiments[e].name, sample, share) for e, sample, share in heaviest(self.cover))
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
         """Raise an error: no file holds the boxes."""

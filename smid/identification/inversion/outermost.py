@@ -8,6 +8,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
+from smid.fitting.fit import Fitting
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 
@@ -16,21 +17,20 @@ _BACK = (0.0, 1e-9, 1e-6, 1e-4, 1e-2)  # shares of the way to the run inside, tr
 
 def outermost(record: Record, scan: Scan) -> Iterator[Array]:
     """Yield verified points: a run well within the noise bounds, and one near each end of each parameter."""
-    inside = _unknowns(record, scan, scan.inside)
+    inside = unknowns_of(record, scan.problem, scan.inside)
     if scan.least > 1.0 or not record.fits(inside):
         return
     yield inside
     for name in scan.free:
         for sign in (1, -1):
             check_time()
-            end = _unknowns(record, scan, scan.extreme(name, sign).vector)
+            end = unknowns_of(record, scan.problem, scan.extreme(name, sign).vector)
             nearby = (end + share * (inside - end) for share in _BACK)
             yield from (point for point in [next(filter(record.fits, nearby), None)] if point is not None)
 
 
-def _unknowns(record: Record, scan: Scan, vector: Array) -> Array:
-    """Return the unknowns of a run: its parameters, and its initial samples of the states."""
-    problem = scan.problem
+def unknowns_of(record: Record, problem: Fitting, vector: Array) -> Array:
+    """Return the unknowns of a fitted run: its parameters, and its initial samples of the states."""
     fit = problem.result(vector, 0.0)
     unknowns = [fit.model.values.get(p.name, p.lower) for p in record.model.parameters]
     for inputs, initial, table in zip(problem.inputs, fit.initial, record.initial, strict=True):

@@ -8,14 +8,16 @@ computes. A measured state begins at its measurement, within the noise bound. A 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
 from relaxations.algebra.arrays import Array, Index, Mask
-from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
+from smid.identification.inversion.frame import Frame, static_curves
 from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
 from smid.identification.inversion.tape import Tape, tape_of
 from smid.models import Model
@@ -26,6 +28,9 @@ KEPT = 40
 
 ANCHORS = (np.inf, 1.0)
 """A run that keeps all dependence, and one that is bounded by the measurements; a row may come from either."""
+
+CONSTRAINT, PRIOR = -1, -2
+"""In place of an anchor: the row is a constraint of the model, or the box of an unknown."""
 
 _UP = 1 + 64 * EPSILON  # covers the sums below
 
@@ -41,7 +46,7 @@ class Rows:
     slopes
         Shape (n, unknowns).
     sources
-        Shape (n, 4). Place of the anchor, experiment, measured output, sample; or -1, 0, constraint, 0.
+        Shape (n, 4). Place of the anchor, experiment, measured output, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
     impossible
         A row that no unknowns of the box keep; -1: none.
     """
@@ -131,6 +136,7 @@ class Record:
             self.initial.append(table)
         self.names = tuple(names)
         self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
+        self.frame: Frame | None = None
 
     def rows(self, lower: Array, upper: Array) -> Rows:
         """Return what the record states about a box, but for rows that hold anywhere in it or say nothing."""
@@ -189,9 +195,23 @@ class Record:
         forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
         forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
         forms[:, HIGH] = np.inf
-        places = np.zeros((len(forms), 4), dtype=np.int64)
-        places[:, 0], places[:, 2] = -1, np.arange(len(forms))
-        return np.concatenate([found.outputs, forms]), np.concatenate([sources, places])
+        own = self._prior(lower, upper)
+        places = np.zeros((len(forms) + len(own), 4), dtype=np.int64)
+        places[:, 0] = np.repeat([CONSTRAINT, PRIOR], [len(forms), len(own)])
+        places[:, 2] = np.concatenate([np.arange(len(forms)), np.arange(len(own))])
+        return np.concatenate([found.outputs, forms, own]), np.concatenate([sources, places])
+
+    def _prior(self, lower: Array, upper: Array) -> Array:
+        """Return forms that are zero somewhere in their enclosure where the unknowns keep their boxes."""
+        if self.frame is None:
+            return np.zeros((0, SLOPES + len(lower)))
+        forms = self._start(lower, upper, True)[:, : SLOPES + len(lower)]
+        middle = 0.5 * self.lower + 0.5 * self.upper
+        half = np.maximum(self.upper - middle, middle - self.lower) * (1 + 4 * EPSILON)
+        forms[:, CENTRE] -= middle
+        forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * (np.abs(forms[:, CENTRE]) + np.abs(middle))) * _UP
+        forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
+        return forms
 
     def _run(self, e: int, a: int, lower: Array, upper: Array, shift: float = 0.0) -> _Forms:
         """Return the forms over a box; with a shift, for outputs that are exact and so many noise bounds larger."""
@@ -201,13 +221,15 @@ class Record:
             moved[self._outputs] = noise[self._outputs]
             # A measurement less its bound says nothing of the state.
             data, noise, states = data + shift * moved[:, None], np.zeros(len(noise)), np.full_like(states, -1)
-        width = SLOPES + len(lower)
+        # A point, for which alone data are shifted, is one of the unknowns themselves.
+        start = self._start(lower, upper, not shift)
+        width = SLOPES + len(self.lower)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints = np.zeros((len(tape.constraints), width))
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
             (self.initial[e], self._outputs, states, tape.constraints),
-            np.column_stack([lower, upper]),
+            start,
             data,
             noise,
             tape.depth,
@@ -218,6 +240,45 @@ class Record:
         )
         there = np.isfinite(data[self._outputs])
         return _Forms(outputs[there], np.argwhere(there), constraints)
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """The first box: of the coordinates, where there is a frame."""
+        return (self.lower, self.upper) if self.frame is None else (self.frame.lower, self.frame.upper)
+
+    def turned(self, signals: Mapping[str, Array]) -> Record:
+        """Return the record in coordinates in which the coefficients of static curves are known well or not at all.
+
+        Parameters
+        ----------
+        signals
+            Of any run of the first experiment.
+        """
+        curves = list(static_curves(self.model, signals))
+        if not curves or not np.isfinite(self.upper - self.lower).all():
+            return self
+        other = copy(self)
+        other.frame = Frame.of(self.lower, self.upper, curves)
+        return other
+
+    def _start(self, lower: Array, upper: Array, framed: bool) -> Array:
+        """Return the forms of the unknowns over a box, of the coordinates where it is framed."""
+        count = len(lower)
+        forms = np.zeros((count, SLOPES + count + KEPT))
+        known = np.isfinite(upper - lower)
+        with np.errstate(invalid="ignore"):
+            middle = np.where(known, 0.5 * lower + 0.5 * upper, 0.0)
+            half = np.where(known, np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), 0.0)
+        half += np.where(half > 0, TINY, 0.0)
+        if self.frame is None or not framed:
+            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(known, 0.0, np.inf)
+            forms[np.arange(count), SLOPES + np.arange(count)] = half
+            forms[:, LOW], forms[:, HIGH] = lower, upper
+        else:
+            self.frame.write(forms, middle, half)
+            forms[:, LOW] = np.maximum(forms[:, LOW], self.lower)
+            forms[:, HIGH] = np.minimum(forms[:, HIGH], self.upper)
+        return forms
 
 
 def _seen_channel(tape: Tape, channel: str) -> int:
