@@ -250,8 +250,11 @@ class _Writer:
             return self.write(value)
         if not isinstance(condition, Relational) or condition.func in (sympy.Eq, sympy.Ne):
             raise ModelError(f"inversion does not read the condition '{condition}': write it as one inequality")
-        above = condition.gts - condition.lts
-        return self.of(Operation.CHOOSE, self.write(above), self.write(value), self._piecewise(tuple(rest)))
+        above, chosen, other = condition.gts - condition.lts, self.write(value), self._piecewise(tuple(rest))
+        if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
+            # At zero it does not hold, and its opposite does.
+            above, chosen, other = -above, other, chosen
+        return self.of(Operation.CHOOSE, self.write(above), chosen, other)
 
     def _read(self, node: sympy.Indexed) -> int:
         ((name, lag),) = references(node)
