@@ -38,7 +38,7 @@ class Operation(IntEnum):
     MULTIPLY = 6
     SCALE = 7  # form; number
     APPLY = 8  # form, function; exponent
-    CHOOSE = 9  # condition, form where it is not negative, form elsewhere
+    CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
     DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
 
 
@@ -251,10 +251,10 @@ class _Writer:
         if not isinstance(condition, Relational) or condition.func in (sympy.Eq, sympy.Ne):
             raise ModelError(f"inversion does not read the condition '{condition}': write it as one inequality")
         above, chosen, other = condition.gts - condition.lts, self.write(value), self._piecewise(tuple(rest))
-        if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
-            # At zero it does not hold, and its opposite does.
-            above, chosen, other = -above, other, chosen
-        return self.of(Operation.CHOOSE, self.write(above), chosen, other)
+        strict = isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan)
+        if above.could_extract_minus_sign():  # the opposite: no product rounds what an input of zero decides
+            above, chosen, other, strict = -above, other, chosen, not strict
+        return self.of(Operation.CHOOSE, self.write(above), chosen, other, number=float(strict))
 
     def _read(self, node: sympy.Indexed) -> int:
         ((name, lag),) = references(node)
