@@ -142,7 +142,7 @@ def main(arguments: list[str]) -> int:
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
         content = read(arguments[0])
-        if isinstance(content, dict) and content.get("format") == runs.FORMAT:
+        if runs.is_run(content):
             run = runs.document(content)
             lines = list(report_of_run(run, runs.proven(run)))
         else:

@@ -155,7 +155,8 @@ def identify(
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
-        again; at a thousand samples that takes half a minute.
+        again; at a thousand samples that takes half a minute. After an inversion the ends are those that the checker's
+        arithmetic gives, which differ from those without a file by little.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
@@ -190,7 +191,7 @@ def identify(
     def encloser_of(model: Model, data: Dataset) -> Encloser:
         automatic = method == "auto" and order is None
         if method == INVERSION:
-            return Inverted(model, data, bounds, settings, kept)
+            return Inverted(model, data, bounds, settings)
         try:
             if windows and automatic and has_windows(model, data):
                 return Windowed(model, data, bounds, settings, kept)
@@ -198,7 +199,7 @@ def identify(
         except NotPolynomialError:
             if not automatic:
                 raise
-            return Inverted(model, data, bounds, settings, kept)
+            return Inverted(model, data, bounds, settings)
         return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
 
     encloser: Encloser
@@ -210,12 +211,14 @@ def identify(
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.
     found = encloser.enclose()
-    enclosure = found.enclosure
-    if certificate and enclosure is not None:
+    if certificate and isinstance(encloser, Inverted):
+        found = encloser.certify(certificate, found)
+    elif certificate and found.enclosure is not None:
         problem, steps, kinks = encloser.proof()
         if steps:
             origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
+    enclosure = found.enclosure
     if isinstance(encloser, WithOutliers | Inverted) and found.reason is Reason.EMPTY:
         raise EmptyFeasibleSetError(encloser.contradiction, None, encloser.heaviest)
     if enclosure is not None and enclosure.empty is not None:

@@ -22,9 +22,9 @@ from relaxations.check.arithmetic import Refused
 from relaxations.check.forms import shown_name
 from relaxations.check.runs.fixed import ONE
 from relaxations.check.runs.proof import hull
-from relaxations.check.runs.read import FORMAT, LARGEST_SHIFT, VERSION, Claim, Document, document
+from relaxations.check.runs.read import FORMAT, LARGEST_SHIFT, VERSION, Claim, Document, document, is_run
 
-__all__ = ["FORMAT", "LARGEST_SHIFT", "VERSION", "Claim", "Document", "check", "document", "proven"]
+__all__ = ["FORMAT", "LARGEST_SHIFT", "VERSION", "Claim", "Document", "check", "document", "is_run", "proven"]
 
 
 def check(content: object) -> Claim | None:

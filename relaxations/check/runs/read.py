@@ -55,10 +55,15 @@ class Document:
     nodes: Iterator[Node]
 
 
+def is_run(content: Any) -> bool:
+    """Return whether a file's content says that it is a run certificate."""
+    return isinstance(content, dict) and content.get("format") == FORMAT
+
+
 def document(content: Any) -> Document:
     """Return the statement and the boxes of a file's content."""
     # Format, version and keys.
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    if not is_run(content):
         raise Unreadable(f"the file is not a certificate: its 'format' is not {FORMAT!r}")
     if content.get("version") != VERSION or isinstance(content["version"], bool):
         raise Unreadable(f"the version is {excerpt(content.get('version'))}, this program checks version {VERSION}")

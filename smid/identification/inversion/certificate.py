@@ -25,10 +25,11 @@ from relaxations.check.runs.statement import Stated
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
 from smid.identification.inversion.record import KEPT, Record, Rows
-from smid.verification.origin import plain_statement
+from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
 _FURTHER = 8  # contractions of a box that the search proved empty, until the checker finds so, too
+_HALVINGS = 1000  # of boxes for which they do not suffice
 
 Claim = dict[str, tuple[float, float]]
 
@@ -37,6 +38,8 @@ def write_run_certificate(
     file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any]
 ) -> Claim | None:
     """Write the proof of a cover, and return the proven ends of each parameter; None where the set is proven empty.
+
+    Where nothing is proven beyond the priors there is no file.
 
     Parameters
     ----------
@@ -56,6 +59,9 @@ def write_run_certificate(
     walk = _Walk(runs.document(content).stated, cover)
     walk.all()
     claim = walk.claim
+    priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
+    if claim == priors:
+        return claim
     content["claim"] = claim and {name: [_end(low), _end(high)] for name, (low, high) in claim.items()}
     content["boxes"] = walk.boxes
     Path(file).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
@@ -82,10 +88,7 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
             {
                 "name": run.name,
                 "samples": run.n_samples,
-                "channels": {
-                    name: [None if math.isnan(y) else float(y).hex() for y in run.values[name].tolist()]
-                    for name in record.model.channels
-                },
+                "channels": {name: samples_as_text(run.values[name]) for name in record.model.channels},
             }
             for run in record.data.experiments
         ],
@@ -111,7 +114,7 @@ class _Walk:
         ]
         self.boxes: list[dict[str, Any]] = []
         self.left: list[Ends] = []
-        self.unproven = 0
+        self._halvings = _HALVINGS
 
     @property
     def claim(self) -> Claim | None:
@@ -139,17 +142,26 @@ class _Walk:
                 node["passes"] = passes
             if empty:
                 continue
-            if box.cut is None:
-                self.unproven += box.empty
+            # What the search proved empty and this does not is halved, and is empty as before.
+            cut = box.cut or (self._halving(ends) if box.empty else None)
+            if cut is None:
                 self.left.append(ends)
                 continue
-            k, value = box.cut
+            k, value = cut
             node["cut"] = [k, float(value).hex()]
             at = below(Fraction(value))
             low, high = ends[k]
             parts = ((low, min(high, at)), (max(low, at), high))
-            children = zip(box.parts, parts, strict=True)
+            children = zip(box.parts or (box, box), parts, strict=True)
             waiting += [(part, [*ends[:k], own, *ends[k + 1 :]]) for part, own in reversed(list(children))]
+
+    def _halving(self, ends: Ends) -> tuple[int, float] | None:
+        """Return where to halve a box, along its widest unknown; None where that was done too often."""
+        self._halvings -= 1
+        whole = _finite(list(self._stated.box))
+        shares = [(high - low) / max(w[1] - w[0], 1) for (low, high), w in zip(_finite(ends), whole, strict=True)]
+        k = int(np.argmax(shares))
+        return (k, float(Fraction(sum(_finite(ends)[k]), 2 * ONE))) if self._halvings >= 0 and shares[k] > 0 else None
 
     def _contracted(self, box: Box, ends: Ends) -> tuple[list[dict[str, Any]], bool]:
         """Contract a box as often as the search did, and return the passes, and whether it is empty."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -16,12 +18,14 @@ from relaxations.search.enclosure import Enclosure, Interval, Reason
 from smid.data import DataError, Dataset
 from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness
 from smid.identification.estimate import CentreStatus
+from smid.identification.inversion.certificate import write_run_certificate
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.cover import Cover, heaviest
 from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 from smid.models import Model, ModelError
+from smid.verification.origin import source_of
 
 NAME = "inversion"
 MOST = 20_000
@@ -41,8 +45,8 @@ class Inverted:
     Raises
     ------
     ModelError
-        For a parameter or an initial sample without a box, a function without an enclosure, a run that is unknown
-        whatever the parameters are, or a proof that is to be kept.
+        For a parameter or an initial sample without a box, a function without an enclosure, or a run that is unknown
+        whatever the parameters are.
     """
 
     def __init__(
@@ -51,11 +55,8 @@ class Inverted:
         data: Dataset,
         bounds: Mapping[str, float],
         settings: Settings,
-        kept: bool,
         hidden: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        if kept:
-            raise ModelError("no file holds a proof by inversion of the free run: leave certificate out")
         self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
         loose = [p.name for p in model.parameters if not np.isfinite(p.upper - p.lower)]
         if loose:
@@ -133,8 +134,20 @@ class Inverted:
         return tuple((self.data.experiments[e].name, sample, share) for e, sample, share in heaviest(self.cover))
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Raise an error: no file holds the boxes."""
+        """Raise an error: the proof is about no polynomials, and `certify` writes it."""
         raise NotImplementedError
+
+    def certify(self, file: str | Path, found: Enclosed) -> Enclosed:
+        """Write the proof, and return what was found with the ends that the file proves."""
+        claim = write_run_certificate(file, self.cover, self.bounds, source_of(self.data, self.model.channels))
+        if claim is None or found.enclosure is None:
+            return found
+        intervals = tuple(
+            replace(i, lower=low, upper=high, from_box=(low <= p.lower, high >= p.upper))
+            for i, p in zip(found.enclosure.intervals, self.model.parameters, strict=True)
+            for low, high in [claim[i.name]]
+        )
+        return replace(found, enclosure=replace(found.enclosure, intervals=intervals))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit, from some initial states."""

@@ -20,8 +20,8 @@ from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.models import Model, ModelError
 from smid.models.parts import Line, Measurement
-from smid.models.structure import causal_order, first_samples, state_lags
-from smid.models.symbols import VALUE, plain_symbols, references, signal, t
+from smid.models.structure import causal_order, first_samples, is_clock, state_lags
+from smid.models.symbols import VALUE, references, signal, t
 
 __all__ = ["Operation", "Tape", "tape_of"]
 
@@ -320,9 +320,3 @@ def _placed(entry: tuple[int, ...], place: Mapping[int, int]) -> tuple[int, ...]
     operation, *reads = entry
     forms = _READS[Operation(operation)]
     return operation, *(place[k] if n < forms else k for n, k in enumerate(reads))
-
-
-def is_clock(line: Line) -> bool:
-    """Return whether a line depends on its own past only: a clock, which is zero at sample 0."""
-    own = {name for name, _ in line.reads}
-    return own == {line.signal} and not plain_symbols(line.expression)
