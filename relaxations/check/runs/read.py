@@ -25,7 +25,7 @@ MOST_KEPT = 1 << 10
 LONGEST_TEXT = 200_000
 LARGEST_SHIFT = 1 << 11
 WORK = 200_000_000
-"""Numbers of forms that may be computed for every file; a minute or so."""
+"""Slopes of forms that may be computed for every file; a minute or so."""
 WORK_FOR_A_NUMBER = 30_000
 """And for each number of a proof."""
 

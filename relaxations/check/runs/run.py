@@ -82,8 +82,13 @@ def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
     forms: list[Form] = []
     for entry, fixed in zip(stated.tape.entries, stated.tape.fixed, strict=True):
         forms.append(operate(entry, forms, starts) if fixed else UNKNOWN)
-        stated.work.spend(1 + len(forms[-1].slopes))
+        stated.work.spend(_cost(entry) + len(forms[-1].slopes))
     return forms
+
+
+def _cost(entry: Entry) -> int:
+    """Return about how long an operation takes without its slopes, of which each takes one."""
+    return 100 if entry[0] in FUNCTIONS or entry[0] == "power" else 10
 
 
 def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
@@ -123,6 +128,7 @@ def _run(
     """Find the rows of one run, as far as the last sample that is wanted."""
     tape, unknowns = stated.tape, len(starts)
     varying = [(k, entry) for k, entry in enumerate(tape.entries) if not tape.fixed[k]]
+    least = sum(_cost(entry) for _, entry in varying)
     past: dict[str, list[Form]] = {name: [] for name in tape.lags}
     by_sample: dict[int, list[Source]] = {}
     for source in wanted:
@@ -130,7 +136,7 @@ def _run(
     forms, newest = list(fixed), unknowns - 1
     for now in range(max(by_sample) + 1):
         # The lines, or initial samples before their first.
-        cost = 0
+        cost = least
         for k, entry in varying:
             kind = entry[0]
             if kind == "past":
@@ -148,7 +154,7 @@ def _run(
             else:
                 form = operate(entry, forms, starts)
             forms[k] = form
-            cost += 1 + len(form.slopes)
+            cost += len(form.slopes)
         stated.work.spend(cost)
         # The rows.
         for source in by_sample.get(now, ()):
