@@ -65,9 +65,10 @@ class Inverted:
                 f"ends, as in model.bound({loose[0]}=(-10, 10))"
             )
         self.record = record = Record(model, data, bounds, hidden)
-        middle = np.where(np.isfinite(record.upper - record.lower), 0.5 * record.lower + 0.5 * record.upper, np.nan)
-        known = ~np.isnan(middle)
-        ends = np.where(known, middle, record.lower), np.where(known, middle, record.upper)
+        known = np.isfinite(record.upper - record.lower)
+        ends = record.lower.copy(), record.upper.copy()
+        for end in ends:
+            end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
         if not known.all() and not record.knowledge(*ends):
             unknown = dict.fromkeys(name.split("[")[0] for name in np.array(record.names)[~known].tolist())
             raise ModelError(

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from smid import (
     verify,
 )
 from smid.cli import main
-from smid.models import Line, Measurement, signal, t
+from smid.models import VALUE, Line, Measurement, signal, t
 
 x, u = signal("x"), signal("u")
 a, b = (sympy.Symbol(name, real=True) for name in "ab")
@@ -154,6 +155,35 @@ def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
         verify(changed, data, model)
 
 
+def test_sensors_noisy_inputs_constraints_and_several_experiments(tmp_path) -> None:
+    v = signal("v")
+    line = Line(x[t], a * sympy.tanh(x[t - 1]) + b * v[t - 1])
+    curved = Measurement("z", "x", "zeta", VALUE + 0.1 * VALUE**3)
+    sensors = (Measurement("y", "x", "eta"), curved, Measurement("u", "v", "xi"))
+    boxes = (Parameter("a", 0.2, 1.2), Parameter("b", 0.2, 1.2))
+    model = Model("sensed", boxes, (line,), sensors, constraints=(1.5 - a - b,))
+    rng, runs_ = np.random.default_rng(3), []
+    for _ in range(2):
+        inputs, states = rng.uniform(-1, 1, 25), [0.4]
+        for k in range(1, 25):
+            states.append(0.6 * np.tanh(states[-1]) + 0.8 * inputs[k - 1])
+        # The sensor shows the value whose curve is the state.
+        shown = np.array([np.roots([0.1, 0, 1, -state])[-1].real for state in states])
+        noise = rng.uniform(-0.01, 0.01, (3, 25))
+        runs_.append({"u": inputs + noise[0], "y": states + noise[1], "z": shown + noise[2]})
+    outputs = {name: runs_[0][name] for name in "yz"}
+    data = Dataset.from_arrays(input={"u": runs_[0]["u"]}, output=outputs, sampling_time=1.0)
+    (first,) = data.experiments
+    data = data.with_experiments([replace(first, name=f"run {k}", values=own) for k, own in enumerate(runs_)])
+    file = tmp_path / "proof.json"
+    estimate = identify(model, data, 0.011, method="inversion", tolerance=0.3, nodes=60, certificate=file)
+    found = verify(file, data, model)
+    assert found.equations == 48
+    for name, truth in (("a", 0.6), ("b", 0.8)):
+        assert found.intervals[name] == (estimate[name].lower, estimate[name].upper)
+        assert 0.2 < estimate[name].lower <= truth <= estimate[name].upper < 1.2
+
+
 # ---------------------------------------------------------------- changed certificates
 
 
@@ -239,7 +269,7 @@ def test_a_changed_certificate_is_refused(tank, change) -> None:
 def test_every_part_of_the_statement_is_compared(tank, tmp_path) -> None:
     content, file = tank
     model, data = record("square-root tank")
-    with pytest.raises(ModelError, match="noise bound of 'y' is 0.03"):
+    with pytest.raises(ModelError, match=r"noise bound of 'y' is 0\.03"):
         verify(file, data, model, 0.03)
     with pytest.raises(ModelError, match="the parameter 'a' of the model is not that of the proof"):
         verify(file, data, model.bound(a=(0, 0.3)))
