@@ -28,7 +28,7 @@ from smid.identification.inversion.record import KEPT, Record, Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
-_FURTHER = 8  # contractions of a box that the search proved empty, until the checker finds so, too
+_FURTHER = 8  # contractions of a box of which more is left than the search left
 _HALVINGS = 1000  # of boxes for which they do not suffice
 
 Claim = dict[str, tuple[float, float]]
@@ -164,11 +164,11 @@ class _Walk:
         return (k, float(Fraction(sum(_finite(ends)[k]), 2 * ONE))) if self._halvings >= 0 and shares[k] > 0 else None
 
     def _contracted(self, box: Box, ends: Ends) -> tuple[list[dict[str, Any]], bool]:
-        """Contract a box as often as the search did, and return the passes, and whether it is empty."""
+        """Contract a box until as little is left as in the search; return the passes, and whether it is empty."""
         passes: list[dict[str, Any]] = []
         empty = any(low > high for low, high in ends)
-        for _ in range(len(box.contractions) + _FURTHER * box.empty):
-            if empty:
+        while not empty and len(passes) < len(box.contractions) + _FURTHER:
+            if len(passes) >= len(box.contractions) and (box.cut or not (box.empty or _beyond(ends, box))):
                 break
             known = rows(self._stated, ends, self._sources)
             step = _pass(known, ends)
@@ -179,6 +179,13 @@ class _Walk:
             )
             empty = not contract(ends, step, known, "the box")
         return passes, empty
+
+
+def _beyond(ends: Ends, box: Box) -> bool:
+    """Return whether ends reach further than the search found."""
+    lower, upper = box.left
+    found = zip(ends, lower.tolist(), upper.tolist(), strict=True)
+    return any(low < own_low * ONE or high > own_high * ONE for (low, high), own_low, own_high in found)
 
 
 def _pass(known: Mapping[Source, Row | None], ends: Ends) -> Pass:

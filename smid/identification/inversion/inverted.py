@@ -16,7 +16,7 @@ from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from smid.data import DataError, Dataset
-from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness
+from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness, where_open
 from smid.identification.estimate import CentreStatus
 from smid.identification.inversion.certificate import write_run_certificate
 from smid.identification.inversion.contraction import contracted
@@ -148,7 +148,9 @@ class Inverted:
             for i, p in zip(found.enclosure.intervals, self.model.parameters, strict=True)
             for low, high in [claim[i.name]]
         )
-        return replace(found, enclosure=replace(found.enclosure, intervals=intervals))
+        tight = all(is_tight(i, self.settings.tolerance) for i in intervals)
+        reason = found.reason if tight else where_open(found.reason)
+        return replace(found, reason=reason, enclosure=replace(found.enclosure, intervals=intervals, reason=reason))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit, from some initial states."""
