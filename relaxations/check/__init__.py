@@ -12,7 +12,8 @@ The modules, from the bottom:
 - :mod:`relaxations.check.rules`: one rule for each kind, with the proof of its soundness at the head;
 - :mod:`relaxations.check.proof`: the steps, one after the other;
 - :mod:`relaxations.check.read`: the file and its limits;
-- :mod:`relaxations.check.report`: the printed report.
+- :mod:`relaxations.check.report`: the printed report;
+- :mod:`relaxations.check.runs`: the same for certificates of another kind, which prove by enclosures of a model's run.
 
 The kernel consists of arithmetic, statement, rules and proof: only an error there can accept a false theorem.
 :mod:`relaxations.proof.certificate_file` writes such files.
@@ -23,10 +24,12 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from relaxations.check import runs
 from relaxations.check.arithmetic import Polynomial, Refused, Unreadable, value_range
 from relaxations.check.proof import conclusion
 from relaxations.check.read import FORMAT, VERSION, Document, document, read
 from relaxations.check.report import report
+from relaxations.check.runs.report import report as report_of_run
 from relaxations.check.statement import Context, Theorem
 
 __all__ = ["FORMAT", "VERSION", "Polynomial", "Refused", "Theorem", "Unreadable", "check", "main", "read", "theorems"]
@@ -138,8 +141,13 @@ def main(arguments: list[str]) -> int:
         print("usage: python -m relaxations.check FILE\nexit codes: 0 accepted, 1 refused, 2 not a certificate")
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
-        found = document(read(arguments[0]))
-        lines = list(report(found, proven(found)))
+        content = read(arguments[0])
+        if runs.is_run(content):
+            run = runs.document(content)
+            lines = list(report_of_run(run, runs.proven(run)))
+        else:
+            found = document(content)
+            lines = list(report(found, proven(found)))
     except Refused as refusal:
         readable = not isinstance(refusal, Unreadable)
         print(f"{'refused' if readable else 'not a certificate'}: {refusal}", file=sys.stderr)

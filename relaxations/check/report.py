@@ -25,20 +25,20 @@ def report(document: Document, theorems: Iterable[Theorem]) -> Iterator[str]:
         "inequality": len(stated.inequalities),
         "kink": len(stated.kinks),
     }
-    yield "accepted: " + ", ".join(_count(number, what) for what, number in counts.items() if number or what != "kink")
+    yield "accepted: " + ", ".join(counted(number, what) for what, number in counts.items() if number or what != "kink")
     if document.origin is None:
         yield "origin: not stated, so the proof is about the polynomials in this file"
     else:
         yield "origin, as this file states it (smid verify compares it with a model and with data):"
-        yield from (f"  {line}" for line in _entries(document.origin, ""))
+        yield from (f"  {line}" for line in entries(document.origin, ""))
     best = strongest(theorems)
     yield "stated box:"
     first = {v for theorem in best for v in theorem.objective.variables}
     order = [*sorted(first), *(v for v in range(len(box)) if v not in first)]
     for v in order[:MOST_LINES]:
-        yield f"  {shown_name(stated.names[v])} in {_interval(box[v])}"
+        yield f"  {shown_name(stated.names[v])} in {interval(box[v])}"
     if len(order) > MOST_LINES:
-        yield f"  ... and {_count(len(order) - MOST_LINES, 'further variable')}"
+        yield f"  ... and {counted(len(order) - MOST_LINES, 'further variable')}"
     yield "proven:"
     for theorem in best:
         yield f"  {_claim(theorem, stated.names)} ({theorem.step})"
@@ -64,14 +64,14 @@ def _claim(theorem: Theorem, names: list[str]) -> str:
         return f"{_written(theorem.objective, names)} >= {shown(theorem.bound)}"
     variable, slope = theorem.single
     end = theorem.bound / slope
-    return f"{shown_name(names[variable])} " + (f">= {shown(end)}" if slope > 0 else f"<= {_above(end)}")
+    return f"{shown_name(names[variable])} " + (f">= {shown(end)}" if slope > 0 else f"<= {above(end)}")
 
 
 def _written(polynomial: Polynomial, names: list[str]) -> str:
     """Return a polynomial as text; a long one by its number of terms."""
     monomials = sorted(polynomial.monomials, key=lambda m: (-len(m), m))
     if len(monomials) > 6 or polynomial.rad:
-        return f"the objective ({_count(len(monomials), 'term')})"
+        return f"the objective ({counted(len(monomials), 'term')})"
     terms = []
     for m in monomials:
         value = polynomial.mid.get(m, Fraction(0))
@@ -83,7 +83,8 @@ def _written(polynomial: Polynomial, names: list[str]) -> str:
     return text.replace("- ", "-", 1) if text.startswith("- ") else text or "0"
 
 
-def _interval(ends: Interval) -> str:
+def interval(ends: Interval) -> str:
+    """Return a box as text, of which each end is exact."""
     low, high = ends
     left = f"[{_exactly(low)}" if isinstance(low, Fraction) else "(-inf"
     right = f"{_exactly(high)}]" if isinstance(high, Fraction) else "inf)"
@@ -100,18 +101,18 @@ def _exactly(value: Fraction) -> str:
     return text if len(text) <= 60 else f"about {shown(value)}"
 
 
-def _above(value: Fraction) -> str:
+def above(value: Fraction) -> str:
     """Return a decimal that is at least the value."""
     return shown(-value).removeprefix("-") if value > 0 else shown(-value) if value == 0 else f"-{shown(-value)}"
 
 
-def _count(number: int, what: str) -> str:
+def counted(number: int, what: str) -> str:
     """Return a number with a noun in the singular or plural."""
     plural = what.removesuffix("y") + "ies" if what.endswith("y") else what + "s"
     return f"{number} {what if number == 1 else plural}"
 
 
-def _entries(value: Any, name: str) -> Iterator[str]:
+def entries(value: Any, name: str) -> Iterator[str]:
     """Yield one escaped line for each entry of an origin."""
     inside = (
         list(value.items()) if isinstance(value, dict) else list(enumerate(value)) if isinstance(value, list) else None
@@ -120,9 +121,9 @@ def _entries(value: Any, name: str) -> Iterator[str]:
         yield f"{name}: {_entry(value)}"
         return
     for key, entry in inside[:MOST_LINES]:
-        yield from _entries(entry, f"{name}.{_entry(key)}" if name else _entry(key))
+        yield from entries(entry, f"{name}.{_entry(key)}" if name else _entry(key))
     if len(inside) > MOST_LINES:
-        yield f"{name}: ... and {_count(len(inside) - MOST_LINES, 'further entry')}"
+        yield f"{name}: ... and {counted(len(inside) - MOST_LINES, 'further entry')}"
 
 
 def _entry(value: Any) -> str:

@@ -157,7 +157,8 @@ def identify(
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together
-        (:mod:`smid.identification.separated`), which takes longer.
+        (:mod:`smid.identification.separated`), which takes longer. After an inversion the ends are those that the
+        checker's arithmetic gives, which differ from those without a file by little.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
@@ -192,7 +193,7 @@ def identify(
 
     def encloser_of(model: Model, data: Dataset) -> Encloser:
         if method == INVERSION:
-            return Inverted(model, data, bounds, settings, kept)
+            return Inverted(model, data, bounds, settings)
         try:
             # A file holds one proof, so with a certificate all outputs are proven together.
             parts = () if kept or len(model.output_channels) < 2 else separate(model)
@@ -202,7 +203,7 @@ def identify(
         except NotPolynomialError:
             if not automatic:
                 raise
-            return Inverted(model, data, bounds, settings, kept)
+            return Inverted(model, data, bounds, settings)
 
     def of_polynomials(model: Model, data: Dataset) -> Encloser:
         own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}
@@ -220,12 +221,14 @@ def identify(
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.
     found = encloser.enclose()
-    enclosure = found.enclosure
-    if certificate and enclosure is not None:
+    if certificate and isinstance(encloser, Inverted):
+        found = encloser.certify(certificate, found)
+    elif certificate and found.enclosure is not None:
         problem, steps, kinks = encloser.proof()
         if steps:
             origin = origin_of(model, data, bounds, found.windows)
             write_certificate(certificate, problem, steps, kinks, origin)
+    enclosure = found.enclosure
     if isinstance(encloser, WithOutliers | Inverted) and found.reason is Reason.EMPTY:
         raise EmptyFeasibleSetError(encloser.contradiction, None, encloser.heaviest)
     if enclosure is not None and enclosure.empty is not None:

@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 
 from smid.models.errors import ModelError
 from smid.models.parts import Line
+from smid.models.symbols import plain_symbols
 
-__all__ = ["causal_order", "exogenous", "first_samples", "groups", "state_lags"]
+__all__ = ["causal_order", "exogenous", "first_samples", "groups", "is_clock", "state_lags"]
 
 
 def causal_order(lines: Iterable[Line]) -> tuple[Line, ...]:
@@ -148,3 +149,16 @@ def first_samples(lines: Sequence[Line]) -> dict[str, int]:
         first.update({line.signal: start for line in group})
         known.update({line.signal: 0 if recursive else start for line in group})
     return first
+
+
+def is_clock(line: Line) -> bool:
+    """Return whether a line depends on its own past only: a clock, which is zero at sample 0.
+
+    Examples
+    --------
+    >>> from smid.models.symbols import signal, t
+    >>> is_clock(Line(signal("k")[t], signal("k")[t - 1] + 1))
+    True
+    """
+    own = {name for name, _ in line.reads}
+    return own == {line.signal} and not plain_symbols(line.expression)

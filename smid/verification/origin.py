@@ -27,12 +27,16 @@ def origin_of(
     A proof on ``windows`` states their samples only.
     """
     return {
-        "software": f"smid {_version()}",
         "model": model_statement(model),
         "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
         "windows": [window.to_dict() for window in windows],
-        "data": data_statement(cut_all(data, windows) if windows else data, model.channels),
+        **source_of(cut_all(data, windows) if windows else data, model.channels),
     }
+
+
+def source_of(data: Dataset, channels: tuple[str, ...]) -> dict[str, Any]:
+    """Return the software, and what identifies the samples of some channels."""
+    return {"software": f"smid {_version()}", "data": data_statement(data, channels)}
 
 
 def model_statement(model: Model) -> dict[str, Any]:
@@ -41,7 +45,11 @@ def model_statement(model: Model) -> dict[str, Any]:
     Lines in derivatives are stated as the discretised lines that are simulated and bounded, and without the hidden
     states that are eliminated.
     """
-    plain = without_hidden_states(model)
+    return plain_statement(without_hidden_states(model))
+
+
+def plain_statement(plain: Model) -> dict[str, Any]:
+    """Return a model of plain lines as text."""
     return {
         "name": plain.name,
         "parameters": {p.name: [_end(p.lower), _end(p.upper)] for p in plain.parameters},
@@ -77,6 +85,11 @@ def data_statement(data: Dataset, channels: tuple[str, ...]) -> dict[str, Any]:
         "experiments": [{"name": run.name, "samples": run.n_samples} for run in data.experiments],
         "sample_digests": {name: [_digests(run.values[name]) for run in data.experiments] for name in names},
     }
+
+
+def samples_as_text(values: Array) -> list[str | None]:
+    """Return samples as hexadecimal floats; None for a missing one."""
+    return [None if np.isnan(y) else (y + 0.0).hex() for y in values.tolist()]
 
 
 def _canonical(values: Array) -> Array:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from relaxations import check
+from relaxations.check import runs
 from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
 from relaxations.check.statement import Theorem
@@ -23,6 +24,7 @@ from smid.models import Model, ModelError
 from smid.models.expressions import from_text
 from smid.verification.implied import NotProvenError, check_implied
 from smid.verification.origin import DIGITS, data_statement, model_statement
+from smid.verification.verify_run import check_statement, origin_of_run, statement_of
 
 __all__ = ["NotProvenError", "Verification", "read_origin", "verify"]
 
@@ -119,23 +121,17 @@ def verify(
         kinds = ", ".join(type(given).__name__ for given in (proof, data, model))
         raise TypeError(f"verify was given {kinds}: give verify(proof, data, model): the file, a Dataset, a Model")
     try:
-        found = document(check.read(proof))
-        origin = _origin(found)
+        content = check.read(proof)
+        is_run = runs.is_run(content)
+        origin = _origin(content)
         data = _proven_part(origin, data)
         _compare_data(origin["data"], data)
         if model is not None:
-            _compare_models(origin["model"], model_statement(bind(model, data)))
+            own = bind(model, data)
+            _compare_models(origin["model"], statement_of(own, data) if is_run else model_statement(own))
         if noise_bound is not None:
             _compare_bounds(origin["noise_bounds"], noise_bound)
-        samples = {
-            run["name"]: {
-                c: [None if math.isnan(v) else Fraction(v) for v in own.values[c].tolist()]
-                for c in origin["data"]["sample_digests"]
-            }
-            for run, own in zip(origin["data"]["experiments"], data.experiments, strict=True)
-        }
-        equations = check_implied(found, origin["model"], samples, origin["noise_bounds"])
-        theorems = strongest(check.proven(found))
+        return (_run_verified if is_run else _verified)(content, origin, data)
     except check.Unreadable as error:
         raise DataError(str(error)) from None
     except check.Refused as error:
@@ -144,20 +140,41 @@ def verify(
         if isinstance(error, DataError | ModelError | NotProvenError):
             raise
         raise DataError(f"{proof}: its origin is not in the form that smid writes ({error})") from None
+
+
+def _verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verification:
+    found = document(content)
+    samples = {
+        run["name"]: {
+            c: [None if math.isnan(v) else Fraction(v) for v in own.values[c].tolist()]
+            for c in origin["data"]["sample_digests"]
+        }
+        for run, own in zip(origin["data"]["experiments"], data.experiments, strict=True)
+    }
+    equations = check_implied(found, origin["model"], samples, origin["noise_bounds"])
+    theorems = strongest(check.proven(found))
     empty = any(theorem.empty for theorem in theorems)
     return Verification(origin, equations, empty, {} if empty else _intervals(found, theorems, origin))
+
+
+def _run_verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verification:
+    found = runs.document(content)
+    equations, claim = check_statement(found, data), runs.proven(found)
+    intervals = {name: (_rounded(low, -1), _rounded(high, 1)) for name, (low, high) in (claim or {}).items()}
+    return Verification(origin, equations, claim is None, intervals)
 
 
 def read_origin(proof: str | Path) -> dict[str, Any]:
     """Return a proof's statement of its model and data; DataError if there is none."""
     try:
-        return _origin(document(check.read(proof)))
+        return _origin(check.read(proof))
     except check.Unreadable as error:
         raise DataError(str(error)) from None
 
 
-def _origin(found: Document) -> dict[str, Any]:
-    origin = found.origin
+def _origin(content: Any) -> dict[str, Any]:
+    """Return the origin of a certificate, and what it states of the model."""
+    origin = document(content).origin if not runs.is_run(content) else origin_of_run(runs.document(content))
     if not isinstance(origin, dict) or not {"model", "noise_bounds", "data", "software"} <= origin.keys():
         raise DataError(
             "the certificate states no model and data, so there is nothing to compare: write it with "

@@ -79,9 +79,9 @@ def _operate(
         copy(forms, to, forms, a)
     elif operation == _APPLY:
         apply(forms, to, a, b, number[0])
-    elif forms[a, LOW] >= 0.0:
+    elif forms[a, LOW] > 0.0 or (forms[a, LOW] == 0.0 and number[0] == 0.0):
         copy(forms, to, forms, b)
-    elif forms[a, HIGH] < 0.0:
+    elif forms[a, HIGH] < 0.0 or (forms[a, HIGH] == 0.0 and number[0] == 1.0):
         copy(forms, to, forms, c)
     else:
         hull(forms, to, b, c)

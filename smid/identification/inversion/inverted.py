@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,14 +17,16 @@ from relaxations.proof.bounding import Emptiness
 from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from smid.data import DataError, Dataset
-from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness
+from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness, where_open
 from smid.identification.estimate import CentreStatus
+from smid.identification.inversion.certificate import write_run_certificate
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.cover import Cover, heaviest
 from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 from smid.models import Model, ModelError
+from smid.verification.origin import source_of
 
 NAME = "inversion"
 MOST = 20_000
@@ -42,8 +46,8 @@ class Inverted:
     Raises
     ------
     ModelError
-        For a parameter or an initial sample without a box, a function without an enclosure, a run that is unknown
-        whatever the parameters are, or a proof that is to be kept.
+        For a parameter or an initial sample without a box, a function without an enclosure, or a run that is unknown
+        whatever the parameters are.
     """
 
     def __init__(
@@ -52,11 +56,8 @@ class Inverted:
         data: Dataset,
         bounds: Mapping[str, float],
         settings: Settings,
-        kept: bool,
         hidden: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        if kept:
-            raise ModelError("no file holds a proof by inversion of the free run: leave certificate out")
         self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
         loose = [p.name for p in model.parameters if not np.isfinite(p.upper - p.lower)]
         if loose:
@@ -65,9 +66,10 @@ class Inverted:
                 f"ends, as in model.bound({loose[0]}=(-10, 10))"
             )
         self.record = record = Record(model, data, bounds, hidden)
-        middle = np.where(np.isfinite(record.upper - record.lower), 0.5 * record.lower + 0.5 * record.upper, np.nan)
-        known = ~np.isnan(middle)
-        ends = np.where(known, middle, record.lower), np.where(known, middle, record.upper)
+        known = np.isfinite(record.upper - record.lower)
+        ends = record.lower.copy(), record.upper.copy()
+        for end in ends:
+            end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
         if not known.all() and not record.knowledge(*ends):
             unknown = dict.fromkeys(name.split("[")[0] for name in np.array(record.names)[~known].tolist())
             raise ModelError(
@@ -134,8 +136,22 @@ class Inverted:
         return tuple((self.data.experiments[e].name, sample, share) for e, sample, share in heaviest(self.cover))
 
     def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Raise an error: no file holds the boxes."""
+        """Raise an error: the proof is about no polynomials, and `certify` writes it."""
         raise NotImplementedError
+
+    def certify(self, file: str | Path, found: Enclosed) -> Enclosed:
+        """Write the proof, and return what was found with the ends that the file proves."""
+        claim = write_run_certificate(file, self.cover, self.bounds, source_of(self.data, self.model.channels))
+        if claim is None or found.enclosure is None:
+            return found
+        intervals = tuple(
+            replace(i, lower=low, upper=high, from_box=(low <= p.lower, high >= p.upper))
+            for i, p in zip(found.enclosure.intervals, self.model.parameters, strict=True)
+            for low, high in [claim[i.name]]
+        )
+        tight = all(is_tight(i, self.settings.tolerance) for i in intervals)
+        reason = found.reason if tight else where_open(found.reason)
+        return replace(found, reason=reason, enclosure=replace(found.enclosure, intervals=intervals, reason=reason))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit, from some initial states."""

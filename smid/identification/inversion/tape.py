@@ -20,8 +20,8 @@ from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.models import Model, ModelError
 from smid.models.parts import Line, Measurement
-from smid.models.structure import causal_order, first_samples, state_lags
-from smid.models.symbols import VALUE, plain_symbols, references, signal, t
+from smid.models.structure import causal_order, first_samples, is_clock, state_lags
+from smid.models.symbols import VALUE, references, signal, t
 
 __all__ = ["Operation", "Tape", "tape_of"]
 
@@ -38,7 +38,7 @@ class Operation(IntEnum):
     MULTIPLY = 6
     SCALE = 7  # form; number
     APPLY = 8  # form, function; exponent
-    CHOOSE = 9  # condition, form where it is not negative, form elsewhere
+    CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
     DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
 
 
@@ -250,8 +250,11 @@ class _Writer:
             return self.write(value)
         if not isinstance(condition, Relational) or condition.func in (sympy.Eq, sympy.Ne):
             raise ModelError(f"inversion does not read the condition '{condition}': write it as one inequality")
-        above = condition.gts - condition.lts
-        return self.of(Operation.CHOOSE, self.write(above), self.write(value), self._piecewise(tuple(rest)))
+        above, chosen, other = condition.gts - condition.lts, self.write(value), self._piecewise(tuple(rest))
+        strict = isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan)
+        if above.could_extract_minus_sign():  # the opposite: no product rounds what an input of zero decides
+            above, chosen, other, strict = -above, other, chosen, not strict
+        return self.of(Operation.CHOOSE, self.write(above), chosen, other, number=float(strict))
 
     def _read(self, node: sympy.Indexed) -> int:
         ((name, lag),) = references(node)
@@ -317,9 +320,3 @@ def _placed(entry: tuple[int, ...], place: Mapping[int, int]) -> tuple[int, ...]
     operation, *reads = entry
     forms = _READS[Operation(operation)]
     return operation, *(place[k] if n < forms else k for n, k in enumerate(reads))
-
-
-def is_clock(line: Line) -> bool:
-    """Return whether a line depends on its own past only: a clock, which is zero at sample 0."""
-    own = {name for name, _ in line.reads}
-    return own == {line.signal} and not plain_symbols(line.expression)

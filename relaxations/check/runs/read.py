@@ -1,0 +1,324 @@
+"""Read a run certificate: the statement, then the boxes one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from relaxations.check.arithmetic import Interval, Unreadable, Work
+from relaxations.check.forms import Reader, excerpt, read_name, shown_name
+from relaxations.check.runs.affine import Range, between
+from relaxations.check.runs.fixed import above, below
+from relaxations.check.runs.proof import Node, Pass, Side
+from relaxations.check.runs.run import CONSTRAINT, Source
+from relaxations.check.runs.statement import Experiment, Measured, Samples, Stated
+from relaxations.check.runs.tape import Tape
+
+FORMAT = "relaxations run certificate"
+VERSION = 1
+
+MOST_SAMPLES = 1 << 24
+MOST_KEPT = 1 << 10
+LONGEST_TEXT = 200_000
+LARGEST_SHIFT = 1 << 11
+WORK = 200_000_000
+"""Slopes of forms that may be computed for every file; a minute or so."""
+WORK_FOR_A_NUMBER = 30_000
+"""And for each number of a proof."""
+
+Claim = Mapping[str, Interval]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A run certificate.
+
+    Parameters
+    ----------
+    content
+        Of the file.
+    priors
+        Ends of each parameter.
+    claim
+        Proven ends of each parameter; None: the set is empty.
+    nodes
+        Each is read when it is checked.
+    """
+
+    stated: Stated
+    content: Mapping[str, Any]
+    priors: Claim
+    claim: Claim | None
+    nodes: Iterator[Node]
+
+
+def is_run(content: Any) -> bool:
+    """Return whether a file's content says that it is a run certificate."""
+    return isinstance(content, dict) and content.get("format") == FORMAT
+
+
+def document(content: Any) -> Document:
+    """Return the statement and the boxes of a file's content."""
+    # Format, version and keys.
+    if not is_run(content):
+        raise Unreadable(f"the file is not a certificate: its 'format' is not {FORMAT!r}")
+    if content.get("version") != VERSION or isinstance(content["version"], bool):
+        raise Unreadable(f"the version is {excerpt(content.get('version'))}, this program checks version {VERSION}")
+    reader = Reader(0, Work(0))
+    keys = (
+        "format",
+        "version",
+        "model",
+        "noise_bounds",
+        "first",
+        "initial",
+        "experiments",
+        "symbols",
+        "claim",
+        "boxes",
+    )
+    file = reader.fields(content, "the file", keys, ("origin",))
+    model = reader.fields(file["model"], "model", ("name", "parameters", "lines", "measurements", "constraints"), ())
+    try:
+        stated = _stated(reader, file, model)
+    except RecursionError:
+        raise Unreadable("an expression of the model is nested too deeply") from None
+    reader.count = len(stated.unknowns)
+    priors = _claim(reader, model["parameters"], stated, "the box of")
+    claim = None if file["claim"] is None else _claim(reader, file["claim"], stated, "the claim on")
+    return Document(stated, file, priors, claim, _nodes(reader, reader.items(file["boxes"], "boxes"), stated))
+
+
+def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stated:
+    parameters = {
+        name: _ends(reader, pair, f"the box of {shown_name(name)}")
+        for name, pair in _named(model["parameters"], "parameters").items()
+    }
+    if not parameters:
+        raise Unreadable("the model has no parameters: nothing is claimed")
+    confused = sorted({"pi", "E"} & parameters.keys())
+    if confused:
+        raise Unreadable(f"a parameter is called {confused[0]}, which stands for a number")
+    lines = _named(model["lines"], "lines")
+    bounds = {
+        name: reader.number(value, f"the noise bound of {shown_name(name)}")
+        for name, value in _named(file["noise_bounds"], "noise_bounds").items()
+    }
+    measurements = [
+        _Measurement.of(reader, value, bounds, f"measurement {k}")
+        for k, value in enumerate(reader.items(model["measurements"], "measurements"))
+    ]
+    records = [_Run.of(reader, value) for value in reader.items(file["experiments"], "experiments")]
+    if not records:
+        raise Unreadable("there are no experiments")
+    # Operations: signals that a measurement defines, then the lines in their order, then the rows.
+    taken = {*lines, *(m.signal for m in measurements)}
+    exact = frozenset.intersection(*(frozenset(run.channels) for run in records)) - taken
+    tape = Tape({name: k for k, name in enumerate(parameters)}, exact)
+    texts = reader.items(model["constraints"], "constraints")
+    constraints = tuple(tape.constraint(_text(text, f"constraint {k}")) for k, text in enumerate(texts))
+    first = {}
+    for k, m in enumerate(measurements):
+        if m.signal not in lines and m.signal not in first:
+            tape.define(m.signal, tape.shown(k, m.inverse))
+            first[m.signal] = 0
+    starts = reader.fields(file["first"], "first", lines)
+    for name, text in lines.items():
+        lag = tape.line(name, _text(text, f"the line of {shown_name(name)}"))
+        first[name] = reader.index(starts[name], f"the first sample of {shown_name(name)}", MOST_SAMPLES)
+        if first[name] < lag:
+            raise Unreadable(f"the line of {shown_name(name)} reads {lag} samples back, before its first sample")
+    undefined = sorted(tape.lags.keys() - tape.now.keys())
+    if undefined:
+        raise Unreadable(f"a line reads the signal {excerpt(undefined[0])}, which neither a line nor a channel defines")
+    measured = tuple(
+        Measured(
+            m.signal,
+            tape.less(tape.now[m.signal], tape.shown(k, m.inverse)) if m.signal in lines else None,
+            tape.now[m.signal] if m.signal in lines and m.inverse is None else None,
+        )
+        for k, m in enumerate(measurements)
+    )
+    # The unknowns: parameters, and the samples of remembered signals before the first that a line gives.
+    initial = _initial(reader, file["initial"], first, records)
+    names, box = list(parameters), list(parameters.values())
+    experiments = []
+    for e, run in enumerate(records):
+        shown = tuple(_samples(run.channels.get(m.channel, [None] * run.count), m.bound) for m in measurements)
+        places = {}
+        for name in (name for name in lines if name in tape.lags):
+            for now in range(min(first[name], run.count)):
+                seen = [own[now] for m, own in zip(measured, shown, strict=True) if m.signal == name and m.defined]
+                known = [*((form.low, form.high) for form in seen if form), *initial.get((e, name, now), [])]
+                places[name, now] = len(names)
+                names.append(f"{name}[{now}]" if len(records) == 1 else f"{name}[{now}] of {run.name}")
+                box.append((max([-inf, *(low for low, _ in known)]), min([inf, *(high for _, high in known)])))
+        channels = {name: _samples(run.channels[name], Fraction(0)) for name in exact}
+        experiments.append(Experiment(run.name, run.count, channels, shown, places))
+    kept = reader.index(file["symbols"], "symbols", MOST_KEPT + 1)
+    return Stated(
+        tuple(parameters),
+        tuple(names),
+        tuple(box),
+        tape,
+        first,
+        measured,
+        tuple(above(m.bound) for m in measurements),
+        constraints,
+        tuple(experiments),
+        kept,
+        Work(WORK),
+    )
+
+
+@dataclass(frozen=True)
+class _Measurement:
+    """A channel, the signal that it measures with what noise, and the text of its inverse."""
+
+    channel: str
+    signal: str
+    bound: Fraction
+    inverse: str | None
+
+    @staticmethod
+    def of(reader: Reader, value: Any, bounds: Mapping[str, Fraction], where: str) -> _Measurement:
+        fields = reader.fields(value, where, ("channel", "signal", "noise", "inverse"))
+        channel, signal = read_name(fields["channel"], where), read_name(fields["signal"], where)
+        if fields["noise"] is not None and channel not in bounds:
+            raise Unreadable(f"{where} has a noise without a bound")
+        bound = Fraction(0) if fields["noise"] is None else bounds[channel]
+        if bound < 0:
+            raise Unreadable(f"{where}: the noise bound is negative")
+        inverse = fields["inverse"]
+        return _Measurement(channel, signal, bound, None if inverse is None else _text(inverse, where))
+
+
+@dataclass(frozen=True)
+class _Run:
+    """The samples of one experiment."""
+
+    name: str
+    count: int
+    channels: dict[str, list[Fraction | None]]
+
+    @staticmethod
+    def of(reader: Reader, value: Any) -> _Run:
+        fields = reader.fields(value, "an experiment", ("name", "samples", "channels"))
+        count = reader.index(fields["samples"], "the number of samples", MOST_SAMPLES)
+        channels = {
+            name: [None if y is None else reader.number(y, f"a sample of {shown_name(name)}") for y in own]
+            for name, samples in _named(fields["channels"], "channels").items()
+            for own in [reader.items(samples, f"the samples of {shown_name(name)}", count)]
+        }
+        return _Run(read_name(fields["name"], "the name of an experiment"), count, channels)
+
+
+def _initial(
+    reader: Reader, value: Any, first: Mapping[str, int], records: list[_Run]
+) -> dict[tuple[int, str, int], list[Range]]:
+    """Return the initial samples that are stated, by experiment, signal and sample."""
+    found: dict[tuple[int, str, int], list[Range]] = {}
+    for entry in reader.items(value, "initial"):
+        experiment, name, sample, *ends = reader.items(entry, "an initial sample", 5)
+        e = reader.index(experiment, "the experiment of an initial sample", len(records))
+        if not isinstance(name, str) or name not in first:
+            raise Unreadable(f"an initial sample of {excerpt(name)}, which is no signal of the model")
+        now = reader.index(sample, f"the initial sample of {shown_name(name)}", max(first[name], 1))
+        found.setdefault((e, name, now), []).append(_ends(reader, ends, f"the initial sample of {shown_name(name)}"))
+    return found
+
+
+def _samples(values: list[Fraction | None], bound: Fraction) -> Samples:
+    return [None if y is None else between(below(y - bound), above(y + bound)) for y in values]
+
+
+def _named(value: Any, where: str) -> dict[str, Any]:
+    """Return an object whose keys are names."""
+    if not isinstance(value, dict):
+        raise Unreadable(f"{where} is not an object")
+    return {read_name(name, where): entry for name, entry in value.items()}
+
+
+def _text(value: Any, where: str) -> str:
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        raise Unreadable(f"{where} is not a text of at most {LONGEST_TEXT} characters")
+    return value
+
+
+def _exact_ends(reader: Reader, value: Any, where: str) -> Interval:
+    low, high = reader.ends(value, where)
+    if low > high:
+        raise Unreadable(f"{where}: the lower end is above the upper one")
+    return low, high
+
+
+def _ends(reader: Reader, value: Any, where: str) -> Range:
+    """Return ends in units, rounded outwards."""
+    low, high = _exact_ends(reader, value, where)
+    return below(low) if isinstance(low, Fraction) else -inf, above(high) if isinstance(high, Fraction) else inf
+
+
+# ---------------------------------------------------------------- what is claimed, and the boxes
+
+
+def _claim(reader: Reader, value: Any, stated: Stated, what: str) -> Claim:
+    """Return ends of each parameter."""
+    pairs = reader.fields(value, "the claim", stated.parameters)
+    return {name: _exact_ends(reader, pairs[name], f"{what} {shown_name(name)}") for name in stated.parameters}
+
+
+def _nodes(reader: Reader, boxes: list[Any], stated: Stated) -> Iterator[Node]:
+    for number, value in enumerate(boxes):
+        where = f"box {number}"
+        fields = reader.fields(value, where, (), ("passes", "cut"))
+        passes = [_pass(reader, own, stated, where) for own in reader.items(fields.get("passes", []), where)]
+        cut = None
+        if "cut" in fields:
+            unknown, end = reader.items(fields["cut"], where, 2)
+            cut = reader.index(unknown, where), below(reader.number(end, where))
+        yield Node(passes, cut)
+
+
+def _pass(reader: Reader, value: Any, stated: Stated, where: str) -> Pass:
+    fields = reader.fields(value, where, ("rows", "sides"))
+    sources = [_source(reader, row, stated, where) for row in reader.items(fields["rows"], where)]
+    if not sources:
+        raise Unreadable(f"{where}: a contraction has no rows")
+    return Pass(
+        sources, [_side(reader, side, len(sources), stated, where) for side in reader.items(fields["sides"], where)]
+    )
+
+
+def _source(reader: Reader, value: Any, stated: Stated, where: str) -> Source:
+    run, *places = reader.items(value, where, 4)
+    if run == CONSTRAINT and not isinstance(run, bool):
+        counts = (1, len(stated.constraints), 1)
+    else:
+        reader.index(run, where, 2)
+        experiment = reader.index(places[0], where, len(stated.experiments))
+        counts = (experiment + 1, len(stated.measured), stated.experiments[experiment].count)
+    e, n, now = (reader.index(place, where, count) for place, count in zip(places, counts, strict=True))
+    return run, e, n, now
+
+
+def _side(reader: Reader, value: Any, rows: int, stated: Stated, where: str) -> Side:
+    unknown, sign, shift, terms = reader.items(value, where, 4)
+    pairs = reader.items(terms, where)
+    if len(pairs) % 2:
+        raise Unreadable(f"{where}: a row has no multiplier")
+    stated.work.left += WORK_FOR_A_NUMBER * len(pairs)
+    return Side(
+        None if unknown is None else reader.index(unknown, where),
+        reader.side(sign, where),
+        reader.index(shift, where, LARGEST_SHIFT),
+        [(reader.index(k, where, rows), _whole(m, where)) for k, m in zip(pairs[::2], pairs[1::2], strict=True)],
+    )
+
+
+def _whole(value: Any, where: str) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value.bit_length() > LARGEST_SHIFT:
+        raise Unreadable(f"{where}: the multiplier {excerpt(value)} is not a whole number, or too long")
+    return value

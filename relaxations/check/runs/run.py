@@ -1,0 +1,182 @@
+"""A free run enclosed over a box: what each sample states of the unknowns.
+
+Each unknown of the box is ``mid + half e`` with a symbol e in [-1, 1] of its own. The line of every signal is evaluated
+on forms at one sample after the other. What an operation leaves over goes into a radius; where a signal is remembered,
+its radius becomes a symbol of its own, so that it is known to be the same at the next sample. A symbol stands for one
+number: it is never used again, and where it is older than the kept ones its share goes back into the radius, which is
+true of any form at any time.
+
+A signal lies within the noise bound of its measurement at every point of the set. So its form may be narrowed to that,
+and a run that is *anchored* may replace it where it is wider than one noise bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from relaxations.check.runs.affine import (
+    UNKNOWN,
+    Form,
+    Range,
+    add,
+    hull,
+    multiply,
+    narrowed,
+    number,
+    spread,
+    symbol,
+)
+from relaxations.check.runs.fixed import End
+from relaxations.check.runs.functions import FUNCTIONS, power
+from relaxations.check.runs.statement import Experiment, Stated
+from relaxations.check.runs.tape import Entry
+
+FREE, ANCHORED, CONSTRAINT = 0, 1, -1
+"""Where a row comes from."""
+
+Source = tuple[int, int, int, int]
+"""Run, experiment, measurement, sample; or `CONSTRAINT`, 0, constraint, 0."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """``low <= sum slope_k e_k <= high`` for the symbols of the unknowns; impossible where no point of the box can."""
+
+    slopes: Mapping[int, int]
+    low: int
+    high: int
+    impossible: bool
+
+
+def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[Source, Row | None]:
+    """Return what some samples and constraints state of a box; None for a sample of which nothing is known."""
+    found: dict[Source, Row | None] = {}
+    wanted: dict[tuple[int, int], list[Source]] = {}
+    for source in sources:
+        wanted.setdefault((source[0], source[1]), []).append(source)
+    starts = [symbol(*ends, k) for k, ends in enumerate(box)]
+    fixed = _fixed(stated, starts)
+    for (run, experiment), own in wanted.items():
+        if run == CONSTRAINT:
+            for source in own:
+                form = fixed[stated.constraints[source[2]]]
+                found[source] = _row(form, len(box), 0, form.high)
+        else:
+            _run(stated, stated.experiments[experiment], run == ANCHORED, starts, fixed, own, found)
+    return found
+
+
+def _row(form: Form, unknowns: int, least: int, most: End) -> Row | None:
+    """Return what follows if the form's number lies between two ends."""
+    impossible = form.low > most or form.high < least
+    if not (isinstance(form.radius, int) and isinstance(most, int)):
+        return Row({}, 0, 0, True) if impossible else None
+    slopes = {k: slope for k, slope in form.slopes.items() if k < unknowns}
+    rest = form.radius + sum(abs(slope) for k, slope in form.slopes.items() if k >= unknowns)
+    return Row(slopes, least - form.mid - rest, most - form.mid + rest, impossible)
+
+
+def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
+    """Return the forms of what parameters alone decide; the others are unknown."""
+    forms: list[Form] = []
+    for entry, fixed in zip(stated.tape.entries, stated.tape.fixed, strict=True):
+        forms.append(operate(entry, forms, starts) if fixed else UNKNOWN)
+        stated.work.spend(_cost(entry) + len(forms[-1].slopes))
+    return forms
+
+
+def _cost(entry: Entry) -> int:
+    """Return about how long an operation takes without its slopes, of which each takes one."""
+    return 100 if entry[0] in FUNCTIONS or entry[0] == "power" else 10
+
+
+def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
+    """Return the result of an operation."""
+    match entry:
+        case ("+", a, b):
+            return add(forms[a], forms[b])
+        case ("*", a, b):
+            return multiply(forms[a], forms[b])
+        case ("number", value):
+            return number(value)
+        case ("parameter", k):
+            return starts[k]
+        case ("choose", over, a, b, strict):
+            condition = forms[over]
+            if condition.low > 0 or (condition.low == 0 and not strict):
+                return forms[a]
+            if condition.high < 0 or (condition.high == 0 and strict):
+                return forms[b]
+            return hull(forms[a], forms[b])
+        case ("power", a, exponent):
+            return power(forms[a], exponent)
+        case (name, a):
+            return FUNCTIONS[name](forms[a])
+    raise AssertionError(entry)
+
+
+def _run(
+    stated: Stated,
+    experiment: Experiment,
+    anchored: bool,
+    starts: list[Form],
+    fixed: list[Form],
+    wanted: list[Source],
+    found: dict[Source, Row | None],
+) -> None:
+    """Find the rows of one run, as far as the last sample that is wanted."""
+    tape, unknowns = stated.tape, len(starts)
+    varying = [(k, entry) for k, entry in enumerate(tape.entries) if not tape.fixed[k]]
+    least = sum(_cost(entry) for _, entry in varying)
+    past: dict[str, list[Form]] = {name: [] for name in tape.lags}
+    by_sample: dict[int, list[Source]] = {}
+    for source in wanted:
+        by_sample.setdefault(source[3], []).append(source)
+    forms, newest = list(fixed), unknowns - 1
+    for now in range(max(by_sample) + 1):
+        # The lines, or initial samples before their first.
+        cost = least
+        for k, entry in varying:
+            kind = entry[0]
+            if kind == "past":
+                _, name, lag = entry
+                form = past[name][now - lag] if now >= lag else UNKNOWN
+            elif kind == "channel":
+                _, name, lag = entry
+                form = (experiment.exact[name][now - lag] if now >= lag else None) or UNKNOWN
+            elif kind == "shown":
+                form = experiment.shown[entry[1]][now] or UNKNOWN
+            elif kind == "define":
+                _, a, name = entry
+                start = experiment.initial.get((name, now))
+                form = forms[a] if now >= stated.first[name] else UNKNOWN if start is None else starts[start]
+            else:
+                form = operate(entry, forms, starts)
+            forms[k] = form
+            cost += len(form.slopes)
+        stated.work.spend(cost)
+        # The rows.
+        for source in by_sample.get(now, ()):
+            row = stated.measured[source[2]].row
+            if row is not None and experiment.shown[source[2]][now] is not None:
+                found[source] = _row(forms[row], unknowns, 0, 0)
+        # A signal lies within the noise bound of what is measured.
+        for n, measured in enumerate(stated.measured):
+            shown = experiment.shown[n][now]
+            if measured.defined is not None and shown is not None:
+                own = forms[measured.defined]
+                if anchored and now >= stated.first[measured.signal] and spread(own) > stated.bounds[n]:
+                    own = shown
+                forms[measured.defined] = narrowed(own, shown.low, shown.high)
+        # Remember: the radius becomes a symbol.
+        for name, earlier in past.items():
+            form = forms[tape.now[name]]
+            if isinstance(form.radius, int):
+                kept = {k: s for k, s in form.slopes.items() if k < unknowns or k > newest - stated.kept}
+                radius = form.radius + sum(abs(s) for k, s in form.slopes.items() if k not in kept)
+                if radius and stated.kept:
+                    newest += 1
+                    kept[newest], radius = radius, 0
+                form = Form(form.mid, kept, radius, form.low, form.high)
+            earlier.append(form)

@@ -1,0 +1,96 @@
+"""The statement of a run certificate: a model, a record, and the box of the unknowns.
+
+The *set* of a statement contains the values p of the parameters for which signals exist, real numbers at every sample
+of every experiment, such that
+
+- p lies in its box, and every constraint is real and not negative at p;
+- a signal that a line defines has the line's value at every sample from its first on. Before that it is any number, but
+  for the initial samples that are stated;
+- a measured signal is what its channel shows of some noise within the bound: the value of ``inverse`` at the sample
+  less the noise, or that difference itself where there is no inverse. A missing sample shows nothing;
+- any other signal that a line reads is a channel whose samples are exact; a missing one is any number.
+
+An expression has a value where each part that it needs is a real number; of a ``Piecewise``, the chosen branch alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from relaxations.check.arithmetic import Work
+from relaxations.check.runs.affine import Form, Range
+from relaxations.check.runs.tape import Tape
+
+Samples = list[Form | None]  # a missing sample is None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measurement of a signal.
+
+    Parameters
+    ----------
+    row
+        Operation that is zero where the signal is what the channel shows; None where the measurement defines it.
+    defined
+        Operation that defines the signal, where a line does and the channel shows it as it is; else None.
+    """
+
+    signal: str
+    row: int | None
+    defined: int | None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The samples of one experiment.
+
+    Parameters
+    ----------
+    exact
+        Of each channel.
+    shown
+        Of each measurement: its samples within the noise bound.
+    initial
+        Unknown of an initial sample, by signal and sample.
+    """
+
+    name: str
+    count: int
+    exact: Mapping[str, Samples]
+    shown: tuple[Samples, ...]
+    initial: Mapping[tuple[str, int], int]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A model and a record.
+
+    Parameters
+    ----------
+    unknowns
+        Names: the parameters, then the initial samples of states.
+    box
+        Ends of each unknown, in units.
+    first
+        First sample at which the line of each signal holds.
+    bounds
+        Of the noise of each measurement, in units.
+    constraints
+        Operations that are not negative.
+    kept
+        So many symbols of remainders are kept.
+    """
+
+    parameters: tuple[str, ...]
+    unknowns: tuple[str, ...]
+    box: tuple[Range, ...]
+    tape: Tape
+    first: Mapping[str, int]
+    measured: tuple[Measured, ...]
+    bounds: tuple[int, ...]
+    constraints: tuple[int, ...]
+    experiments: tuple[Experiment, ...]
+    kept: int
+    work: Work

@@ -1,0 +1,236 @@
+"""The lines of a model as a list of operations on forms; each distinct part of an expression is one operation.
+
+What parameters and numbers alone decide is fixed, and computed once for each box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import reduce
+from typing import Any
+
+from relaxations.check.arithmetic import Unreadable
+from relaxations.check.forms import excerpt
+from relaxations.check.runs.functions import FUNCTIONS
+from relaxations.check.runs.text import Node, parsed
+
+LARGEST_POWER = 1 << 10
+_MOST_BITS = 1 << 12  # of a number that an expression holds
+
+Entry = tuple[Any, ...]
+"""``(kind, places of forms or other arguments...)``, see :func:`.run.operate`."""
+
+
+@dataclass
+class Tape:
+    """Operations, each on the results of earlier ones.
+
+    Parameters
+    ----------
+    parameters
+        Place of each.
+    channels
+        Signals that are a channel's samples, which are exact.
+    now
+        Operation that gives a signal at the present sample.
+    """
+
+    parameters: Mapping[str, int]
+    channels: frozenset[str]
+    entries: list[Entry] = field(default_factory=list)
+    fixed: list[bool] = field(default_factory=list)
+    now: dict[str, int] = field(default_factory=dict)
+    lags: dict[str, int] = field(default_factory=dict)
+    _longest: int = 0
+    _value_shown: int | None = None
+    _known: dict[Entry, int] = field(default_factory=dict)
+
+    def put(self, kind: str, *places: int, more: tuple[Any, ...] = (), fixed: bool | None = None) -> int:
+        """Return the place of an operation on the forms at some places, with further arguments."""
+        entry = (kind, *places, *more)
+        if entry not in self._known:
+            self._known[entry] = len(self.entries)
+            self.entries.append(entry)
+            self.fixed.append(all(self.fixed[k] for k in places) if fixed is None else fixed)
+        return self._known[entry]
+
+    def line(self, signal: str, text: str) -> int:
+        """Put the line of a signal, and return how many samples back it reads."""
+        self._longest = 0
+        self.define(signal, self.write(parsed(text)))
+        return self._longest
+
+    def define(self, signal: str, place: int) -> None:
+        """Put the definition of a signal; one for each, so that its initial samples can take its place."""
+        self.now[signal] = self.put("define", place, more=(signal,), fixed=False)
+
+    def constraint(self, text: str) -> int:
+        """Put a constraint, which parameters alone decide."""
+        place = self.write(parsed(text))
+        if not self.fixed[place]:
+            raise Unreadable(f"the constraint {excerpt(text)} reads a signal")
+        return place
+
+    def shown(self, measurement: int, inverse: str | None) -> int:
+        """Put the signal as a measurement shows it, without its noise."""
+        self._value_shown = self.put("shown", more=(measurement,), fixed=False)
+        place = self._value_shown if inverse is None else self.write(parsed(inverse))
+        self._value_shown = None
+        return place
+
+    def write(self, node: Node) -> int:
+        """Return the place of an expression."""
+        match node:
+            case ("number", value):
+                return self.number(value)
+            case ("name", name) if name in self.parameters:
+                return self.put("parameter", more=(self.parameters[name],), fixed=True)
+            case ("name", "value") if self._value_shown is not None:
+                return self._value_shown
+            case ("name", "pi"):
+                return self._scaled(self.put("atan", self.number(Fraction(1))), Fraction(4))
+            case ("name", "E"):
+                return self.put("exp", self.number(Fraction(1)))
+            case ("signal", name, lag):
+                return self.read(name, lag)
+            case ("+", *parts):
+                return self._sum([self.write(part) for part in parts])
+            case ("*", *factors):
+                return self._product([self.write(own) for factor in factors for own in _factors(factor)])
+            case ("**", base, exponent):
+                return self._power(base, exponent)
+            case ("call", name, *arguments):
+                return self._call(name, arguments)
+            case ("choose", over, strict, value, other):
+                places = self.write(over), self.write(value), self.write(other)
+                return self.put("choose", *places, more=(strict,))
+        raise Unreadable(f"{excerpt(node[1])} is no parameter of the model")
+
+    def read(self, name: str, lag: int) -> int:
+        """Return the place of a signal some samples before."""
+        self._longest = max(self._longest, lag)
+        if name in self.channels:
+            return self.put("channel", more=(name, lag), fixed=False)
+        if not lag:
+            if name not in self.now:
+                raise Unreadable(f"a line reads the signal {excerpt(name)}, which no line before it defines")
+            return self.now[name]
+        self.lags[name] = max(lag, self.lags.get(name, 0))
+        return self.put("past", more=(name, lag), fixed=False)
+
+    def number(self, value: Fraction) -> int:
+        """Return the place of a number."""
+        return self.put("number", more=(_limited(value),), fixed=True)
+
+    def _value(self, place: int) -> Fraction | None:
+        entry = self.entries[place]
+        return entry[1] if entry[0] == "number" else None
+
+    def _sum(self, places: list[int]) -> int:
+        values = [self._value(k) for k in places]
+        total = Fraction(0)
+        for value in values:
+            total = _limited(total + (value or 0))
+        rest = sorted((k for k, v in zip(places, values, strict=True) if v is None), key=lambda k: not self.fixed[k])
+        if total or not rest:
+            rest.insert(0, self.number(total))
+        return reduce(lambda a, b: self.put("+", a, b), rest)
+
+    def _scaled(self, place: int, factor: Fraction) -> int:
+        return place if factor == 1 else self._product([self.number(factor), place])
+
+    def _product(self, places: list[int]) -> int:
+        factor = Fraction(1)
+        for value in map(self._value, places):
+            factor = _limited(factor if value is None else factor * value)
+        rest = sorted((k for k in places if self._value(k) is None), key=lambda k: not self.fixed[k])
+        if not rest:
+            return self.number(factor)
+        product = reduce(lambda a, b: self.put("*", a, b), rest)
+        return product if factor == 1 else self.put("*", product, self.number(factor))
+
+    def _power(self, base: Node, exponent: Node) -> int:
+        place = self.write(exponent)
+        size = self._value(place)
+        if size is None:
+            return self.put("exp", self._product([place, self.put("log", self.write(base))]))
+        if size < 0:
+            return self._inverse(self._power(base, ("number", -size)))
+        if size.denominator == 1:
+            if size > LARGEST_POWER:
+                raise Unreadable(f"an exponent is beyond {LARGEST_POWER}")
+            return self._whole_power(self.write(base), int(size))
+        if size == Fraction(1, 2):
+            return self.put("sqrt", self.write(base))
+        if size > LARGEST_POWER:
+            raise Unreadable(f"an exponent is beyond {LARGEST_POWER}")
+        return self.put("power", self.write(base), more=(size,))
+
+    def _whole_power(self, place: int, size: int) -> int:
+        if size < 2:
+            return place if size else self.number(Fraction(1))
+        half = self._whole_power(place, size // 2)
+        value = self._value(half)
+        squared = self.put("square", half) if value is None else self.number(value * value)
+        return self._product([squared, place]) if size % 2 else squared
+
+    def _inverse(self, place: int) -> int:
+        value = self._value(place)
+        return self.put("reciprocal", place) if not value else self.number(1 / value)
+
+    def _call(self, name: str, nodes: Any) -> int:
+        places = [self.write(node) for node in nodes]
+        if name == "Max" or name == "Min":
+            return reduce(self._larger if name == "Max" else self._smaller, places)
+        if len(places) == 1:
+            (a,) = places
+            if name == "Abs":
+                return self._sum([self._scaled(self.put("positive", a), Fraction(2)), self._scaled(a, Fraction(-1))])
+            if name == "ceiling":
+                return self._scaled(self.put("floor", self._scaled(a, Fraction(-1))), Fraction(-1))
+            if name == "tan":
+                # As sympy does: 2 sin(a)^2 / sin(2 a).
+                double = self.put("sin", self._scaled(a, Fraction(2)))
+                return self._product(
+                    [self.number(Fraction(2)), self.put("square", self.put("sin", a)), self._inverse(double)]
+                )
+            if name in ("sinh", "cosh"):
+                rising, falling = self.put("exp", a), self.put("exp", self._scaled(a, Fraction(-1)))
+                signed = self._scaled(falling, Fraction(1 if name == "cosh" else -1))
+                return self._scaled(self._sum([rising, signed]), Fraction(1, 2))
+            if name in _CALLED:
+                return self.put(name, a)
+        raise Unreadable(f"the function {excerpt(name)} with {len(places)} arguments has no enclosure here")
+
+    def _larger(self, a: int, b: int) -> int:
+        """Return ``max(a, b) = b + max(0, a - b)``."""
+        return self._sum([b, self.put("positive", self.less(a, b))])
+
+    def _smaller(self, a: int, b: int) -> int:
+        """Return ``min(a, b) = a - max(0, a - b)``."""
+        return self.less(a, self.put("positive", self.less(a, b)))
+
+    def less(self, a: int, b: int) -> int:
+        """Return ``a - b``."""
+        return self._sum([a, self._scaled(b, Fraction(-1))])
+
+
+_CALLED = frozenset(FUNCTIONS) - {"positive", "square", "reciprocal"}
+
+
+def _limited(value: Fraction) -> Fraction:
+    if max(value.numerator.bit_length(), value.denominator.bit_length()) > _MOST_BITS:
+        raise Unreadable(f"an expression holds a number of more than {_MOST_BITS} bits")
+    return value
+
+
+def _factors(node: Node) -> list[Node]:
+    """Return the factors of a factor: a whole power of a product is the product of the powers."""
+    match node:
+        case ("**", ("*", *inside), ("number", size)) if size.denominator == 1:
+            return [("**", own, ("number", size)) for own in inside]
+        case ("*", *inside):
+            return inside
+    return [node]

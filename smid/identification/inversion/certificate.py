@@ -1,0 +1,247 @@
+"""The proof of a cover as a file, which :mod:`relaxations.check.runs` reads.
+
+The file holds no ends but the claim: the checker computes its own from the multipliers. So the boxes are walked once
+more with the checker's enclosures, which differ from those of the search in rounding and in the order of operations,
+and the multipliers are solved for these. What is claimed is what the checker's arithmetic proved on the way.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relaxations.check import runs
+from relaxations.check.runs.fixed import ONE, below
+from relaxations.check.runs.proof import Box as Ends
+from relaxations.check.runs.proof import Pass, Side, bound_of, contract
+from relaxations.check.runs.run import CONSTRAINT, Row, Source, rows
+from relaxations.check.runs.statement import Stated
+from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
+from smid.identification.inversion.cover import Box, Cover
+from smid.identification.inversion.record import KEPT, Record, Rows
+from smid.verification.origin import plain_statement, samples_as_text
+
+_DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
+_FURTHER = 8  # contractions of a box of which more is left than the search left
+_HALVINGS = 1000  # of boxes for which they do not suffice
+
+Claim = dict[str, tuple[float, float]]
+
+
+def write_run_certificate(
+    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any]
+) -> Claim | None:
+    """Write the proof of a cover, and return the proven ends of each parameter; None where the set is proven empty.
+
+    Where nothing is proven beyond the priors there is no file.
+
+    Parameters
+    ----------
+    bounds
+        Of each noisy channel, in its unit.
+    origin
+        Where model and data come from.
+    """
+    content = {
+        "format": runs.FORMAT,
+        "version": runs.VERSION,
+        "origin": origin,
+        **run_statement(cover.record, bounds),
+        "claim": None,
+        "boxes": [],
+    }
+    walk = _Walk(runs.document(content).stated, cover)
+    walk.all()
+    claim = walk.claim
+    priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
+    if claim == priors:
+        return claim
+    content["claim"] = claim and {name: [_end(low), _end(high)] for name, (low, high) in claim.items()}
+    content["boxes"] = walk.boxes
+    Path(file).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
+    return claim
+
+
+def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]:
+    """Return the model, the samples and what is known of the start, as the file states them."""
+    tape, model = record.tape, plain_statement(record.model)
+    lines = [name for name in tape.signals if name in model["lines"]]
+    first = dict(zip(tape.signals, tape.first.tolist(), strict=True))
+    clocks = [tape.signals[k] for k in np.flatnonzero(tape.clocks)]
+    return {
+        "model": {**model, "lines": {name: model["lines"][name] for name in lines}},
+        "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
+        "first": {name: first[name] for name in lines},
+        "initial": [
+            [e, name, now, 0, 0]
+            for e in range(len(record.data.experiments))
+            for name in clocks
+            for now in range(first[name])
+        ],
+        "experiments": [
+            {
+                "name": run.name,
+                "samples": run.n_samples,
+                "channels": {name: samples_as_text(run.values[name]) for name in record.model.channels},
+            }
+            for run in record.data.experiments
+        ],
+        "symbols": KEPT,
+    }
+
+
+class _Walk:
+    """Walks through the boxes of a cover with the checker's enclosures."""
+
+    def __init__(self, stated: Stated, cover: Cover) -> None:
+        self._stated, self._root = stated, cover.root
+        # The checker numbers measurements as the model does.
+        self._sources: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
+        self._sources += [
+            (run, e, m, now)
+            for run in (0, 1)
+            for e, experiment in enumerate(stated.experiments)
+            for m, measured in enumerate(stated.measured)
+            if measured.row is not None
+            for now, shown in enumerate(experiment.shown[m])
+            if shown is not None
+        ]
+        self.boxes: list[dict[str, Any]] = []
+        self.left: list[Ends] = []
+        self._halvings = _HALVINGS
+
+    @property
+    def claim(self) -> Claim | None:
+        """The ends of all boxes that are left, rounded outwards."""
+        if not self.left:
+            return None
+        names = self._stated.parameters
+        return {
+            name: (
+                _outwards(min(box[k][0] for box in self.left), -1),
+                _outwards(max(box[k][1] for box in self.left), 1),
+            )
+            for k, name in enumerate(names)
+        }
+
+    def all(self) -> None:
+        """Walk through all boxes, depth first."""
+        waiting: list[tuple[Box, Ends]] = [(self._root, list(self._stated.box))]
+        while waiting:
+            box, ends = waiting.pop()
+            node: dict[str, Any] = {}
+            self.boxes.append(node)
+            passes, empty = self._contracted(box, ends)
+            if passes:
+                node["passes"] = passes
+            if empty:
+                continue
+            # What the search proved empty and this does not is halved, and is empty as before.
+            cut = box.cut or (self._halving(ends) if box.empty else None)
+            if cut is None:
+                self.left.append(ends)
+                continue
+            k, value = cut
+            node["cut"] = [k, float(value).hex()]
+            at = below(Fraction(value))
+            low, high = ends[k]
+            parts = ((low, min(high, at)), (max(low, at), high))
+            children = zip(box.parts or (box, box), parts, strict=True)
+            waiting += [(part, [*ends[:k], own, *ends[k + 1 :]]) for part, own in reversed(list(children))]
+
+    def _halving(self, ends: Ends) -> tuple[int, float] | None:
+        """Return where to halve a box, along its widest unknown; None where that was done too often."""
+        self._halvings -= 1
+        whole = _finite(list(self._stated.box))
+        shares = [(high - low) / max(w[1] - w[0], 1) for (low, high), w in zip(_finite(ends), whole, strict=True)]
+        k = int(np.argmax(shares))
+        return (k, float(Fraction(sum(_finite(ends)[k]), 2 * ONE))) if self._halvings >= 0 and shares[k] > 0 else None
+
+    def _contracted(self, box: Box, ends: Ends) -> tuple[list[dict[str, Any]], bool]:
+        """Contract a box until as little is left as in the search; return the passes, and whether it is empty."""
+        passes: list[dict[str, Any]] = []
+        empty = any(low > high for low, high in ends)
+        while not empty and len(passes) < len(box.contractions) + _FURTHER:
+            if len(passes) >= len(box.contractions) and (box.cut or not (box.empty or _beyond(ends, box))):
+                break
+            known = rows(self._stated, ends, self._sources)
+            step = _pass(known, ends)
+            if not (step.sources or step.sides):
+                break
+            passes.append(
+                {"rows": step.sources, "sides": [[s.unknown, s.sign, s.shift, sum(s.terms, ())] for s in step.sides]}
+            )
+            empty = not contract(ends, step, known, "the box")
+        return passes, empty
+
+
+def _beyond(ends: Ends, box: Box) -> bool:
+    """Return whether ends reach further than the search found."""
+    lower, upper = box.left
+    found = zip(ends, lower.tolist(), upper.tolist(), strict=True)
+    return any(low < own_low * ONE or high > own_high * ONE for (low, high), own_low, own_high in found)
+
+
+def _pass(known: Mapping[Source, Row | None], ends: Ends) -> Pass:
+    """Return the contraction of a box by its rows; without rows where they say nothing."""
+    impossible = [source for source, row in known.items() if row and row.impossible]
+    if impossible:
+        return Pass(impossible[:1], [])
+    lower, upper = (np.array([float(Fraction(end) / ONE) for end in own]) for own in zip(*_finite(ends), strict=True))
+    found = contracted(_arrays(known, len(ends)), lower, upper, np.flatnonzero(upper > lower).tolist())
+    places: dict[Source, int] = {}
+    sides = [side for m in found.proof for side in [_side(m, places)] if side.terms]
+    step = Pass(list(places), sides)
+    # The solver's emptiness may fail by a rounding.
+    used = [known[source] for source in step.sources]
+    proven = [side for side in sides if side.unknown is not None or bound_of(side, used, "") > 0]
+    return Pass(step.sources if proven else [], proven)
+
+
+def _finite(ends: Ends) -> list[tuple[int, int]]:
+    """Return ends where an unknown without any has none to contract."""
+    return [(low, high) if isinstance(low, int) and isinstance(high, int) else (0, 0) for low, high in ends]
+
+
+def _arrays(known: Mapping[Source, Row | None], unknowns: int) -> Rows:
+    """Return the rows that say something of a box, in floats: what is solved for need not be exact."""
+    told = [(source, row) for source, row in known.items() if row is not None]
+    slopes = np.zeros((len(told), unknowns))
+    for n, (_, row) in enumerate(told):
+        for k, slope in row.slopes.items():
+            slopes[n, k] = slope / ONE
+    low, high = (np.array([getattr(row, end) / ONE for _, row in told]) for end in ("low", "high"))
+    useful = (np.abs(slopes).sum(axis=1) > high) | (-np.abs(slopes).sum(axis=1) < low)
+    sources = np.array([source for source, _ in told], dtype=np.int64).reshape(-1, 4)
+    return Rows(-0.5 * (low + high), 0.5 * (high - low), slopes, sources, -1).where(useful)
+
+
+def _side(m: Multipliers, places: dict[Source, int]) -> Side:
+    """Return multipliers as whole numbers of their rows, whose places are found or added."""
+    exponent = math.frexp(float(np.abs(m.values).max(initial=0.0)))[1]
+    shift = min(max(_DIGITS - exponent, 0), runs.LARGEST_SHIFT - 1)
+    terms = []
+    for (run, e, n, now), value in zip(m.sources.tolist(), m.values.tolist(), strict=True):
+        whole = round(math.ldexp(value, shift))
+        if whole:
+            terms.append((places.setdefault((run, e, n, now), len(places)), whole))
+    return Side(None if m.unknown == NOTHING else m.unknown, m.sign, shift, terms)
+
+
+def _outwards(end: int | float, side: int) -> float:
+    """Return an end in units as a float, rounded outwards."""
+    if not isinstance(end, int):
+        return end
+    nearest = end / ONE
+    inside = Fraction(nearest) * ONE > end if side < 0 else Fraction(nearest) * ONE < end
+    return math.nextafter(nearest, side * math.inf) if inside else nearest
+
+
+def _end(value: float) -> str | None:
+    return value.hex() if math.isfinite(value) else None
