@@ -38,11 +38,6 @@ _TOLD = 100  # contractions between two lines of progress
 class Inverted:
     """Encloses the parameters by boxes.
 
-    Parameters
-    ----------
-    hidden
-        What is known of the initial samples of states that no channel measures, by name.
-
     Raises
     ------
     ModelError
@@ -56,7 +51,6 @@ class Inverted:
         data: Dataset,
         bounds: Mapping[str, float],
         settings: Settings,
-        hidden: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
         loose = [p.name for p in model.parameters if not np.isfinite(p.upper - p.lower)]
@@ -65,16 +59,15 @@ class Inverted:
                 f"inversion of the free run needs a box of every parameter, and {', '.join(loose)} has none: give it "
                 f"ends, as in model.bound({loose[0]}=(-10, 10))"
             )
-        self.record = record = Record(model, data, bounds, hidden)
+        self.record = record = Record(model, data, bounds)
         known = np.isfinite(record.upper - record.lower)
         ends = record.lower.copy(), record.upper.copy()
         for end in ends:
             end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
         if not known.all() and not record.knowledge(*ends):
-            unknown = dict.fromkeys(name.split("[")[0] for name in np.array(record.names)[~known].tolist())
             raise ModelError(
-                f"no channel measures {', '.join(unknown)}, so nothing is known of where it begins, nor of the run: "
-                "give a Measurement with noise of it, a channel of zeros whose bound is the largest magnitude"
+                f"no channel measures {', '.join(record.loose)}, so nothing is known of where it begins, nor of the "
+                f"run: give it bounds, as in model.bound({record.loose[0]}=(-10, 10))"
             )
         self.cover = Cover(record, settings.tolerance)
 

@@ -79,8 +79,6 @@ class Record:
     ----------
     bounds
         Of each noisy channel, in its unit.
-    hidden
-        What is known of the initial samples of states that no channel measures, by name.
 
     Attributes
     ----------
@@ -102,7 +100,6 @@ class Record:
         model: Model,
         data: Dataset,
         bounds: Mapping[str, float],
-        hidden: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         model = at_sampling_time(model, data.sampling_time).discretised()
         self.model, self.data, self.tape = model, data, tape_of(model)
@@ -133,7 +130,7 @@ class Record:
                     measured = run.values[plain[name]][now] if name in plain else np.nan
                     reach = noise.get(plain.get(name, ""), 0.0)
                     around = (np.nextafter(measured - reach, -np.inf), np.nextafter(measured + reach, np.inf))
-                    ends.append(around if np.isfinite(measured) else (hidden or {}).get(name, (-np.inf, np.inf)))
+                    ends.append(around if np.isfinite(measured) else model.bounds.get(name, (-np.inf, np.inf)))
             self.initial.append(table)
         self.names = tuple(names)
         self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
@@ -241,6 +238,12 @@ class Record:
         )
         there = np.isfinite(data[self._outputs])
         return _Forms(outputs[there], np.argwhere(there), constraints)
+
+    @property
+    def loose(self) -> tuple[str, ...]:
+        """The parameters and the hidden states of which nothing is known beforehand."""
+        known = np.isfinite(self.upper - self.lower)
+        return tuple(dict.fromkeys(name.split("[")[0] for name, k in zip(self.names, known, strict=True) if not k))
 
     @property
     def box(self) -> tuple[Array, Array]:
