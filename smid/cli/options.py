@@ -231,7 +231,10 @@ class Solve:
         type=click.IntRange(min=1), help="Relaxation order. [default: the usual order of the method]"
     )
     method: str = option(
-        type=click.Choice(METHODS), default="auto", show_default=True, help="Relaxation of the polynomial problem."
+        type=click.Choice(METHODS),
+        default="auto",
+        show_default=True,
+        help="Relaxation of the polynomial problem, or inversion of the free run.",
     )
     solver: str = option(**SOLVER)
 

@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import click
 
+from relaxations.proof.method import method_names
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.loading import load_data, load_problem, noisy_outputs
@@ -31,7 +32,6 @@ from smid.cli.studies import publish
 from smid.data import DataError, Dataset
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import round_up
-from smid.identification.identify import METHODS
 from smid.models import Model, load_model
 from smid.reports import report as write_report
 from smid.reports.chapter import together
@@ -59,8 +59,10 @@ def _read_count(context: click.Context, parameter: click.Parameter, text: str) -
 
 
 def _read_method(context: click.Context, parameter: click.Parameter, text: str) -> str:
-    if text not in METHODS:
-        raise click.BadParameter(f"{text!r} is not a method: choose among {', '.join(METHODS)}", context, parameter)
+    if text not in method_names():
+        raise click.BadParameter(
+            f"{text!r} is not a method: choose among {', '.join(method_names())}", context, parameter
+        )
     return text
 
 
@@ -100,7 +102,7 @@ class Grid:
         show_default=True,
         callback=separated(_read_method),
         metavar="M,...",
-        help=f"Methods: {', '.join(METHODS)}.",
+        help=f"Methods: {', '.join(method_names())}.",
     )
     noise_bounds: tuple[NoiseBound, ...] = option(
         default="1.2x",

@@ -127,6 +127,20 @@ class Templates:
         return Templates(model, templates(model), found)
 
 
+def is_polynomial(model: Model) -> bool:
+    """Return whether the lines are polynomials with fractions as coefficients, but for kinks.
+
+    >>> from smid import OwnModel
+    >>> is_polynomial(OwnModel(["h[t] = h[t-1] - c*sqrt(h[t-1])"], ["h"], [], {"c": (0, 1)}))
+    False
+    """
+    try:
+        Templates.of(model)
+    except NotPolynomialError:
+        return False
+    return True
+
+
 def templates(model: Model) -> tuple[Template, ...]:
     """Return a model's lines as templates; they read the signals of :func:`hinges` where the lines have kinks.
 

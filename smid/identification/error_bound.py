@@ -33,7 +33,7 @@ from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FREE_BOUND, FeasibleSet
-from smid.feasible.template import Templates
+from smid.feasible.template import Templates, is_polynomial
 from smid.fitting.binding import bind
 from smid.identification.estimate import open_end, round_down, round_up
 from smid.identification.finite_box import with_finite_box
@@ -171,6 +171,11 @@ def error_bound(
             "bound} so that exactly one remains"
         )
     channel = open_channels[0]
+    if not is_polynomial(model):
+        raise ModelError(
+            "the least noise bound is enclosed for polynomials only, and a line of the model is none: give the noise "
+            "bound as a number"
+        )
     if not fixed and method == "auto" and order is None and has_windows(model, data):
         settings = {"solver": solver, "tolerance": tolerance / 2, "rounds": rounds, "nodes": nodes}
         # Else all samples: where no run stays finite or is verified, or an input stands still in the windows.

@@ -26,7 +26,7 @@ from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
-from smid.feasible.template import NotPolynomialError
+from smid.feasible.template import is_polynomial
 from smid.fitting.binding import bind
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
@@ -192,18 +192,13 @@ def identify(
     automatic = method == "auto" and order is None
 
     def encloser_of(model: Model, data: Dataset) -> Encloser:
-        if method == INVERSION:
+        if method == INVERSION or (automatic and not is_polynomial(model)):
             return Inverted(model, data, bounds, settings)
-        try:
-            # A file holds one proof, so with a certificate all outputs are proven together.
-            parts = () if kept or len(model.output_channels) < 2 else separate(model)
-            if len(parts) > 1:
-                return Separated(model, parts, lambda part: of_polynomials(part, data))
-            return of_polynomials(model, data)
-        except NotPolynomialError:
-            if not automatic:
-                raise
-            return Inverted(model, data, bounds, settings)
+        # A file holds one proof, so with a certificate all outputs are proven together.
+        parts = () if kept or len(model.output_channels) < 2 else separate(model)
+        if len(parts) > 1:
+            return Separated(model, parts, lambda part: of_polynomials(part, data))
+        return of_polynomials(model, data)
 
     def of_polynomials(model: Model, data: Dataset) -> Encloser:
         own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}

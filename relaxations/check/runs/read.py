@@ -81,7 +81,10 @@ def document(content: Any) -> Document:
         "boxes",
     )
     file = reader.fields(content, "the file", keys, ("origin",))
-    model = reader.fields(file["model"], "model", ("name", "parameters", "lines", "measurements", "constraints"), ())
+    # The bounds of hidden signals count as far as they are stated of initial samples.
+    model = reader.fields(
+        file["model"], "model", ("name", "parameters", "lines", "measurements", "constraints"), ("bounds",)
+    )
     try:
         stated = _stated(reader, file, model)
     except RecursionError:

@@ -3,9 +3,10 @@
 *Feasible*: the model is fitted to the window, by least squares and then for the smallest largest error, and the run of
 the fit is verified to keep the noise bound.
 
-*Excluded*: where it does not, the free run is inverted (:mod:`smid.identification.inversion`), until no box is left or
-a feasible point is verified. The proof holds for all parameters within their boxes. A parameter or a hidden state
-without a box is taken to be at most `REACH` times as large as in the fit.
+*Excluded*: where it does not, the intervals of a polynomial model are enclosed as :func:`smid.identify` does, until the
+set is certified empty or a feasible point is verified. Where that decides nothing, or the model is no polynomial, the
+free run is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes. For
+the inversion, a parameter or a hidden state without a box is taken to be at most `REACH` times as large as in the fit.
 """
 
 from __future__ import annotations
@@ -18,14 +19,22 @@ from enum import StrEnum
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.deadline import TimeIsUp, check_time, time_limit
+from relaxations.deadline import TimeIsUp, check_time, remaining, time_limit
+from relaxations.errors import ProblemError
+from relaxations.search.enclosure import Reason
+from relaxations.search.plan import Plan
 from smid.data import Channel, DataError, Dataset
 from smid.data.window import Window
+from smid.feasible.feasible_set import FeasibleSet
+from smid.feasible.template import is_polynomial
 from smid.fitting.fit import Fitting
 from smid.fitting.minimax import minimax
-from smid.identification.inversion.cover import Cover, heaviest
+from smid.identification.encloser import Settings
+from smid.identification.inversion.cover import HEAVIEST, Cover, heaviest
 from smid.identification.inversion.outermost import unknowns_of
 from smid.identification.inversion.record import Record
+from smid.identification.piecewise import Piecewise
+from smid.identification.polynomial import Polynomial
 from smid.models import Model, ModelError, signal, t
 
 REACH = 10.0
@@ -35,6 +44,9 @@ ASSUMED = f"what has no box is at most {REACH:g} times its fit"
 
 MOST = 20_000
 """Contractions of a proof."""
+
+_SHARE = 0.5  # of the time, for the relaxations of a polynomial model
+_ROUNDS = 4
 
 
 class Status(StrEnum):
@@ -98,9 +110,15 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     try:
         model, data = _with_known_clocks(model, data)
         with time_limit(max(seconds, 1e-3)):
-            record, points = _posed(model, window.cut(data), bounds)
+            part = window.cut(data)
+            record, points = _posed(model, part, bounds)
             if any(map(record.fits, points)):
                 return decision(Status.FEASIBLE)
+            if is_polynomial(model):
+                with time_limit(max(_SHARE * remaining(), 1e-3)):
+                    status, samples = _relaxed(model, part, bounds)
+                if status is not Status.UNDECIDED:
+                    return decision(status, samples=tuple((window.first + k, share) for k, share in samples))
             cover = Cover(record, 0.0)
             while cover.boxes and not cover.points and cover.contracted < MOST:
                 check_time()
@@ -116,6 +134,27 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     if cover.boxes:
         return decision(Status.UNDECIDED, f"{cover.contracted} contractions leave {len(cover.boxes)} boxes")
     return decision(Status.EXCLUDED, samples=tuple((window.first + k, share) for _, k, share in heaviest(cover)))
+
+
+def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Status, tuple[tuple[int, float], ...]]:
+    """Return what the relaxations of a polynomial model prove, and the most influential samples of an empty set."""
+    try:
+        feasible = FeasibleSet(model, part, bounds)
+        # The least order is the fastest one; at this tolerance the first verified point ends the rounds.
+        settings = Settings(order=Plan.of(feasible.problem).least, tolerance=1.0, rounds=_ROUNDS)
+        kind: type[Piecewise] | type[Polynomial] = Piecewise if feasible.openings else Polynomial
+        found = kind(feasible, settings, kept=False).enclose()
+    except (ModelError, DataError, ProblemError, TimeIsUp):  # the inversion may do
+        return Status.UNDECIDED, ()
+    if found.reason is Reason.INTERRUPTED:
+        raise KeyboardInterrupt
+    if found.enclosure is None or found.boxed is None or not (found.enclosure.empty or found.enclosure.witnesses):
+        return Status.UNDECIDED, ()
+    if found.enclosure.empty is None:
+        return Status.FEASIBLE, ()
+    weights = found.enclosure.empty.weights
+    carrying = [k for k in np.argsort(weights)[::-1][:HEAVIEST] if weights[k] > 0]
+    return Status.EXCLUDED, tuple((int(found.boxed.feasible.samples[k][1]), float(weights[k])) for k in carrying)
 
 
 def _posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Record, list[Array]]:

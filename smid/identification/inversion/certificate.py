@@ -73,15 +73,15 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
     tape, model = record.tape, plain_statement(record.model)
     lines = [name for name in tape.signals if name in model["lines"]]
     first = dict(zip(tape.signals, tape.first.tolist(), strict=True))
-    clocks = [tape.signals[k] for k in np.flatnonzero(tape.clocks)]
+    known = {**{tape.signals[k]: [0, 0] for k in np.flatnonzero(tape.clocks)}, **model.get("bounds", {})}
     return {
         "model": {**model, "lines": {name: model["lines"][name] for name in lines}},
         "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
         "first": {name: first[name] for name in lines},
         "initial": [
-            [e, name, now, 0, 0]
+            [e, name, now, *ends]
             for e in range(len(record.data.experiments))
-            for name in clocks
+            for name, ends in known.items()
             for now in range(first[name])
         ],
         "experiments": [

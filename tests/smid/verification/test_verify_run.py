@@ -20,6 +20,7 @@ from smid import (
     Model,
     ModelError,
     NotProvenError,
+    OwnModel,
     Parameter,
     identify,
     verify,
@@ -309,3 +310,27 @@ def test_the_commands_check_and_verify(tank, tmp_path, capsys) -> None:
     result = CliRunner().invoke(main, ["verify", str(file), str(data)])
     assert result.exit_code == 0, result.output
     assert "verified: the proof holds, and its 29 equations are those of the model" in result.output
+
+
+def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
+    lines = ["v[t] = a*v[t-1] + u[t-1]", "x[t] = 0.5*x[t-1] + 0.3*sin(v[t-1])"]
+    model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-1.0, 1.0))
+    generator = np.random.default_rng(0)
+    u, states = generator.uniform(-1, 1, 20), [(0.4, 0.0)]
+    for k in range(19):
+        v, x = states[-1]
+        states.append((0.6 * v + u[k], 0.5 * x + 0.3 * np.sin(v)))
+    y = np.array(states)[:, 1] + generator.uniform(-BOUND, BOUND, 20)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    file = tmp_path / "proof.json"
+    found = identify(model, data, BOUND, tolerance=0.05, certificate=file)["a"]
+    assert found.lower < 0.6 < found.upper
+    verify(file, data, model, BOUND)
+    for other in (model.bound(v=(-2.0, 2.0)), replace(model, bounds={})):
+        with pytest.raises(ModelError, match="bounds of 'v'"):
+            verify(file, data, other, BOUND)
+    content = json.loads(file.read_text())
+    content["initial"][0][3:] = [0, 0]
+    file.write_text(json.dumps(content))
+    with pytest.raises(NotProvenError):
+        verify(file, data, model, BOUND)
