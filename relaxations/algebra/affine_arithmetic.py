@@ -58,10 +58,14 @@ class Function(IntEnum):
     SIGN = 10
     FLOOR = 11
     POWER = 12
+    ABS = 13
 
 
 # Numba takes members of an enumeration only by their values.
-_RECIPROCAL, _SQUARE, _ROOT, _EXP, _LOG, _SIN, _COS, _TANH, _ATAN, _POSITIVE, _SIGN, _FLOOR, _POWER = map(int, Function)
+_RECIPROCAL, _SQUARE, _ROOT, _EXP, _LOG, _SIN, _COS, _TANH, _ATAN, _POSITIVE, _SIGN, _FLOOR, _POWER, _ABS = map(
+    int, Function
+)
+_LARGEST = 1.7976931348623157e308
 
 
 @compiled
@@ -155,8 +159,10 @@ def linear(forms: Array, to: int, a: int, factor: float, constant: float, error:
 def add(forms: Array, to: int, a: int, b: int, sign: float) -> None:
     """Write ``a + sign b``, for a sign of 1 or -1."""
     low_b, high_b = (forms[b, LOW], forms[b, HIGH]) if sign > 0 else (-forms[b, HIGH], -forms[b, LOW])
-    low = math.nextafter(forms[a, LOW] + low_b, -math.inf)
-    high = math.nextafter(forms[a, HIGH] + high_b, math.inf)
+    low, high = forms[a, LOW] + low_b, forms[a, HIGH] + high_b
+    # A sum of zero is exact: a sum of what is not negative is not negative.
+    low = low if low == 0.0 else math.nextafter(low, -math.inf)
+    high = high if high == 0.0 else math.nextafter(high, math.inf)
     radius = forms[a, RADIUS] + forms[b, RADIUS]
     forms[to, CENTRE] = forms[a, CENTRE] + sign * forms[b, CENTRE]
     size = abs(forms[to, CENTRE])
@@ -246,8 +252,6 @@ def _value(function: int, x: float, exponent: float) -> float:
         return math.tanh(x)
     if function == _ATAN:
         return math.atan(x)
-    if function == _POSITIVE:
-        return max(x, 0.0)
     if x == 0.0:
         return math.inf if exponent < 0.0 else 0.0
     return math.pow(x, exponent)
@@ -274,7 +278,7 @@ def _slope(function: int, x: float, exponent: float) -> float:
         return 1.0 - math.tanh(x) ** 2
     if function == _ATAN:
         return 1.0 / (1.0 + x * x)
-    return exponent * math.pow(x, exponent - 1.0)
+    return exponent * math.pow(x, exponent) / x  # of a difference of exponents, the rounding would count
 
 
 @compiled
@@ -337,12 +341,35 @@ def _expanded(forms: Array, to: int, a: int, function: int, low: float, high: fl
 @compiled
 def _narrowed(forms: Array, to: int, low: float, high: float) -> None:
     """Narrow a result to ends that are known within the error of the library."""
-    low -= LIBRARY * abs(low) + TINY
+    if low != 0.0:  # what is not negative has an end that is not
+        low -= LIBRARY * abs(low) + TINY
     high += LIBRARY * abs(high) + TINY
     if low > forms[to, LOW]:
         forms[to, LOW] = low
     if high < forms[to, HIGH]:
         forms[to, HIGH] = high
+    _tidied(forms, to)
+
+
+@compiled
+def _bent_at_zero(forms: Array, to: int, a: int, left: float) -> None:
+    """Write the larger of a number and ``left`` times it, for a ``left`` of 0 or -1."""
+    low, high = forms[a, LOW], forms[a, HIGH]
+    if low >= 0.0:
+        copy(forms, to, forms, a)
+        return
+    most = max(left * low, high) if left else max(high, 0.0)
+    if high <= 0.0:
+        linear(forms, to, a, left, 0.0, 0.0)
+    elif math.isfinite(high - low):
+        # Less a line between both slopes, the rest lies between zero and its larger value at the ends.
+        slope = (high - left * low) / (high - low)
+        above = max((left - slope) * low, (1.0 - slope) * high) + 4.0 * EPSILON * (high - low) + TINY
+        linear(forms, to, a, slope, 0.5 * above, 0.5 * above * (1.0 + 8.0 * EPSILON) + TINY)
+    else:
+        nothing_known(forms, to)
+    forms[to, LOW] = max(forms[to, LOW], left * high if high < 0.0 else 0.0)
+    forms[to, HIGH] = min(forms[to, HIGH], most)
     _tidied(forms, to)
 
 
@@ -367,23 +394,15 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
     if function == _FLOOR:
         between(forms, to, np.floor(low), np.floor(high))  # that of math is an integer of 64 bits
         return
-    if function == _POSITIVE:
-        if low >= 0.0:
-            copy(forms, to, forms, a)
-        elif high <= 0.0:
-            interval(forms, to, 0.0, 0.0)
-        elif math.isfinite(high - low):
-            # With any slope between zero and one, what is left lies between zero and the larger value at the ends.
-            slope = high / (high - low)
-            above = max(-slope * low, (1.0 - slope) * high) + 4.0 * EPSILON * high + TINY
-            linear(forms, to, a, slope, 0.5 * above, 0.5 * above * (1.0 + 8.0 * EPSILON) + TINY)
-            _narrowed(forms, to, 0.0, high)
-        else:
-            between(forms, to, 0.0, high)
+    if function in (_POSITIVE, _ABS):
+        _bent_at_zero(forms, to, a, 0.0 if function == _POSITIVE else -1.0)
         return
     if function in (_ROOT, _LOG, _POWER):
         if not high >= 0.0:
             nothing_known(forms, to)
+            return
+        if function == _LOG and high == 0.0:  # below every number, so that a positive power of zero is zero
+            between(forms, to, -math.inf, -_LARGEST)
             return
         low = max(low, 0.0)
         exponent = 0.5 if function == _ROOT else exponent

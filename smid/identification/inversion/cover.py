@@ -162,7 +162,8 @@ class Cover:
                 return
             if found.inside is not None:
                 frame = self.record.frame
-                self.add(found.inside if frame is None else frame.unknowns(found.inside))
+                inside = found.inside if frame is None else frame.unknowns(found.inside)
+                self.add(np.clip(inside, self.record.lower, self.record.upper))
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return

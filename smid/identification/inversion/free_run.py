@@ -26,6 +26,7 @@ from relaxations.algebra.affine_arithmetic import (
     LOW,
     RADIUS,
     SLOPES,
+    Function,
     add,
     apply,
     compiled,
@@ -44,16 +45,48 @@ from smid.identification.inversion.tape import Operation
 NO_SAMPLE, ZERO = -2, -1
 """In place of an initial sample: there is none, or it is zero."""
 
+_UNDEFINED_BELOW_ZERO = (int(Function.ROOT), int(Function.LOG), int(Function.POWER))
+_RECIPROCAL = int(Function.RECIPROCAL)
 _NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _DEFINE = map(int, Operation)
 
 
 @compiled
+def _unknown(forms: Array, a: int) -> bool:
+    """Return whether neither end of a form is known."""
+    return bool(forms[a, LOW] == -math.inf and forms[a, HIGH] == math.inf)
+
+
+@compiled
+def _may_be_undefined(entry: Index, forms: Array) -> bool:
+    """Return whether an operation reads a number that may not be real, or may give one."""
+    operation, a, b = entry[0], entry[1], entry[2]
+    if operation == _APPLY:
+        if b == _RECIPROCAL and forms[a, LOW] <= 0.0 <= forms[a, HIGH]:
+            return True
+        return _unknown(forms, a) or (b in _UNDEFINED_BELOW_ZERO and forms[a, LOW] < 0.0)
+    if operation == _MULTIPLY:
+        return _unknown(forms, a) or _unknown(forms, b)
+    return operation == _CHOOSE and _unknown(forms, a)
+
+
+@compiled
 def _operate(
-    entry: Index, number: Array, to: int, forms: Array, start: Array, past: Array, data: Array, noise: Array, now: int
+    entry: Index,
+    number: Array,
+    to: int,
+    forms: Array,
+    start: Array,
+    past: Array,
+    data: Array,
+    noise: Array,
+    now: int,
+    defined_only: bool,
 ) -> None:
-    """Write one form of the tape."""
+    """Write one form of the tape; nothing is known where it must be defined and may not be."""
     operation, a, b, c = entry[0], entry[1], entry[2], entry[3]
-    if operation == _NUMBER:
+    if defined_only and _may_be_undefined(entry, forms):
+        nothing_known(forms, to)
+    elif operation == _NUMBER:
         interval(forms, to, number[0], number[1])
     elif operation == _PARAMETER:
         copy(forms, to, start, a)
@@ -106,10 +139,12 @@ def enclose_run(
     depth: int,
     kept: int,
     anchor: float,
+    defined_only: bool,
+    limits: Array,
     outputs: Array,
     bounded: Array,
-) -> None:
-    """Write the forms of all measured outputs over a box.
+) -> bool:
+    """Write the forms of all measured outputs over a box, and return whether each signal keeps its limits for sure.
 
     Parameters
     ----------
@@ -126,6 +161,10 @@ def enclose_run(
         Symbols for what is left over.
     anchor
         A measured state whose reach is beyond so many noise bounds is replaced by its measurement.
+    defined_only
+        Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
+    limits
+        Shape (signals, 2).
     outputs
         Shape (measured outputs, n, 4 + unknowns). Each form is zero where the model fits the sample.
     bounded
@@ -134,13 +173,13 @@ def enclose_run(
     once, each, numbers, defined, remembered, first, rows = tape
     initial, row_channels, row_signals, constraints = places
     unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
-    width = start.shape[1]
+    width, kept_limits = start.shape[1], True
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
     # What parameters alone decide.
     for k in range(once.shape[0]):
-        _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0)
+        _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0, defined_only)
     for k in range(constraints.shape[0]):
         copy(bounded, k, forms, constraints[k])
     oldest = 0
@@ -149,7 +188,7 @@ def enclose_run(
         signal = 0
         for k in range(each.shape[0]):
             to = once.shape[0] + k
-            _operate(each[k], numbers[to], to, forms, start, past, data, noise, now)
+            _operate(each[k], numbers[to], to, forms, start, past, data, noise, now, defined_only)
             while signal < signals and defined[signal] <= to:
                 own = defined[signal]
                 if now < first[signal]:
@@ -160,6 +199,8 @@ def enclose_run(
                         interval(forms, own, 0.0, 0.0)
                     else:
                         nothing_known(forms, own)
+                if not (forms[own, LOW] >= limits[signal, 0] and forms[own, HIGH] <= limits[signal, 1]):
+                    kept_limits = False
                 signal += 1
         # Keep the rows.
         for k in range(rows.shape[0]):
@@ -192,3 +233,4 @@ def enclose_run(
                     past[signal, place, symbol] = past[signal, place, RADIUS]
                     past[signal, place, RADIUS] = 0.0
                     oldest = (oldest + 1) % kept
+    return kept_limits

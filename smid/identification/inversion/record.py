@@ -65,11 +65,15 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class _Forms:
-    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints."""
+    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints.
+
+    And whether each hidden state keeps its bounds for sure.
+    """
 
     outputs: Array
     places: Index
     constraints: Array
+    kept_limits: bool
 
 
 class Record:
@@ -115,6 +119,7 @@ class Record:
             [tape.signals.index(own) if plain.get(own) == channel else -1 for channel, own in tape.measured],
             dtype=np.int64,
         )
+        self._limits = np.array([model.bounds.get(name, (-np.inf, np.inf)) for name in tape.signals]).reshape(-1, 2)
         # The unknowns: parameters, and initial samples of states.
         names, ends = [p.name for p in model.parameters], [(p.lower, p.upper) for p in model.parameters]
         self.initial = []
@@ -160,11 +165,16 @@ class Record:
         """Return whether a point is verified to fit every sample.
 
         With the noise bound added to the measurement, the form of an output is not positive, and with the bound
-        subtracted not negative. So by continuity it is zero for a noise between.
+        subtracted not negative. So by continuity it is zero for a noise between. The point lies within the priors, the
+        run is defined, and hidden states keep their bounds.
         """
+        if not np.all((self.lower <= point) & (point <= self.upper)):
+            return False
         for e in range(len(self._data)):
             for sign in (-1.0, 1.0):
                 found = self._run(e, 0, point, point, sign)
+                if not found.kept_limits:
+                    return False
                 forms = found.outputs
                 reach = (np.abs(forms[:, SLOPES:]).sum(axis=1) + forms[:, RADIUS]) * _UP
                 # A sensor's curve may fall.
@@ -217,14 +227,16 @@ class Record:
         if shift:
             moved = np.zeros(len(noise))
             moved[self._outputs] = noise[self._outputs]
-            # A measurement less its bound says nothing of the state.
-            data, noise, states = data + shift * moved[:, None], np.zeros(len(noise)), np.full_like(states, -1)
+            # Rounded towards the measurement. And a measurement less its bound says nothing of the state.
+            ends = data + shift * moved[:, None]
+            data = np.where(moved[:, None] > 0, np.nextafter(ends, -shift * np.inf), data)
+            noise, states = np.zeros(len(noise)), np.full_like(states, -1)
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, not shift)
         width = SLOPES + len(self.lower)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints = np.zeros((len(tape.constraints), width))
-        enclose_run(
+        kept_limits = enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
             (self.initial[e], self._outputs, states, tape.constraints),
             start,
@@ -233,11 +245,16 @@ class Record:
             tape.depth,
             KEPT,
             ANCHORS[a],
+            bool(shift),
+            self._limits,
             outputs,
             constraints,
         )
         there = np.isfinite(data[self._outputs])
-        return _Forms(outputs[there], np.argwhere(there), constraints)
+        for k, (_, own) in enumerate(tape.measured):  # of what comes before the first sample the model says nothing
+            place = tape.signals.index(own)
+            there[k, : tape.first[place]] &= (self.initial[e][place] != NO_SAMPLE)[: tape.first[place]][: data.shape[1]]
+        return _Forms(outputs[there], np.argwhere(there), constraints, kept_limits)
 
     @property
     def loose(self) -> tuple[str, ...]:

@@ -51,6 +51,7 @@ _FUNCTIONS = {
     sympy.atan: Function.ATAN,
     sympy.sign: Function.SIGN,
     sympy.floor: Function.FLOOR,
+    sympy.Abs: Function.ABS,
 }
 _SEEN = "~"  # no name holds it
 _READS = {
@@ -180,14 +181,12 @@ class _Writer:
             return self._product(node)
         if isinstance(node, sympy.Pow):
             return self._power(node.base, node.exp)
-        if isinstance(node, sympy.Max | sympy.Min):
-            return reduce(
-                lambda a, b: self._larger(a, b) if isinstance(node, sympy.Max) else self._smaller(a, b),
-                map(self.write, node.args),
-            )
-        if isinstance(node, sympy.Abs):
-            inside = self.write(node.args[0])
-            return self.of(Operation.SUBTRACT, self._scaled(self.apply(Function.POSITIVE, inside), 2.0), inside)
+        if isinstance(node, sympy.Max):
+            # Zero comes last: the result is never negative, not even by a rounding.
+            largest = reduce(self._larger, (self.write(arg) for arg in node.args if arg != 0))
+            return self.apply(Function.POSITIVE, largest) if 0 in node.args else largest
+        if isinstance(node, sympy.Min):
+            return reduce(self._smaller, map(self.write, node.args))
         if isinstance(node, sympy.Piecewise):
             return self._piecewise(node.args)
         if node.func in (sympy.sinh, sympy.cosh, sympy.tan):
@@ -196,7 +195,7 @@ class _Writer:
             return self._scaled(self.apply(Function.FLOOR, self._scaled(self.write(node.args[0]), -1.0)), -1.0)
         if node.func in _FUNCTIONS:
             return self.apply(_FUNCTIONS[node.func], self.write(node.args[0]))
-        known = sorted({*(f.__name__ for f in _FUNCTIONS), "Abs", "Max", "Min", "Piecewise", "ceiling", "sqrt", "tan"})
+        known = sorted({*(f.__name__ for f in _FUNCTIONS), "Max", "Min", "Piecewise", "ceiling", "sqrt", "tan"})
         raise ModelError(
             f"inversion has no enclosure of {node.func} in '{node}': write the line with {', '.join(known)}"
         )
