@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from benchmarks.soundness.cases import CURVES, SMOOTH, Case, empty_case, feasible_case, new_case
+from benchmarks.soundness.library_cases import library_case
 from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
+from smid.data.window import Window
+from smid.diagnosis.proof.decide import Status, decide
 from smid.identification.windows import windowed
 
-__all__ = ["check_case", "check_new", "inside"]
+__all__ = ["check_case", "check_inversion", "check_new", "inside"]
 
 
 def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
@@ -38,6 +42,20 @@ def check_new(feasible: bool, seed: int) -> CaseResult:
     windowed.LONG = 100
     case = new_case(feasible, seed)
     return _judged(case, seed, tolerance=0.1 if case.outliers or case.kind in CURVES else 1e-2, outliers=case.outliers)
+
+
+def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:
+    """Draw a case of the effect library, invert its free run, decide the model on its first record, and judge both."""
+    case = library_case(feasible, seed)
+    result = _judged(case, seed, method="inversion", tolerance=float(10.0 ** -(seed % 3)), seconds=seconds)
+    if result.is_false or len(case.data.experiments) > 1:
+        return result
+    window = Window(0, 0, case.data.experiments[0].n_samples - 1)
+    decided = decide(case.model.with_values(case.truth), case.data, window, case.noise_bound, seconds)
+    false = Status.EXCLUDED if feasible else Status.FEASIBLE
+    if decided.status is false:
+        return replace(result, verdict="called empty" if feasible else "called feasible", message="decided on a window")
+    return result
 
 
 def _judged(case: Case, seed: int, **settings: Any) -> CaseResult:
