@@ -117,6 +117,7 @@ class Cover:
 
     def add(self, point: Array) -> bool:
         """Keep a point that is verified to fit, and return whether it is."""
+        point = np.clip(point, self.record.lower, self.record.upper)
         fits = self.record.fits(point)
         self.points += [point] if fits else []
         return fits

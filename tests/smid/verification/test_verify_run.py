@@ -314,7 +314,7 @@ def test_the_commands_check_and_verify(tank, tmp_path, capsys) -> None:
 
 def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
     lines = ["v[t] = a*v[t-1] + u[t-1]", "x[t] = 0.5*x[t-1] + 0.3*sin(v[t-1])"]
-    model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-1.0, 1.0))
+    model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-3.0, 3.0))
     generator = np.random.default_rng(0)
     u, states = generator.uniform(-1, 1, 20), [(0.4, 0.0)]
     for k in range(19):
@@ -329,6 +329,9 @@ def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
     for other in (model.bound(v=(-2.0, 2.0)), replace(model, bounds={})):
         with pytest.raises(ModelError, match="bounds of 'v'"):
             verify(file, data, other, BOUND)
+    with pytest.raises(EmptyFeasibleSetError, match="No certificate is written"):  # v leaves the bounds later
+        identify(model.bound(v=(-0.5, 0.5)), data, BOUND, certificate=tmp_path / "empty.json")
+    assert not (tmp_path / "empty.json").exists()
     content = json.loads(file.read_text())
     content["initial"][0][3:] = [0, 0]
     file.write_text(json.dumps(content))
