@@ -26,6 +26,7 @@ from enum import IntEnum
 from typing import TypeVar, cast
 
 import numba
+import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
@@ -364,19 +365,18 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
         )
         return
     if function == _FLOOR:
-        between(
-            forms, to, math.floor(low) if math.isfinite(low) else low, math.floor(high) if math.isfinite(high) else high
-        )
+        between(forms, to, np.floor(low), np.floor(high))  # that of math is an integer of 64 bits
         return
     if function == _POSITIVE:
         if low >= 0.0:
             copy(forms, to, forms, a)
         elif high <= 0.0:
             interval(forms, to, 0.0, 0.0)
-        elif math.isfinite(low) and math.isfinite(high):
+        elif math.isfinite(high - low):
+            # With any slope between zero and one, what is left lies between zero and the larger value at the ends.
             slope = high / (high - low)
-            above = -slope * low * (1.0 + 8.0 * EPSILON)
-            linear(forms, to, a, slope, 0.5 * above, 0.5 * above * (1.0 + 8.0 * EPSILON) + TINY + 4.0 * EPSILON * high)
+            above = max(-slope * low, (1.0 - slope) * high) + 4.0 * EPSILON * high + TINY
+            linear(forms, to, a, slope, 0.5 * above, 0.5 * above * (1.0 + 8.0 * EPSILON) + TINY)
             _narrowed(forms, to, 0.0, high)
         else:
             between(forms, to, 0.0, high)
@@ -390,7 +390,7 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
     elif function == _RECIPROCAL and not (low > 0.0 or high < 0.0):
         nothing_known(forms, to)
         if low == 0.0:
-            forms[to, LOW] = (1.0 / high) * (1.0 - 4.0 * EPSILON) if high > 0.0 else 0.0
+            forms[to, LOW] = math.nextafter(1.0 / high, 0.0) if high > 0.0 else 0.0
         return
     bounded = math.isfinite(low) and math.isfinite(high)
     if function in (_SIN, _COS):
@@ -416,7 +416,7 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
     if function == _SQUARE:
         least = 0.0 if low <= 0.0 <= high else min(at_low, at_high)
         _narrowed(forms, to, least, max(at_low, at_high))
-    elif function == _RECIPROCAL or exponent < 0.0:
+    elif function == _RECIPROCAL or (function == _POWER and exponent < 0.0):
         _narrowed(forms, to, at_high, at_low)
     else:
         _narrowed(forms, to, at_low, at_high)

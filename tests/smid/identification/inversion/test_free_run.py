@@ -1,0 +1,82 @@
+"""The forms of a free run hold every simulated run whose unknowns lie in the box."""
+
+import numpy as np
+import pytest
+import sympy
+
+from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
+from smid import Dataset, Model, Parameter
+from smid.identification.inversion.record import Record
+from smid.models import Line, Measurement, signal, t
+from smid.models.simulate import simulate
+
+x, v, u = signal("x"), signal("v"), signal("u")
+a, b = (sympy.Symbol(name, real=True) for name in "ab")
+N = 25
+# Lines, and the boxes of a and b.
+PLANTS = {
+    "root": ([Line(x[t], x[t - 1] - a * sympy.sqrt(x[t - 1]) + b * u[t - 1])], (0.05, 0.2), (0.2, 0.5)),
+    "arrhenius": ([Line(x[t], x[t - 1] - a * x[t - 1] * sympy.exp(-b / (1 + u[t - 1])))], (0.1, 0.5), (0.5, 2)),
+    "tanh": ([Line(x[t], x[t - 1] - a * sympy.tanh(5 * x[t - 1]) + b * u[t - 1])], (0.0, 0.2), (0.1, 0.5)),
+    "power": ([Line(x[t], 0.8 * x[t - 1] + b * u[t - 1] ** a)], (0.5, 2.5), (0.1, 1)),
+    "dead zone": ([Line(x[t], 0.7 * x[t - 1] + b * sympy.Max(0, u[t - 1] - a))], (0, 0.5), (0.1, 2)),
+    "backlash": ([Line(x[t], sympy.Max(b * u[t] - a, sympy.Min(b * u[t] + a, x[t - 1])))], (0, 0.3), (0.5, 1.5)),
+    "relay": ([Line(x[t], 0.7 * x[t - 1] + b * sympy.sign(u[t - 1] - a))], (0.2, 0.7), (0.1, 1)),
+    "branches": (
+        [Line(x[t], 0.7 * x[t - 1] + sympy.Piecewise((b * u[t - 1], x[t - 1] > 1), (a, True)))],
+        (0, 1),
+        (0, 1),
+    ),
+    "two lags": ([Line(x[t], a * x[t - 1] - 0.3 * x[t - 2] + b * u[t - 2])], (0.2, 0.9), (0.1, 1)),
+}
+
+
+def posed(name, rng, experiments=1):
+    """Return a record of the plant, and the box and a random point of the parameters."""
+    lines, *boxes = PLANTS[name]
+    parameters = tuple(Parameter(own, *box) for own, box in zip("ab", boxes, strict=True))
+    model = Model(name, parameters, tuple(lines), (Measurement("y", "x", "eta"),))
+    low, high = np.array(boxes, dtype=float).T
+    truth = dict(zip("ab", rng.uniform(low, high), strict=True))
+    runs, clean = [], []
+    for k in range(experiments):
+        inputs, start = rng.uniform(0.1, 1, N), rng.uniform(0.8, 1.2, 2)
+        found = simulate(model, {"u": inputs}, truth, {"x": start})["x"]
+        measured = found + rng.uniform(-0.1, 0.1, N)
+        measured[7] = np.nan
+        runs.append(Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0, name=str(k)))
+        clean.append(found)
+    data = runs[0] if experiments == 1 else Dataset.join(runs)
+    return Record(model, data, {"y": 0.1}), truth, clean
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", PLANTS)
+def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
+    rng = np.random.default_rng([seed, 5])
+    record, truth, (clean,) = posed(name, rng)
+    point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
+    width = record.upper - record.lower
+    for share in (1.0, 0.1, 0.001):
+        lower = np.maximum(record.lower, point - share * width * rng.uniform(0, 1, len(point)))
+        upper = np.minimum(record.upper, point + share * width * rng.uniform(0, 1, len(point)))
+        rows = record.rows(lower, upper)
+        assert rows.impossible < 0
+        middle, half = 0.5 * lower + 0.5 * upper, np.maximum(0.5 * (upper - lower), 1e-300)
+        left = rows.centre + rows.slopes @ ((point - middle) / half)
+        assert np.all(np.abs(left) <= rows.radius + 1e-12 * (1 + np.abs(rows.slopes).sum(axis=1)))
+    if name not in ("relay", "branches"):  # a jump may lie at a point within rounding
+        assert record.fits(point)
+
+
+@pytest.mark.parametrize("name", [name for name in PLANTS if name not in ("relay", "branches")])
+def test_a_box_of_one_point_encloses_the_run_closely(name):
+    record, truth, (clean,) = posed(name, np.random.default_rng(9))
+    point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
+    found = record._run(0, 0, point, point)
+    measured = record.data.values("y")
+    for form, (_, now) in zip(found.outputs, found.places, strict=True):
+        assert form[RADIUS] <= 0.1 * (1 + 1e-9)
+        assert np.abs(form[SLOPES:]).sum() <= 1e-12
+        assert abs(abs(form[CENTRE]) - abs(clean[now] - measured[now])) <= 1e-10
+        assert form[LOW] <= 0 <= form[HIGH]
