@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.check import runs
+from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
@@ -49,14 +49,14 @@ def write_run_certificate(
         Where model and data come from.
     """
     content = {
-        "format": runs.FORMAT,
-        "version": runs.VERSION,
+        "format": read.FORMAT,
+        "version": read.VERSION,
         "origin": origin,
         **run_statement(cover.record, bounds),
         "claim": None,
         "boxes": [],
     }
-    walk = _Walk(runs.document(content).stated, cover)
+    walk = _Walk(read.document(content).stated, cover)
     walk.all()
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
@@ -225,7 +225,7 @@ def _arrays(known: Mapping[Source, Row | None], unknowns: int) -> Rows:
 def _side(m: Multipliers, places: dict[Source, int]) -> Side:
     """Return multipliers as whole numbers of their rows, whose places are found or added."""
     exponent = math.frexp(float(np.abs(m.values).max(initial=0.0)))[1]
-    shift = min(max(_DIGITS - exponent, 0), runs.LARGEST_SHIFT - 1)
+    shift = min(max(_DIGITS - exponent, 0), read.LARGEST_SHIFT - 1)
     terms = []
     for (run, e, n, now), value in zip(m.sources.tolist(), m.values.tolist(), strict=True):
         whole = round(math.ldexp(value, shift))

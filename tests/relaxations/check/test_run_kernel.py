@@ -173,7 +173,7 @@ def test_a_cut_anywhere_covers_its_box() -> None:
     for value in (-5, 0, 1, 4, 9, "1/3"):
         content = changed("boxes", to=[{"cut": [0, value]}, DOUBLE["boxes"][0], DOUBLE["boxes"][0]])
         # The multipliers were made for the whole box, and give weaker ends on a part; they never give false ones.
-        (low, high), *_ = hull(runs.document(content).nodes, runs.document(content).stated)
+        (low, high), *_ = hull(read_run.document(content).nodes, read_run.document(content).stated)
         assert low <= ONE // 2 <= high
 
 
@@ -282,7 +282,7 @@ def files(draw):
 @settings(max_examples=200, deadline=None)
 def test_no_multipliers_exclude_the_truth(found) -> None:
     content, truth = found
-    document = runs.document(content)
+    document = read_run.document(content)
     try:
         box = hull(document.nodes, document.stated)
     except Refused:
