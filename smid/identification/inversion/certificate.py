@@ -22,6 +22,7 @@ from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
 from relaxations.check.runs.run import CONSTRAINT, Row, Source, rows
 from relaxations.check.runs.statement import Stated
+from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
 from smid.identification.inversion.record import KEPT, Record, Rows
@@ -29,13 +30,14 @@ from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
 _FURTHER = 8  # contractions of a box of which more is left than the search left
+_TOLD = 20  # boxes between two lines of progress
 _HALVINGS = 1000  # of boxes for which they do not suffice
 
 Claim = dict[str, tuple[float, float]]
 
 
 def write_run_certificate(
-    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any]
+    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any], say: Progress
 ) -> Claim | None:
     """Write the proof of a cover, and return the proven ends of each parameter; None where the set is proven empty.
 
@@ -47,6 +49,8 @@ def write_run_certificate(
         Of each noisy channel, in its unit.
     origin
         Where model and data come from.
+    say
+        Called with a line of text now and then.
     """
     content = {
         "format": read.FORMAT,
@@ -57,7 +61,7 @@ def write_run_certificate(
         "boxes": [],
     }
     walk = _Walk(read.document(content).stated, cover)
-    walk.all()
+    walk.all(say)
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
     if claim == priors:
@@ -130,13 +134,15 @@ class _Walk:
             for k, name in enumerate(names)
         }
 
-    def all(self) -> None:
+    def all(self, say: Progress) -> None:
         """Walk through all boxes, depth first."""
         waiting: list[tuple[Box, Ends]] = [(self._root, list(self._stated.box))]
         while waiting:
             box, ends = waiting.pop()
             node: dict[str, Any] = {}
             self.boxes.append(node)
+            if len(self.boxes) % _TOLD == 0:
+                say(f"certificate: {len(self.boxes)} boxes, {len(waiting)} branches left")
             passes, empty = self._contracted(box, ends)
             if passes:
                 node["passes"] = passes
