@@ -55,6 +55,11 @@ def test_the_file_holds() -> None:
     assert set(runs.check(DOUBLE)) == {"a"}
 
 
+MANY = changed("model", "lines", "w", to="w[t - 1]")
+MANY["model"]["measurements"] = []
+MANY["first"]["w"] = (1 << 24) - 1
+MANY["experiments"][0] |= {"samples": (1 << 24) - 1, "channels": {}}
+
 PASS = ("boxes", 0, "passes", 0)
 NOT_A_CERTIFICATE = {
     "box reversed": changed("model", "parameters", "a", to=[4, 0]),
@@ -95,6 +100,8 @@ NOT_A_CERTIFICATE = {
     "no first sample": changed("first", to={}),
     "a constraint on a signal": changed("model", "constraints", to=["w[t]"]),
     "too many symbols": changed("symbols", to=1 << 20),
+    "no samples of a measured channel": changed("experiments", 0, "channels", to={"z": [1, 1]}),
+    "many unknowns without samples": MANY,
     "a parameter called as a number": changed("model", "parameters", to={"pi": [0, 4]}),
 }
 
