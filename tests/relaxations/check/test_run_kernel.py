@@ -235,6 +235,9 @@ LINES = {
     "Max(a*x[t - 1], Min(u[t - 1], b)) + Abs(x[t - 1] - b)/4": (
         lambda a, b, x, u: max(a * x, min(u, b)) + abs(x - b) / 4
     ),
+    "Abs(x[t - 1] - b)**a + (x[t - 1] - 1/2)**3*(1 + u[t - 1])**b": (
+        lambda a, b, x, u: abs(x - b) ** a + (x - 0.5) ** 3 * (1 + u) ** b
+    ),
     "Piecewise((a*x[t - 1], x[t - 1] > b), (exp(-x[t - 1])*u[t - 1], True))": (
         lambda a, b, x, u: a * x if x > b else math.exp(-x) * u
     ),
