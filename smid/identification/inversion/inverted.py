@@ -135,7 +135,8 @@ class Inverted:
 
     def certify(self, file: str | Path, found: Enclosed) -> Enclosed:
         """Write the proof, and return what was found with the ends that the file proves."""
-        claim = write_run_certificate(file, self.cover, self.bounds, source_of(self.data, self.model.channels))
+        origin = source_of(self.data, self.model.channels)
+        claim = write_run_certificate(file, self.cover, self.bounds, origin, self.settings.progress or (lambda _: None))
         if claim is None or found.enclosure is None:
             return found
         if found.reason is Reason.EMPTY:

@@ -26,6 +26,10 @@ from smid import (
     verify,
 )
 from smid.cli import main
+from smid.identification.inversion import certificate
+from smid.identification.inversion.contraction import Contraction
+from smid.identification.inversion.cover import Cover
+from smid.identification.inversion.record import Record
 from smid.models import VALUE, Line, Measurement, signal, t
 
 x, u = signal("x"), signal("u")
@@ -127,6 +131,18 @@ def test_an_empty_set_is_proven(tmp_path, name: str) -> None:
         identify(model, data, BOUND, method="inversion", certificate=file)
     assert runs.check(check.read(file)) is None
     assert verify(file, data, model).empty
+
+
+def test_a_box_that_one_contraction_does_not_empty_is_halved(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(certificate, "_FURTHER", 1)
+    model, data = record("power", jump=4 * BOUND)
+    cover = Cover(Record(model, data, {"y": BOUND}), 0.05)
+    cover.root.contractions.append(Contraction(cover.root.lower, cover.root.upper, None, (), empty=True))
+    file = tmp_path / "proof.json"
+    assert certificate.write_run_certificate(file, cover, {"y": BOUND}, {}, print) is None
+    content = check.read(file)
+    assert len(content["boxes"]) > 1
+    assert runs.check(content) is None
 
 
 def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
