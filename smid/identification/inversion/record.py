@@ -217,7 +217,8 @@ class Record:
             moved = np.zeros(len(noise))
             moved[self._outputs] = noise[self._outputs]
             # A measurement less its bound says nothing of the state.
-            data, noise, states = data + shift * moved[:, None], np.zeros(len(noise)), np.full_like(states, -1)
+            data, states = data + shift * moved[:, None], np.full_like(states, -1)
+            noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, not shift)
         width = SLOPES + len(self.lower)
