@@ -64,7 +64,7 @@ class Inverted:
         ends = record.lower.copy(), record.upper.copy()
         for end in ends:
             end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
-        if not known.all() and not record.knowledge(*ends):
+        if not known.all() and record.says_nothing(*ends):
             raise ModelError(
                 f"no channel measures {', '.join(record.loose)}, so nothing is known of where it begins, nor of the "
                 f"run: give it bounds, as in model.bound({record.loose[0]}=(-10, 10))"

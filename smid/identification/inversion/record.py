@@ -150,8 +150,15 @@ class Record:
 
     def knowledge(self, lower: Array, upper: Array) -> float:
         """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
-        parts = [self._rows_of(e, a, lower, upper)[0] for a in range(len(ANCHORS)) for e in range(len(self._data))]
-        return -float(sum(np.log(np.clip(forms[:, RADIUS], TINY, _UNKNOWN)).sum() for forms in parts))
+        return -float(np.log(np.clip(self._radii(lower, upper), TINY, _UNKNOWN)).sum())
+
+    def says_nothing(self, lower: Array, upper: Array) -> bool:
+        """Return whether nothing is known of any output over a box."""
+        return not np.isfinite(self._radii(lower, upper)).any()
+
+    def _radii(self, lower: Array, upper: Array) -> Array:
+        parts = [self._run(e, a, lower, upper).outputs for a in range(len(ANCHORS)) for e in range(len(self._data))]
+        return np.concatenate([forms[:, RADIUS] for forms in parts])
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.
