@@ -137,6 +137,10 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     return decision(Status.EXCLUDED, samples=tuple((window.first + k, share) for _, k, share in heaviest(cover)))
 
 
+def _measures_all_states(model: Model) -> bool:
+    return set(model.states) <= {m.signal for m in model.measurements}
+
+
 def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Status, tuple[tuple[int, float], ...]]:
     """Return what the relaxations of a polynomial model prove, and the most influential samples of an empty set."""
     try:
